@@ -1,0 +1,107 @@
+"""Rigid motions, batched: every function takes any leading axes. `T_a_c = T_a_b @ T_b_c`."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+_X, _Y, _Z = 0, 1, 2
+
+
+def _turn(angle: Array, axis: int) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.zeros((*np.shape(angle), 3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[..., axis, axis] = 1.0
+    R[..., i, i], R[..., i, j] = c, -s
+    R[..., j, i], R[..., j, j] = s, c
+    return R
+
+
+def rot_x(angle: Array) -> Array:
+    """Turns about x by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _X)
+
+
+def rot_y(angle: Array) -> Array:
+    """Turns about y by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _Y)
+
+
+def rot_z(angle: Array) -> Array:
+    """Turns about z by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _Z)
+
+
+def skew(vector: Array) -> Array:
+    """Cross-product matrices: `skew(a) @ b = a × b`, (..., 3) -> (..., 3, 3)."""
+    K = np.zeros((*vector.shape, 3))
+    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -vector[..., 2], vector[..., 1], -vector[..., 0]
+    K[..., 1, 0], K[..., 2, 0], K[..., 2, 1] = vector[..., 2], -vector[..., 1], vector[..., 0]
+    return K
+
+
+def exp_so3(turn: Array) -> Array:
+    """Rotation by a turn vector (axis times angle), (..., 3) [rad] -> (..., 3, 3). Rodrigues' formula."""
+    angle = np.linalg.norm(turn, axis=-1)[..., None, None]
+    K = skew(turn)
+    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+
+
+def pose(R: Array, t: Array) -> Array:
+    """Put rotations (..., 3, 3) and translations (..., 3) [m] together, -> (..., 4, 4)."""
+    lead = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
+    T = np.zeros((*lead, 4, 4))
+    T[..., :3, :3] = R
+    T[..., :3, 3] = t
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def inverse(T: Array) -> Array:
+    """T_b_a from T_a_b, (..., 4, 4)."""
+    R_inv = np.swapaxes(T[..., :3, :3], -1, -2)
+    return pose(R_inv, -np.einsum("...ij,...j->...i", R_inv, T[..., :3, 3]))
+
+
+def apply(T: Array, points: Array) -> Array:
+    """Carry points (..., 3) from frame b to frame a by T_a_b (..., 4, 4); leading axes broadcast."""
+    moved: Array = (T[..., :3, :3] @ points[..., None])[..., 0] + T[..., :3, 3]
+    return moved
+
+
+def from_quaternion(xyzw: Array) -> Array:
+    """Rotations of quaternions (x, y, z, w), (..., 4) -> (..., 3, 3); they are normalised first."""
+    q = xyzw / np.linalg.norm(xyzw, axis=-1, keepdims=True)
+    x, y, z, w = np.moveaxis(q, -1, 0)
+    K = skew(q[..., :3])
+    R: Array = np.eye(3) + 2 * w[..., None, None] * K + 2 * (K @ K)
+    return R
+
+
+def to_quaternion(R: Array) -> Array:
+    """Quaternions (x, y, z, w), w >= 0, of rotations (..., 3, 3) -> (..., 4)."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - loaded when needed: scipy is slow to import
+
+    flat = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=True)
+    return flat.reshape(*R.shape[:-2], 4)
+
+
+def rigid_fit(source: Array, image: Array, weights: Array | None = None) -> Array:
+    """The motion T that brings `source` (..., m, 3) nearest to `image` (..., m, 3) in least squares, (..., 4, 4).
+
+    Args:
+        source: Points in frame b [m].
+        image: The same points in frame a [m].
+        weights: One for each point, (..., m); all alike when absent.
+
+    Source: Umeyama 1991, with the scale held at one.
+    """
+    w = np.ones(source.shape[-2]) if weights is None else weights
+    w = (w / w.sum(axis=-1, keepdims=True))[..., None]
+    mean_b, mean_a = (w * source).sum(axis=-2), (w * image).sum(axis=-2)
+    H = np.swapaxes(w * (source - mean_b[..., None, :]), -1, -2) @ (image - mean_a[..., None, :])
+    U, _, Vt = np.linalg.svd(H)
+    V, Ut = np.swapaxes(Vt, -1, -2), np.swapaxes(U, -1, -2)
+    V[..., :, 2] *= np.linalg.det(V @ Ut)[..., None]
+    R = V @ Ut
+    return pose(R, mean_a - np.einsum("...ij,...j->...i", R, mean_b))
