@@ -1,0 +1,245 @@
+"""A serial arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, Self, final
+
+import numpy as np
+
+from robolaser import se3, urdf
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind
+
+_DOWN = (0.0, 0.0, -9.81)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot as its URDF describes it; the base frame is the URDF's root link.
+
+    Joint limits are carried, not enforced: `forward` computes outside them too; the data set checks.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    """The moving joints, in the order of the columns of q."""
+    flange: str
+    """The link that carries the sensor."""
+    gravity: tuple[float, float, float]
+    """In the base frame [m/s²]."""
+    urdf: str
+    """The URDF as it was read."""
+    lower: Array
+    """(j,) [rad] or [m]; -inf for continuous joints."""
+    upper: Array
+    """(j,) [rad] or [m]; inf for continuous joints."""
+    placements: Array
+    """Each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral."""
+    axes: Array
+    """Unit axis in the joint frame, (j, 3)."""
+    prismatic: Bools
+    """(j,)"""
+    end: Array
+    """Last joint of the chain to flange, (4, 4)."""
+    chain: tuple[int, ...]
+    """Indices into `joints` of those that move the flange, from base to flange."""
+
+    @classmethod
+    def from_urdf(
+        cls,
+        text: str,
+        *,
+        flange: str,
+        joints: Sequence[str] | None = None,
+        gravity: Sequence[float] = _DOWN,
+        source: str = "robot.urdf",
+    ) -> Self:
+        """Read a robot; joints that are not listed stay at neutral.
+
+        Args:
+            text: The URDF itself; meshes are never needed.
+            flange: The link that carries the sensor.
+            joints: The columns of q; when absent, all that move the flange, from base to flange.
+            gravity: In the base frame, (3,) [m/s²].
+            source: What error messages call the URDF.
+
+        Raises:
+            UrdfError: The text is no robot.
+            UnknownFrame: There is no such flange.
+            UnknownJoint: There is no such moving joint.
+            RepeatedJoint: A joint is listed twice.
+            NothingMoves: None of the joints moves the flange.
+            FollowerNotListed: A mimic joint on the way to the flange follows a listed one.
+        """
+        tree = urdf.parse(text, source=source)
+        path = tree.path(flange)
+        for joint in path:
+            if joint.kind in ("floating", "planar"):
+                raise UrdfJointKind(source, joint.name, joint.kind, (*urdf.MOVING, "fixed"))
+        listed = _listed(tree, path, joints)
+        index = {joint.name: i for i, joint in enumerate(listed)}
+        chain = tuple(index[joint.name] for joint in path if joint.name in index)
+        if not chain:
+            raise NothingMoves(source, flange, [joint.name for joint in path if joint.moves])
+        for joint in path:
+            if joint.name not in index and joint.follows in index:
+                raise FollowerNotListed(source, joint.name, joint.follows)
+        x, y, z = (float(g) for g in gravity)
+        return cls(
+            name=tree.name,
+            joints=tuple(index),
+            flange=flange,
+            gravity=(x, y, z),
+            urdf=text,
+            lower=np.array([joint.lower for joint in listed]),
+            upper=np.array([joint.upper for joint in listed]),
+            placements=np.array([_since_listed(tree.path(joint.child), index) for joint in listed]),
+            axes=np.array([joint.axis for joint in listed]),
+            prismatic=np.array([joint.kind == "prismatic" for joint in listed]),
+            end=_fold([joint.origin for joint in path[_last(path, index) + 1 :]]),
+            chain=chain,
+        )
+
+    def forward(self, q: Array, placements: Array | None = None) -> Array:
+        """Where the flange is. Joint limits are not checked here.
+
+        Args:
+            q: Joint values, (c or 1, n, j) [rad] or [m].
+            placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
+
+        Returns:
+            T_base_flange, (c, n, 4, 4).
+        """
+        P = self.placements[None, None] if placements is None else placements
+        c, n = np.broadcast_shapes(q.shape[:2], P.shape[:2])
+        sin, cos = np.sin(q), np.cos(q)
+        T = np.broadcast_to(np.eye(4)[:3], (P.shape[0], P.shape[1], 3, 4))
+        before = np.eye(4)
+        for i in self.chain:
+            T = _times(T, before @ P[:, :, i] @ self._to_axis[i], (c, n))
+            before = self._from_axis[i]
+            if self.prismatic[i]:
+                T[..., 3] += q[..., i, None] * T[..., 2]
+            else:
+                s, co = sin[..., i, None], cos[..., i, None]
+                x, y = T[..., 0].copy(), T[..., 1]
+                T[..., 0] = co * x + s * y
+                T[..., 1] = co * y - s * x
+        out = np.zeros((c, n, 4, 4))
+        out[..., :3, :] = _times(T, (before @ self.end)[None, None], (c, n))
+        out[..., 3, 3] = 1.0
+        return out
+
+    def gravity_torques(self, q: Array) -> Array:
+        """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
+
+        Args:
+            q: Joint values, (n, j) [rad] or [m]; unlisted joints are at neutral.
+
+        Returns:
+            Generalised gravity, (n, j) [Nm] or [N]; zeros for a URDF without masses.
+        """
+        pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
+        torques = np.empty(q.shape)
+        row = np.empty(model.nq)
+        for i, values in enumerate(q):
+            row[columns] = values
+            torques[i] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
+        return torques
+
+    @cached_property
+    def has_masses(self) -> bool:
+        """Whether any link that a listed joint moves has a mass."""
+        tree = urdf.parse(self.urdf)
+        listed = set(self.joints)
+        return any(
+            link.mass > 0 and any(joint.name in listed for joint in tree.path(link.name))
+            for link in tree.links.values()
+        )
+
+    def urdf_with(self, placements: Array) -> str:
+        """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
+        tree = urdf.parse(self.urdf)
+        shift = se3.inverse(self.placements) @ placements
+        return urdf.with_placements(
+            self.urdf,
+            {
+                name: tree.joints[name].origin @ shift[i]
+                for i, name in enumerate(self.joints)
+                if not np.array_equal(placements[i], self.placements[i])
+            },
+        )
+
+    @cached_property
+    def _to_axis(self) -> Array:
+        """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
+        return se3.pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
+
+    @cached_property
+    def _from_axis(self) -> Array:
+        return se3.inverse(self._to_axis)
+
+
+def _times(T: Array, P: Array, full: tuple[int, int]) -> Array:
+    """T (c|1, n|1, 3, 4) @ P (c|1, n|1, 4, 4) -> (c, n, 3, 4), as few and as large products as it takes."""
+    c, n = full
+    if P.shape[:2] == (1, 1):
+        out: Array = (T.reshape(-1, 4) @ P[0, 0]).reshape(T.shape)
+    elif P.shape[1] == 1:
+        out = (T.reshape(T.shape[0], -1, 4) @ P[:, 0]).reshape(-1, T.shape[1], 3, 4)
+    else:
+        out = T @ P
+    if out.shape[:2] == full:
+        return out
+    return np.broadcast_to(out, (c, n, 3, 4)).copy()
+
+
+def _z_along(axis: Array) -> Array:
+    """Some rotation whose third column is `axis`; exact for the axes of coordinates."""
+    if axis[2] == 1.0:
+        return np.eye(3)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
+def _listed(tree: urdf.Tree, path: list[urdf.Joint], names: Sequence[str] | None) -> list[urdf.Joint]:
+    if names is None:
+        return [joint for joint in path if joint.moves and joint.follows is None]
+    for i, name in enumerate(names):
+        if name not in tree.joints or not tree.joints[name].moves:
+            raise UnknownJoint(tree.source, name, [j.name for j in tree.joints.values() if j.moves])
+        if name in names[:i]:
+            raise RepeatedJoint(tree.source, name)
+    return [tree.joints[name] for name in names]
+
+
+def _last(path: list[urdf.Joint], index: dict[str, int]) -> int:
+    return max((i for i, joint in enumerate(path) if joint.name in index), default=-1)
+
+
+def _since_listed(path: list[urdf.Joint], index: dict[str, int]) -> Array:
+    return _fold([joint.origin for joint in path[_last(path[:-1], index) + 1 :]])
+
+
+def _fold(origins: list[Array]) -> Array:
+    T = np.eye(4)
+    for origin in origins:
+        T = T @ origin
+    return T
+
+
+@lru_cache(maxsize=8)
+def _weighing(
+    text: str, joints: tuple[str, ...], gravity: tuple[float, float, float]
+) -> tuple[Any, Any, Any, Ints]:
+    import pinocchio  # noqa: PLC0415 - takes most of a second to load
+
+    tree = urdf.parse(text)
+    renamed = {name: f"joint_{i}" for i, name in enumerate(joints)}
+    model = pinocchio.buildModelFromXML(urdf.minimal(tree, renamed))
+    model.gravity.linear = np.array(gravity)
+    columns = np.array([model.joints[model.getJointId(new)].idx_q for new in renamed.values()])
+    return pinocchio, model, model.createData(), columns

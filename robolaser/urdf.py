@@ -1,0 +1,451 @@
+"""A robot's description as text (URDF): read with suspicion, checked whole, rewritten with care.
+
+Everything is validated in Python before any C++ sees it: a malformed URDF must end in a sentence,
+never in an aborted process.
+"""
+
+import io
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+from xml.parsers import expat
+
+import numpy as np
+
+from robolaser import se3
+from robolaser.arrays import Array
+from robolaser.errors import (
+    FrameExists,
+    NotARobot,
+    UnknownFrame,
+    UnknownJoint,
+    UrdfBadNumbers,
+    UrdfDuplicate,
+    UrdfJointKind,
+    UrdfLimits,
+    UrdfMissingLink,
+    UrdfNotATree,
+    UrdfNotText,
+    UrdfNotXml,
+    UrdfTooLarge,
+    UrdfUnexpandedXacro,
+    UrdfUnnamed,
+    UrdfUnsafe,
+)
+
+MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
+MOST_LINKS = 2000
+MOST_NESTING = 60
+MOST_LETTERS = 200  # in a name
+FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
+
+MOVING = ("revolute", "continuous", "prismatic")
+KINDS = (*MOVING, "fixed", "floating", "planar")
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A rigid body: all that gravity needs of it."""
+
+    name: str
+    mass: float
+    """[kg]"""
+    com: Array
+    """Centre of mass in the link frame, (3,) [m]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """What holds a link on the one before it."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Array
+    """Placement on the parent link, (4, 4)."""
+    axis: Array
+    """Unit axis in the joint frame, (3,)."""
+    lower: float
+    """[rad] or [m]; -inf for continuous joints."""
+    upper: float
+    """[rad] or [m]; inf for continuous joints."""
+    follows: str | None
+    """The joint that this one mimics."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether one number moves it."""
+        return self.kind in MOVING
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A checked URDF: one tree of links, held together by joints."""
+
+    name: str
+    source: str
+    root: str
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    above: Mapping[str, Joint]
+    """The joint that carries each link but the root."""
+
+    def path(self, link: str) -> list[Joint]:
+        """Joints from the root to `link`, in that order.
+
+        Raises:
+            UnknownFrame: There is no such link.
+        """
+        if link not in self.links:
+            raise UnknownFrame(self.source, link, self.links)
+        up = []
+        while link != self.root:
+            up.append(self.above[link])
+            link = up[-1].parent
+        return up[::-1]
+
+    def leaves(self) -> list[str]:
+        """Links that carry no other."""
+        parents = {joint.parent for joint in self.joints.values()}
+        return [link for link in self.links if link not in parents]
+
+
+def load_text(path: Path) -> str:
+    """Read a URDF file as text.
+
+    Raises:
+        UrdfTooLarge: More bytes than any robot has.
+        UrdfNotText: It is not UTF-8, or cannot be opened.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise UrdfTooLarge(path.name, "bytes", MOST_BYTES)
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
+    except OSError as fault:
+        raise UrdfNotText(path.name, fault.strerror or str(fault)) from None
+
+
+def parse(text: str, *, source: str = "robot.urdf") -> Tree:
+    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over.
+
+    Args:
+        text: The URDF itself.
+        source: What error messages call it.
+
+    Raises:
+        UrdfError: One of its kinds, with the place and what was expected.
+    """
+    robot = _xml(text, source)
+    links: dict[str, Link] = {}
+    for name, element in _named(robot, "link", source):
+        links[name] = _link(name, element, source)
+    joints: dict[str, Joint] = {}
+    for name, element in _named(robot, "joint", source):
+        joints[name] = _joint(name, element, links, source)
+    above = _above(joints, source)
+    root = _root(links, above, source)
+    return Tree(robot.get("name") or "robot", source, root, links, joints, above)
+
+
+def with_fixed_frame(text: str, parent: str, name: str, T_parent_child: Array) -> str:
+    """Add a link `name` that sits still on the link `parent`.
+
+    Args:
+        text: A URDF.
+        parent: An existing link.
+        name: The new link; its joint is called `name_joint`, or numbered if that is taken.
+        T_parent_child: Where it sits, (4, 4).
+
+    Raises:
+        UnknownFrame: There is no such parent.
+        FrameExists: `name` is taken.
+    """
+    tree = parse(text)
+    if parent not in tree.links:
+        raise UnknownFrame(tree.source, parent, tree.links)
+    if name in tree.links:
+        raise FrameExists(tree.source, name)
+    joint_name, count = f"{name}_joint", 2
+    while joint_name in tree.joints:
+        joint_name, count = f"{name}_joint_{count}", count + 1
+    robot = _xml(text, tree.source)
+    ET.SubElement(robot, "link", name=name).tail = "\n"
+    joint = ET.SubElement(robot, "joint", name=joint_name, type="fixed")
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=name)
+    ET.SubElement(joint, "origin", _origin_attributes(T_parent_child))
+    joint.tail = "\n"
+    return _written(robot)
+
+
+def with_placements(text: str, placements: Mapping[str, Array]) -> str:
+    """Replace the origins of joints, by name, each (4, 4) on its parent link; the rest stays as it is.
+
+    Raises:
+        UnknownJoint: There is no such joint.
+    """
+    tree = parse(text)
+    for name in placements:
+        if name not in tree.joints:
+            raise UnknownJoint(tree.source, name, tree.joints)
+    robot = _xml(text, tree.source)
+    for joint in robot.findall("joint"):
+        name = joint.get("name", "")
+        if name in placements:
+            origin = joint.find("origin")
+            origin = ET.SubElement(joint, "origin") if origin is None else origin
+            origin.attrib.clear()
+            origin.attrib.update(_origin_attributes(placements[name]))
+    return _written(robot)
+
+
+def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
+    """Write the tree anew from its checked values alone, for a parser that trusts what it reads.
+
+    Args:
+        tree: A checked URDF.
+        moving: New names of the joints that may move; all others are held at neutral.
+    """
+    number = {link: f"link_{i}" for i, link in enumerate(tree.links)}
+    robot = ET.Element("robot", name="robot")
+    for link in tree.links.values():
+        element = ET.SubElement(robot, "link", name=number[link.name])
+        if link.mass > 0:
+            inertial = ET.SubElement(element, "inertial")
+            ET.SubElement(inertial, "origin", xyz=_digits(link.com))
+            ET.SubElement(inertial, "mass", value=repr(link.mass))
+            ET.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1", ixy="0", ixz="0", iyz="0")
+    for i, joint in enumerate(tree.joints.values()):
+        free = joint.name in moving
+        kind = ("prismatic" if joint.kind == "prismatic" else "revolute") if free else "fixed"
+        element = ET.SubElement(robot, "joint", name=moving.get(joint.name, f"held_{i}"), type=kind)
+        ET.SubElement(element, "parent", link=number[joint.parent])
+        ET.SubElement(element, "child", link=number[joint.child])
+        ET.SubElement(element, "origin", _origin_attributes(joint.origin))
+        if free:
+            ET.SubElement(element, "axis", xyz=_digits(joint.axis))
+            ET.SubElement(element, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _xml(text: str, source: str) -> ET.Element:
+    """Parse XML without document types, entities, or depths that break recursion."""
+    if len(text) > MOST_BYTES:
+        raise UrdfTooLarge(source, "bytes", MOST_BYTES)
+    builder = ET.TreeBuilder(insert_comments=True)
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > MOST_NESTING:
+            raise UrdfTooLarge(source, "levels of nested elements", MOST_NESTING)
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def comment(said: str) -> None:
+        if depth:
+            builder.comment(said)
+
+    def refuse(*_: object) -> Any:
+        raise UrdfUnsafe(source, parser.CurrentLineNumber, "it declares a document type or entities")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = builder.data
+    parser.CommentHandler = comment
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    parser.UnparsedEntityDeclHandler = refuse
+    parser.ExternalEntityRefHandler = refuse
+    try:
+        parser.ParseFile(io.BytesIO(text.encode()))
+    except expat.ExpatError as fault:
+        raise UrdfNotXml(source, fault.lineno, fault.offset + 1, expat.ErrorString(fault.code)) from None
+    except UnicodeEncodeError as fault:
+        raise UrdfNotText(source, f"character {fault.start}: {fault.reason}") from None
+    robot = builder.close()
+    if robot.tag != "robot":
+        raise NotARobot(source, robot.tag[:60])
+    for element in robot.iter():
+        if isinstance(element.tag, str) and element.tag.startswith("xacro:"):
+            raise UrdfUnexpandedXacro(source, element.tag)
+    return robot
+
+
+def _named(robot: ET.Element, kind: str, source: str) -> Iterator[tuple[str, ET.Element]]:
+    elements = robot.findall(kind)
+    if len(elements) > MOST_LINKS:
+        raise UrdfTooLarge(source, f"{kind}s", MOST_LINKS)
+    seen: set[str] = set()
+    for count, element in enumerate(elements, start=1):
+        name = element.get("name")
+        if not name:
+            raise UrdfUnnamed(source, kind, count, "has no name")
+        if len(name) > MOST_LETTERS:
+            raise UrdfUnnamed(source, kind, count, f"has a name of {len(name)} letters")
+        if name in seen:
+            raise UrdfDuplicate(source, kind, name)
+        seen.add(name)
+        yield name, element
+
+
+def _link(name: str, element: ET.Element, source: str) -> Link:
+    inertial = element.find("inertial")
+    if inertial is None:
+        return Link(name, 0.0, np.zeros(3))
+    mass_element, inertia = inertial.find("mass"), inertial.find("inertia")
+    text = None if mass_element is None else mass_element.get("value")
+    mass = float(_numbers(text, 1, f"the mass of link '{name}'", source)[0])
+    if mass < 0:
+        raise UrdfBadNumbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
+    if inertia is not None:
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+            _numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
+    return Link(name, mass, _origin(inertial, f"link '{name}', inertial", source)[:3, 3])
+
+
+def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: str) -> Joint:
+    kind = element.get("type")
+    if kind not in KINDS:
+        raise UrdfJointKind(source, name, kind, KINDS)
+    where = f"joint '{name}'"
+    follows = element.find("mimic")
+    lower, upper = _limits(name, kind, element, source)
+    return Joint(
+        name=name,
+        kind=kind,
+        parent=_end(name, "parent", element, links, source),
+        child=_end(name, "child", element, links, source),
+        origin=_origin(element, where, source),
+        axis=_axis(element, where, source) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
+        lower=lower,
+        upper=upper,
+        follows=None if follows is None else follows.get("joint"),
+    )
+
+
+def _end(name: str, role: str, element: ET.Element, links: Mapping[str, Link], source: str) -> str:
+    end = element.find(role)
+    link = None if end is None else end.get("link")
+    if link is None or link not in links:
+        raise UrdfMissingLink(source, name, role, link, links)
+    return link
+
+
+def _limits(name: str, kind: str, element: ET.Element, source: str) -> tuple[float, float]:
+    if kind == "continuous" or kind not in MOVING:
+        return -math.inf, math.inf
+    limit = element.find("limit")
+    if limit is None or not {"lower", "upper"} & limit.attrib.keys():
+        raise UrdfLimits(source, name, "has no limits")
+    lower, upper = (
+        float(_numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
+        for side in ("lower", "upper")
+    )
+    if lower > upper:
+        raise UrdfLimits(source, name, f"has its lower limit {lower:g} above its upper limit {upper:g}")
+    return lower, upper
+
+
+def _axis(element: ET.Element, where: str, source: str) -> Array:
+    axis = element.find("axis")
+    if axis is None:
+        return np.array([1.0, 0.0, 0.0])
+    text = axis.get("xyz")
+    direction = _numbers(text, 3, f"the axis of {where}", source)
+    largest = np.abs(direction).max()
+    if largest < 1e-9:
+        raise UrdfBadNumbers(source, f"the axis of {where}", text, "a direction, not zero")
+    unit: Array = direction / largest
+    return unit / np.linalg.norm(unit)
+
+
+def _origin(element: ET.Element, where: str, source: str) -> Array:
+    origin = element.find("origin")
+    attributes = {} if origin is None else origin.attrib
+    xyz = _numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
+    rpy = _numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
+    R = se3.rot_z(rpy[2]) @ se3.rot_y(rpy[1]) @ se3.rot_x(rpy[0])
+    return se3.pose(R, xyz)
+
+
+def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+    words = [] if text is None else text[: 100 * count].split()
+    wanted = "a number" if count == 1 else f"{count} numbers"
+    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
+        raise UrdfBadNumbers(source, where, text, wanted)
+    values = np.array([float(word) for word in words])
+    if not np.isfinite(values).all() or np.abs(values).max() > farthest:
+        raise UrdfBadNumbers(source, where, text, f"{wanted} of a size that a robot has")
+    return values
+
+
+def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:
+    above: dict[str, Joint] = {}
+    for joint in joints.values():
+        other = above.setdefault(joint.child, joint)
+        if other is not joint:
+            raise UrdfNotATree(
+                source, f"link '{joint.child}' is the child of two joints, '{other.name}' and '{joint.name}'"
+            )
+    return above
+
+
+def _root(links: Mapping[str, Link], above: Mapping[str, Joint], source: str) -> str:
+    roots = [link for link in links if link not in above]
+    if not links:
+        raise UrdfNotATree(source, "there is no link")
+    if len(roots) > 1:
+        named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
+        raise UrdfNotATree(source, f"{len(roots)} links hang on no joint: {named}")
+    grounded = set(roots)
+    for link in links:
+        trail: dict[str, None] = {}
+        here = link
+        while here not in grounded:
+            if here in trail:
+                raise UrdfNotATree(source, f"the joints above link '{here}' run in a circle")
+            trail[here] = None
+            here = above[here].parent
+        grounded.update(trail)
+    return roots[0]
+
+
+def _origin_attributes(T: Array) -> dict[str, str]:
+    return {"xyz": _digits(T[:3, 3]), "rpy": _digits(_rpy(T[:3, :3]))}
+
+
+def _rpy(R: Array) -> Array:
+    """Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll); at the pole, where yaw is free, exact too."""
+    yaw = np.arctan2(R[1, 0], R[0, 0])
+    rest = se3.rot_z(-yaw) @ R
+    return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
+
+
+def _digits(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _written(robot: ET.Element) -> str:
+    return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
