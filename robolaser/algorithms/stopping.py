@@ -1,0 +1,57 @@
+"""When a search has found enough, or nothing for too long."""
+
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.termination import Termination
+
+from robolaser.errors import ManyObjectives, OperatorSetting
+
+
+def _best_cost(algorithm: Any, where: str) -> float:
+    if algorithm.problem.n_obj != 1:
+        raise ManyObjectives(where, algorithm.problem.n_obj)
+    costs = algorithm.opt.get("F")[algorithm.opt.get("feas"), 0]
+    return float(np.min(costs, initial=np.inf, where=~np.isnan(costs)))
+
+
+@final
+class CostReached(Termination):
+    """Stops once a feasible individual costs no more than a target; the paper's fitness value, as J = A/F.
+
+    Args:
+        cost: The target, in the unit of the objective.
+    """
+
+    def __init__(self, cost: float) -> None:
+        super().__init__()
+        self.cost = cost
+
+    def _update(self, algorithm: Any) -> float:
+        return float(_best_cost(algorithm, "CostReached") <= self.cost)
+
+
+@final
+class Stalled(Termination):
+    """Stops once the best cost ever seen has not fallen for a number of generations.
+
+    Args:
+        generations: How many; the paper waits for 10 000.
+
+    Raises:
+        OperatorSetting: `generations` is below 1.
+    """
+
+    def __init__(self, generations: int = 10_000) -> None:
+        super().__init__()
+        if generations < 1:
+            raise OperatorSetting("Stalled", "generations", generations, "a number from 1 up")
+        self.generations = generations
+        self.best = np.inf
+        self.since = 0
+
+    def _update(self, algorithm: Any) -> float:
+        cost = _best_cost(algorithm, "Stalled")
+        if cost < self.best or self.since == 0:
+            self.best, self.since = cost, algorithm.n_iter
+        return float(algorithm.n_iter - self.since >= self.generations)

@@ -1,0 +1,39 @@
+"""Two children on the straight line between their parents."""
+
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.crossover import Crossover
+
+from robolaser.arrays import Array
+
+
+def arithmetic(a: Array, b: Array, share: Array) -> tuple[Array, Array]:
+    """Blend pairs of parents, (n, d) and (n, 1) -> two (n, d). Lee et al. 2004, eq. 21.
+
+    The children are clipped to the span of their parents, which the sum leaves by a rounding error: a
+    variable in which both parents agree stays as it is.
+    """
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    rest = 1.0 - share
+    return np.clip(share * a + rest * b, low, high), np.clip(share * b + rest * a, low, high)
+
+
+@final
+class ArithmeticCrossover(Crossover):
+    """Arithmetic crossover for pymoo: one λ ~ U[0, 1] for each pair of parents.
+
+    Draws from `random_state` the coins of pymoo's `Crossover.do`, random(n_matings), then, if any pair is to
+    be crossed, λ for all, random((n_matings, 1)).
+
+    Args:
+        prob: Probability that a pair is crossed at all; the others are copied.
+    """
+
+    def __init__(self, prob: float = 0.85, **kwargs: Any) -> None:
+        super().__init__(n_parents=2, n_offsprings=2, prob=prob, **kwargs)
+
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
+        mothers, fathers = X.astype(np.float64)
+        share = random_state.random((len(mothers), 1))
+        return np.stack(arithmetic(mothers, fathers, share))

@@ -1,0 +1,57 @@
+"""Parents drawn in proportion to their fitness: a wheel with a wide slot for the good."""
+
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.selection import Selection
+
+from robolaser.arrays import Array, Ints
+from robolaser.operators import cost
+
+
+def fitness(J: Array) -> Array:
+    """Fitness A/J of costs J, (n,) -> (n,), with A such that the best has 1. Lee et al. 2004, eq. 19.
+
+    A cost of 0 leaves nothing to the others; an infinite cost or one that is not a number has no fitness,
+    unless no cost is finite: then all are alike. If a cost is negative, as no sum of squares is, A/J has no
+    meaning; then costs count from the best one, in units of the others' median excess m over it:
+    F = 1/(1 + (J − J_min)/m), which depends neither on the costs' zero nor on their unit.
+    """
+    J = np.where(np.isnan(J), np.inf, J)
+    best = float(J.min())
+    if best == 0.0 or not np.isfinite(best):
+        return np.asarray(best == J, np.float64)
+    if best > 0.0:
+        return best / J
+    excess = J - best
+    others = excess[np.isfinite(excess) & (excess > 0.0)]
+    return 1.0 / (1.0 + excess / np.median(others)) if len(others) else np.asarray(best == J, np.float64)
+
+
+def spin(weights: Array, at: Array) -> Ints:
+    """Slots, as wide as their weights (n,), of the wheel where it stops, at [0, 1) (...) -> (...). Eq. 20."""
+    wheel = np.cumsum(weights)
+    slots: Ints = np.searchsorted(wheel, at * wheel[-1], side="right")
+    return slots
+
+
+@final
+class RouletteSelection(Selection):
+    """Roulette-wheel selection for pymoo, with replacement.
+
+    Draws random((n_select, n_parents)) from `random_state`. With several objectives the cost of an individual
+    is the number of its non-dominated front; one that violates constraints costs its violation more than the
+    worst that keeps them.
+    """
+
+    def _do(
+        self,
+        problem: Any,
+        pop: Any,
+        n_select: int,
+        n_parents: int = 1,
+        *,
+        random_state: Any = None,
+        **kwargs: Any,
+    ) -> Ints:
+        return spin(fitness(cost.of_population(pop)), random_state.random((n_select, n_parents)))
