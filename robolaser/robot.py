@@ -113,22 +113,20 @@ class Robot:
             T_base_flange, (c, n, 4, 4).
         """
         P = self.placements[None, None] if placements is None else placements
-        c, n = np.broadcast_shapes(q.shape[:2], P.shape[:2])
-        sin, cos = np.sin(q), np.cos(q)
-        T = np.broadcast_to(np.eye(4)[:3], (P.shape[0], P.shape[1], 3, 4))
+        lead = np.broadcast_shapes(q.shape[:2], P.shape[:2])
+        values = np.ascontiguousarray(np.moveaxis(q, -1, 0))
+        sin, cos = np.sin(values), np.cos(values)
+        T = np.broadcast_to(np.eye(4)[:, :3, None, None], (4, 3, *lead))
         before = np.eye(4)
         for i in self.chain:
-            T = _times(T, before @ P[:, :, i] @ self._to_axis[i], (c, n))
+            T = _times(T, before @ P[:, :, i] @ self._to_axis[i])
             before = self._from_axis[i]
             if self.prismatic[i]:
-                T[..., 3] += q[..., i, None] * T[..., 2]
+                T[3] += values[i] * T[2]
             else:
-                s, co = sin[..., i, None], cos[..., i, None]
-                x, y = T[..., 0].copy(), T[..., 1]
-                T[..., 0] = co * x + s * y
-                T[..., 1] = co * y - s * x
-        out = np.zeros((c, n, 4, 4))
-        out[..., :3, :] = _times(T, (before @ self.end)[None, None], (c, n))
+                T[:2] = cos[i] * T[0] + sin[i] * T[1], cos[i] * T[1] - sin[i] * T[0]
+        out = np.zeros((*lead, 4, 4))
+        out[..., :3, :] = np.moveaxis(_times(T, (before @ self.end)[None, None]), (0, 1), (3, 2))
         out[..., 3, 3] = 1.0
         return out
 
@@ -136,17 +134,16 @@ class Robot:
         """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
 
         Args:
-            q: Joint values, (n, j) [rad] or [m]; unlisted joints are at neutral.
+            q: Joint values, (..., j) [rad] or [m]; unlisted joints are at neutral.
 
         Returns:
-            Generalised gravity, (n, j) [Nm] or [N]; zeros for a URDF without masses.
+            Generalised gravity, (..., j) [Nm] or [N]; zeros for a URDF without masses.
         """
         pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
-        torques = np.empty(q.shape)
-        row = np.empty(model.nq)
-        for i, values in enumerate(q):
-            row[columns] = values
-            torques[i] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
+        torques, row = np.empty(q.shape), np.empty(model.nq)
+        for at in np.ndindex(q.shape[:-1]):
+            row[columns] = q[at]
+            torques[at] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
         return torques
 
     @cached_property
@@ -182,18 +179,12 @@ class Robot:
         return se3.inverse(self._to_axis)
 
 
-def _times(T: Array, P: Array, full: tuple[int, int]) -> Array:
-    """T (c|1, n|1, 3, 4) @ P (c|1, n|1, 4, 4) -> (c, n, 3, 4), as few and as large products as it takes."""
-    c, n = full
+def _times(T: Array, P: Array) -> Array:
+    """T @ P for P (c or 1, n or 1, 4, 4) and T by columns, (4, 3, c, n): long rows multiply fast."""
     if P.shape[:2] == (1, 1):
-        out: Array = (T.reshape(-1, 4) @ P[0, 0]).reshape(T.shape)
-    elif P.shape[1] == 1:
-        out = (T.reshape(T.shape[0], -1, 4) @ P[:, 0]).reshape(-1, T.shape[1], 3, 4)
-    else:
-        out = T @ P
-    if out.shape[:2] == full:
-        return out
-    return np.broadcast_to(out, (c, n, 3, 4)).copy()
+        product: Array = P[0, 0].T @ T.reshape(4, -1)
+        return product.reshape(T.shape)
+    return np.stack([sum(P[..., k, i] * T[k] for k in range(4 if i == 3 else 3)) for i in range(4)])
 
 
 def _z_along(axis: Array) -> Array:

@@ -19,6 +19,7 @@ import numpy as np
 from robolaser import se3
 from robolaser.arrays import Array
 from robolaser.errors import (
+    FileUnreadable,
     FrameExists,
     NotARobot,
     UnknownFrame,
@@ -40,7 +41,7 @@ from robolaser.errors import (
 MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
 MOST_NESTING = 60
-MOST_LETTERS = 200  # in a name
+MOST_LETTERS = 200  # in a name or a number
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -125,7 +126,8 @@ def load_text(path: Path) -> str:
 
     Raises:
         UrdfTooLarge: More bytes than any robot has.
-        UrdfNotText: It is not UTF-8, or cannot be opened.
+        UrdfNotText: It is not UTF-8.
+        FileUnreadable: It cannot be opened.
     """
     try:
         with path.open("rb") as file:
@@ -136,7 +138,7 @@ def load_text(path: Path) -> str:
     except UnicodeDecodeError as fault:
         raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
     except OSError as fault:
-        raise UrdfNotText(path.name, fault.strerror or str(fault)) from None
+        raise FileUnreadable(path, fault.strerror or str(fault)) from None
 
 
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:
@@ -391,9 +393,9 @@ def _origin(element: ET.Element, where: str, source: str) -> Array:
 
 
 def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
-    words = [] if text is None else text[: 100 * count].split()
+    words = [] if text is None else text.split()
     wanted = "a number" if count == 1 else f"{count} numbers"
-    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
+    if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):
         raise UrdfBadNumbers(source, where, text, wanted)
     values = np.array([float(word) for word in words])
     if not np.isfinite(values).all() or np.abs(values).max() > farthest:
