@@ -65,8 +65,23 @@ def inverse(T: Array) -> Array:
 
 def apply(T: Array, points: Array) -> Array:
     """Carry points (..., 3) from frame b to frame a by T_a_b (..., 4, 4); leading axes broadcast."""
-    moved: Array = (T[..., :3, :3] @ points[..., None])[..., 0] + T[..., :3, 3]
+    moved: Array = T[..., :3, 3] + T[..., :3, 0] * points[..., :1]
+    moved += T[..., :3, 1] * points[..., 1:2]
+    moved += T[..., :3, 2] * points[..., 2:]
     return moved
+
+
+def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
+    """R_x(w) R_y(φ) R_z(ψ), or with `order` "zyz" R_z(w) R_y(φ) R_z(ψ) (eq. 10); (...) [rad] -> (..., 3, 3)."""
+    first = rot_x(w) if order == "xyz" else rot_z(w)
+    R: Array = first @ rot_y(phi) @ rot_z(psi)
+    return R
+
+
+def to_angles(R: Array) -> tuple[Array, Array, Array]:
+    """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2."""
+    phi = np.arcsin(np.clip(R[..., 0, 2], -1.0, 1.0))
+    return np.arctan2(-R[..., 1, 2], R[..., 2, 2]), phi, np.arctan2(-R[..., 0, 1], R[..., 0, 0])
 
 
 def from_quaternion(xyzw: Array) -> Array:

@@ -1,0 +1,95 @@
+"""Camera and light sheet: pixel → viewing ray → point on the sheet. Lee et al. 2004, eqs. 1-6."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.parameters import Values
+
+
+def metric(pixel: Array, values: Values) -> Array:
+    """Pixels on the image plane, still distorted. Eq. 4 as it is meant.
+
+    Args:
+        pixel: u and v, (c, m, 2) [px].
+        values: Uses `s_u`, `s_v` [m/px], `u_0`, `v_0` [px].
+
+    Returns:
+        Coordinates from the principal point, (c, m, 2) [m].
+    """
+    centre = np.stack([values["u_0"], values["v_0"]], axis=-1)[:, None]
+    pitch = np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
+    return (pixel - centre) * pitch
+
+
+def undistort(distorted: Array, k: Array) -> Array:
+    """Take radial distortion off, (c, m, 2) [m] and k (c,) [1/m²] -> (c, m, 2) [m]. Eqs. 2-3."""
+    r2 = distorted[..., :1] ** 2 + distorted[..., 1:] ** 2
+    return distorted * (1.0 + k[:, None, None] * r2)
+
+
+def rays(undistorted: Array, f: Array, stripe_axis: str) -> Array:
+    """Viewing rays in the camera frame, z along the view and as long as f.
+
+    Args:
+        undistorted: (c, m, 2) [m].
+        f: Effective focal length, (c,) [m].
+        stripe_axis: "u" puts x along image v and y against image u, "v" x along u and y along v.
+
+    Returns:
+        (c, m, 3) [m].
+    """
+    u, v = undistorted[..., 0], undistorted[..., 1]
+    x, y = (v, -u) if stripe_axis == "u" else (u, v)
+    return np.stack([x, y, np.broadcast_to(f[:, None], x.shape)], axis=-1)
+
+
+def sheet(values: Values) -> Array:
+    """The light sheet as a plane: n · P = d, (c, 1, 4) as (n, d). x cos θ + z sin θ = b cos θ; eqs. 5-6."""
+    b, theta = values["b"], values["theta"]
+    cos, sin = np.cos(theta), np.sin(theta)
+    return np.stack([cos, np.zeros_like(cos), sin, b * cos], axis=-1)[:, None]
+
+
+def cut(ray: Array, plane: Array) -> Array:
+    """Meet each ray with the sheet. Eqs. 5-6.
+
+    Args:
+        ray: From the optical centre, (c, m, 3).
+        plane: (n, d) of each ray's plane, (c, m or 1, 4).
+
+    Returns:
+        Points in the camera frame, (c, m, 3) [m]; not finite where a ray runs along the sheet.
+    """
+    facing = (ray * plane[..., :3]).sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return ray * (plane[..., 3] / facing)[..., None]
+
+
+def project(point: Array, values: Values, stripe_axis: str) -> Array:
+    """Pixels that see given points: the way back through the camera.
+
+    The radial polynomial is inverted by Newton's method.
+
+    Args:
+        point: In the camera frame, (c, m, 3) [m].
+        values: Uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `k`.
+        stripe_axis: As in `rays`.
+
+    Returns:
+        (c, m, 2) [px]; NaN behind the camera and where the distortion has no inverse.
+    """
+    x, y = (point[..., i] / point[..., 2] * values["f"][:, None] for i in (0, 1))
+    undistorted = np.stack([-y, x] if stripe_axis == "u" else [x, y], axis=-1)
+    k = values["k"][:, None]
+    radius = np.linalg.norm(undistorted, axis=-1)
+    distorted = radius.copy()
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for _ in range(12):
+            slope = 1.0 + 3.0 * k * distorted**2
+            distorted = distorted - (distorted * (1.0 + k * distorted**2) - radius) / slope
+        missed = ~(np.abs(distorted * (1.0 + k * distorted**2) - radius) <= 1e-12 + 1e-9 * radius)
+        shrink = np.where(radius > 0, distorted / radius, 1.0)
+    shrink = np.where(missed | (point[..., 2] <= 0) | (distorted < 0), np.nan, shrink)
+    pitch = np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
+    centre = np.stack([values["u_0"], values["v_0"]], axis=-1)[:, None]
+    return undistorted * shrink[..., None] / pitch + centre

@@ -1,0 +1,87 @@
+"""Named numbers with unit, nominal value and bounds, and the flat vector that an optimiser sees of them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+Values = Mapping[str, Array]
+"""One array (c,) for each parameter's name: the same numbers as a batch (c, d), unpacked."""
+
+
+@final
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model.
+
+    Attributes:
+        name: Its name in files and messages.
+        unit: SI; "" for a pure number, "px" for pixels.
+        nominal: Where the search starts.
+        lower: Lower bound of the search.
+        upper: Upper bound of the search.
+        given: Whether nominal and bounds come from the user; otherwise from a closed form.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    lower: float
+    upper: float
+    given: bool = True
+
+
+@final
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters in a fixed order: the bridge between names and an optimiser's flat vector."""
+
+    items: tuple[Parameter, ...]
+
+    def __add__(self, other: "Parameters") -> "Parameters":
+        return Parameters(self.items + other.items)
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names, in order."""
+        return tuple(item.name for item in self.items)
+
+    @cached_property
+    def nominal(self) -> Array:
+        """Nominal values, (d,)."""
+        return np.array([item.nominal for item in self.items])
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower bounds, (d,)."""
+        return np.array([item.lower for item in self.items])
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper bounds, (d,)."""
+        return np.array([item.upper for item in self.items])
+
+    @cached_property
+    def width(self) -> Array:
+        """Distance between the bounds, (d,): the natural scale of each parameter."""
+        return self.upper - self.lower
+
+    def values(self, x: Array) -> Values:
+        """Unpack candidates (c, d) into one array (c,) for each name."""
+        return {name: x[:, column] for column, name in enumerate(self.names)}
+
+    def without(self, names: Iterable[str]) -> "Parameters":
+        """Those that are not named."""
+        gone = set(names)
+        return Parameters(tuple(item for item in self.items if item.name not in gone))
+
+    def columns(self, names: Iterable[str]) -> list[int]:
+        """Where the named parameters stand in the flat vector."""
+        return [self.names.index(name) for name in names]

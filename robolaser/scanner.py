@@ -1,0 +1,119 @@
+"""The model of a cell: the chain from encoder and image to points, with effects at its seams."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.effects.effect import Bend, Scene, Seam, Suspect, bend_with
+from robolaser.errors import NoPoints, NothingSeen
+from robolaser.parameters import Parameters, Values
+from robolaser.sensors import Sensor, sensor_of
+
+CHUNK = 40_000  # point-evaluations at a time: what the processor's cache holds
+
+
+@final
+@dataclass(frozen=True)
+class Model:
+    """A data set seen through the nominal model and the effects added to it.
+
+    Attributes:
+        dataset: What was measured.
+        suspects: Effects that are in the model; those at one seam act in this order.
+    """
+
+    dataset: Dataset
+    suspects: tuple[Suspect, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not len(self.dataset.points):
+            folder = self.dataset.folder
+            raise NothingSeen() if folder and (folder / "points.csv").exists() else NoPoints(folder)
+
+    @cached_property
+    def sensor(self) -> Sensor:
+        """The way the data were measured."""
+        return sensor_of(self.dataset)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What effects may look at."""
+        return Scene.of(self.dataset)
+
+    @cached_property
+    def effect_parameters(self) -> Parameters:
+        """The numbers of the effects."""
+        return sum((suspect.parameters for suspect in self.suspects), start=Parameters(()))
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The sensor's parameters, then those of the effects."""
+        zero = {name: np.zeros(1) for name in self.effect_parameters.names}
+        bend = self.bend(zero)
+        return self.sensor.parameters(self.flange(zero, bend), bend) + self.effect_parameters
+
+    def bend(self, values: Values) -> Bend:
+        """The effects with the numbers of each candidate."""
+        return bend_with(tuple(suspect.at(values) for suspect in self.suspects), self.scene)
+
+    @cached_property
+    def _nominal_flange(self) -> Array:
+        poses, robot = self.dataset.poses, self.dataset.robot
+        if robot is None:
+            assert poses.T_base_flange is not None  # the folder's reader sees to it
+            return poses.T_base_flange[None]
+        assert poses.q is not None
+        return robot.forward(poses.q[None])
+
+    @cached_property
+    def _robot_bends(self) -> bool:
+        return any(suspect.kind.seam in (Seam.JOINTS, Seam.LINKS) for suspect in self.suspects)
+
+    def flange(self, values: Values, bend: Bend | None = None) -> Array:
+        """T_base_flange at every pose, (c or 1, n, 4, 4)."""
+        bend = bend or self.bend(values)
+        poses, robot = self.dataset.poses, self.dataset.robot
+        if not self._robot_bends or robot is None or poses.q is None:
+            return bend(Seam.FLANGE, self._nominal_flange)
+        q = bend(Seam.JOINTS, poses.q[None])
+        return bend(Seam.FLANGE, robot.forward(q, bend(Seam.LINKS, robot.placements[None, None])))
+
+    def _in_chunks(self, x: Array) -> Sequence[Array]:
+        return np.array_split(x, max(1, -(-len(x) * len(self.dataset.points) // CHUNK)))
+
+    def residuals(self, x: Array) -> Array:
+        """Known or measured points less predicted ones.
+
+        Args:
+            x: Candidates in the order of `parameters`, (c, d).
+
+        Returns:
+            (c, m, 3) [m]; not finite at the model's poles.
+        """
+        return np.concatenate([self._residuals(self.parameters.values(part)) for part in self._in_chunks(x)])
+
+    def _residuals(self, values: Values) -> Array:
+        bend = self.bend(values)
+        return self.sensor.residuals(values, self.flange(values, bend), bend)
+
+    def completed(self, values: Values) -> Values:
+        """Values with those parameters added that follow from the others in closed form."""
+        bend = self.bend(values)
+        return {**values, **self.sensor.follow(values, self.flange(values, bend), bend)}
+
+    def cost(self, x: Array) -> Array:
+        """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
+        return sum_of_squares(self.residuals(x))
+
+
+def sum_of_squares(residuals: Array) -> Array:
+    """J of eq. 18 from residuals (c, ...) -> (c,); infinite where one of them is not finite."""
+    flat = residuals.reshape(len(residuals), -1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        J = np.einsum("ij,ij->i", flat, flat)
+    return np.where(np.isfinite(J), J, np.inf)

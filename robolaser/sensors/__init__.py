@@ -1,0 +1,14 @@
+"""Ways to measure, one file each."""
+
+from robolaser.dataset import Dataset
+from robolaser.sensors.point import Point
+from robolaser.sensors.sensor import Sensor
+from robolaser.sensors.socket import Socket
+from robolaser.sensors.stripe import Stripe
+
+SENSORS: tuple[type[Sensor], ...] = (Stripe, Point, Socket)
+
+
+def sensor_of(dataset: Dataset) -> Sensor:
+    """The sensor that a data set was measured with."""
+    return {kind.kind: kind for kind in SENSORS}[dataset.kind](dataset)

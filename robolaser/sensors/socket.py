@@ -1,0 +1,53 @@
+"""A ball on the flange that is seated in fixed sockets, again and again, from many sides."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.effects.effect import Bend
+from robolaser.parameters import Values
+from robolaser.se3 import apply
+from robolaser.sensors.sensor import Sensor, vector
+
+
+@final
+class Socket(Sensor):
+    """The ball's place T_base_flange tool.ball is the socket's, whichever way the arm is folded."""
+
+    kind: ClassVar[str] = "socket"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        self._sockets = tuple(dict.fromkeys(dataset.points.names))
+        self._socket = np.array([self._sockets.index(name) for name in dataset.points.names], dtype=np.int64)
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """None: everything follows from the readings."""
+        return ()
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """The ball in the flange frame and the sockets in the base frame."""
+        sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
+        return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
+
+    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+        """Linear least squares: R ball + t = socket for every row, exact in one step."""
+        T = T_base_flange[:, self.dataset.points.pose]
+        c, m, s = len(T), len(self._socket), len(self._sockets)
+        A = np.zeros((c, m, 3, 3 + 3 * s))
+        A[..., :3] = T[..., :3, :3]
+        for axis in range(3):
+            A[:, np.arange(m), axis, 3 + 3 * self._socket + axis] = -1.0
+        solved = -np.linalg.pinv(A.reshape(c, 3 * m, -1)) @ T[..., :3, 3].reshape(c, 3 * m, 1)
+        return {name: solved[:, i, 0] for i, name in enumerate(self.following)}
+
+    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
+        sockets = np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)
+        ball = vector(values, "tool.ball")
+        seated = apply(T_base_flange[:, self.dataset.points.pose], ball[:, None])
+        return sockets[:, self._socket] - seated

@@ -1,0 +1,86 @@
+"""A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from robolaser import optics
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.effects.effect import Bend, Seam
+from robolaser.errors import ParameterMissing
+from robolaser.parameters import Values
+from robolaser.se3 import apply, from_angles, from_quaternion, pose, rigid_fit
+from robolaser.sensors.sensor import SIX, Sensor, motion, six_of
+
+SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
+"""The paper's fourteen, in its order (eq. 15)."""
+
+
+@final
+class Stripe(Sensor):
+    """The laser scanner of the paper, eqs. 1-13, its target placed or not.
+
+    Raises:
+        ParameterMissing: The data set does not give all fourteen.
+    """
+
+    kind: ClassVar[str] = "stripe"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        missing = [name for name in SCANNER if name not in dataset.parameters]
+        if missing:
+            raise ParameterMissing(missing, self.kind)
+        assert dataset.points.pixel is not None  # the folder's reader sees to both
+        assert dataset.points.xyz is not None
+        self._pixel = dataset.points.pixel[None]
+        self._xyz = dataset.points.xyz[None]
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The paper's fourteen."""
+        return SCANNER
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """T_base_target, where the target is not placed."""
+        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
+
+    def in_camera(self, values: Values, bend: Bend, pixel: Array | None = None) -> Array:
+        """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
+        read = bend(Seam.PIXELS, self._pixel if pixel is None else pixel)
+        flat = bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
+        ray = optics.rays(flat, values["f"], self.dataset.stripe_axis)
+        return optics.cut(ray, bend(Seam.SHEET, optics.sheet(values)))
+
+    def mount(self, values: Values, bend: Bend) -> Array:
+        """T_flange_camera, (c, n or 1, 4, 4)."""
+        bracket = from_quaternion(np.array(self.dataset.bracket_quat))
+        turn = from_angles(values["w"], values["phi"], values["psi"], order=self.dataset.angles)
+        shift = np.stack([values["t_x"], values["t_y"], values["t_z"]], axis=-1)
+        return bend(Seam.MOUNT, pose(bracket @ turn, shift)[:, None])
+
+    def in_base(self, values: Values, T_base_flange: Array, bend: Bend, pixel: Array | None = None) -> Array:
+        """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
+        T_base_camera = T_base_flange @ self.mount(values, bend)
+        return apply(T_base_camera[:, self.dataset.points.pose], self.in_camera(values, bend, pixel))
+
+    def target(self, values: Values, bend: Bend) -> Array:
+        """The target points, in the base frame, (c, m, 3) [m]."""
+        points = bend(Seam.TARGET, self._xyz)
+        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+
+    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+        """T_base_target by a rigid fit; candidates with a pole among their points get the identity."""
+        seen = self.in_base(values, T_base_flange, bend)
+        known = np.broadcast_to(bend(Seam.TARGET, self._xyz), seen.shape)
+        good = np.isfinite(seen).all(axis=(1, 2))
+        T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
+        if good.any():
+            T[good] = rigid_fit(known[good], seen[good])
+        return six_of(T, "target")
+
+    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
+        return self.target(values, bend) - self.in_base(values, T_base_flange, bend)

@@ -1,0 +1,164 @@
+"""dataset.toml: its values, each checked for presence and kind."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.errors import AngleTooLarge, BoundsWrong, NotToml, SettingMissing, SettingWrong
+from robolaser.parameters import Parameter
+from robolaser.tables import read_text
+
+UNITS = {
+    "f": "m", "s_u": "m/px", "s_v": "m/px", "u_0": "px", "v_0": "px", "k": "1/m²", "b": "m", "theta": "rad",
+    "w": "rad", "phi": "rad", "psi": "rad", "t_x": "m", "t_y": "m", "t_z": "m",
+    "x": "m", "y": "m", "z": "m",
+}  # fmt: skip
+"""Unit of a parameter by its name, or by the last part of a dotted name."""
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a sensor's parameter."""
+    return UNITS.get(name.rsplit(".", 1)[-1], "")
+
+
+@final
+class Settings:
+    """One section of dataset.toml.
+
+    Raises (every method): SettingMissing, SettingWrong, each naming section and key.
+    """
+
+    def __init__(self, section: str, values: Mapping[str, Any]) -> None:
+        self._section = section
+        self._values = values
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._values
+
+    def key(self, key: str) -> str:
+        """How messages name a key."""
+        return f"[{self._section}] {key}" if self._section else key
+
+    def section(self, name: str) -> "Settings":
+        """A section below this one; empty when absent."""
+        values = self._values.get(name, {})
+        if not isinstance(values, dict):
+            raise SettingWrong(name, values, f"a section [{name}]")
+        return Settings(name, values)
+
+    def keys(self) -> Sequence[str]:
+        """The keys that are given."""
+        return list(self._values)
+
+    def text(self, key: str, *, default: str | None = None, one_of: Sequence[str] = ()) -> str:
+        """A text, from a list where one is given."""
+        value = self._get(key, default, "a text")
+        if not isinstance(value, str) or (one_of and value not in one_of):
+            raise SettingWrong(self.key(key), value, " or ".join(f'"{x}"' for x in one_of) or "a text")
+        return value
+
+    def flag(self, key: str, *, default: bool) -> bool:
+        """True or false."""
+        value = self._get(key, default, "true or false")
+        if not isinstance(value, bool):
+            raise SettingWrong(self.key(key), value, "true or false")
+        return value
+
+    def number(self, key: str, *, positive: bool = False) -> float:
+        """A finite number that must be there."""
+        expected = "a positive number" if positive else "a finite number"
+        value = self._get(key, None, expected)
+        if not _is_number(value) or (positive and value <= 0):
+            raise SettingWrong(self.key(key), value, expected)
+        return float(value)
+
+    def count(self, key: str, *, least: int) -> int:
+        """A whole number that must be there."""
+        value = self._get(key, None, f"a whole number from {least}")
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise SettingWrong(self.key(key), value, f"a whole number from {least}")
+        return value
+
+    def numbers(self, key: str, length: int, *, default: Sequence[float]) -> tuple[float, ...]:
+        """A list of finite numbers."""
+        value = self._get(key, list(default), f"a list of {length} numbers")
+        if not isinstance(value, list) or len(value) != length or not all(_is_number(x) for x in value):
+            raise SettingWrong(self.key(key), value, f"a list of {length} finite numbers")
+        return tuple(float(x) for x in value)
+
+    def texts(self, key: str) -> tuple[str, ...] | None:
+        """A list of different texts; None when absent."""
+        value = self._values.get(key)
+        if value is None:
+            return None
+        good = isinstance(value, list) and value and all(isinstance(x, str) and x for x in value)
+        if not good or len(set(value)) < len(value):
+            raise SettingWrong(self.key(key), value, "a list of different names")
+        return tuple(value)
+
+    def distances(self, key: str, known: Sequence[str]) -> tuple[tuple[str, str, float], ...]:
+        """Triples (socket, socket, distance in m) between known sockets."""
+        out = []
+        for triple in self._get(key, [], "a list of triples"):
+            good = isinstance(triple, list) and len(triple) == 3 and _is_number(triple[2]) and triple[2] > 0
+            if not good or triple[0] not in known or triple[1] not in known or triple[0] == triple[1]:
+                expected = f"[socket, another socket, distance in m], sockets among: {', '.join(known)}"
+                raise SettingWrong(self.key(key), triple, expected)
+            out.append((str(triple[0]), str(triple[1]), float(triple[2])))
+        return tuple(out)
+
+    def parameters(self) -> dict[str, Parameter]:
+        """Every key as a parameter with nominal value and bounds.
+
+        Raises:
+            BoundsWrong: Bounds are swapped, or exclude the nominal value.
+            AngleTooLarge: An angle is beyond a full turn.
+        """
+        out = {}
+        for name in self.keys():
+            expected = "{ nominal = ..., lower = ..., upper = ... }"
+            given = self._values[name]
+            if not isinstance(given, dict):
+                raise SettingWrong(self.key(name), given, expected)
+            numbers = []
+            for part in ("nominal", "lower", "upper"):
+                if part not in given:
+                    raise SettingMissing(f"{self.key(name)}.{part}", "a finite number")
+                if not _is_number(given[part]):
+                    raise SettingWrong(f"{self.key(name)}.{part}", given[part], "a finite number")
+                numbers.append(float(given[part]))
+            nominal, lower, upper = numbers
+            if not lower < upper or not lower <= nominal <= upper:
+                raise BoundsWrong(name, nominal, lower, upper)
+            unit = unit_of(name)
+            largest = max(numbers, key=abs)
+            if unit == "rad" and abs(largest) > 2 * np.pi:
+                raise AngleTooLarge(name, largest)
+            out[name] = Parameter(name, unit, nominal, lower, upper)
+        return out
+
+    def _get(self, key: str, default: Any, expected: str) -> Any:
+        value = self._values.get(key, default)
+        if value is None:
+            raise SettingMissing(self.key(key), expected)
+        return value
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+def read_settings(path: Path) -> Settings:
+    """Parse dataset.toml.
+
+    Raises:
+        FileUnreadable: It is not there or not text.
+        NotToml: It is not TOML.
+    """
+    try:
+        return Settings("", tomllib.loads(read_text(path)))
+    except tomllib.TOMLDecodeError as error:
+        raise NotToml(path, str(error)) from None

@@ -1,0 +1,153 @@
+"""CSV tables: columns of checked numbers and texts, and files that are written whole or not at all."""
+
+import csv
+import io
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import (
+    BadCell,
+    ColumnMissing,
+    ColumnTwice,
+    FileUnreadable,
+    FileUnwritable,
+    RowLength,
+    TableEmpty,
+)
+
+HEADER_ROWS = 1
+
+
+@final
+@dataclass(frozen=True)
+class Table:
+    """A CSV file as texts.
+
+    Attributes:
+        file: Its name, for messages.
+        columns: The cells of each column.
+        lines: Line of the file at which each row starts, counted from one.
+    """
+
+    file: str
+    columns: Mapping[str, tuple[str, ...]]
+    lines: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def texts(self, column: str) -> tuple[str, ...]:
+        """The cells of a column that must be there, none of them empty."""
+        if column not in self.columns:
+            raise ColumnMissing(self.file, column, self.columns)
+        for line, cell in zip(self.lines, self.columns[column], strict=True):
+            if not cell:
+                raise BadCell(self.file, line, column, cell, "some text")
+        return self.columns[column]
+
+    def numbers(self, columns: Sequence[str]) -> Array:
+        """Columns that must be there, as finite numbers, (rows, columns)."""
+        out = np.empty((len(self), len(columns)))
+        for j, column in enumerate(columns):
+            if column not in self.columns:
+                raise ColumnMissing(self.file, column, self.columns)
+            for i, cell in enumerate(self.columns[column]):
+                out[i, j] = _finite(self.file, self.lines[i], column, cell)
+        return out
+
+
+def _finite(file: str, line: int, column: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise BadCell(file, line, column, cell, "a number") from None
+    if not np.isfinite(value):
+        raise BadCell(file, line, column, cell, "a finite number")
+    return value
+
+
+def read_text(path: Path) -> str:
+    """A text file, its byte order mark taken off."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FileUnreadable(path, error.strerror or str(error)) from None
+    except UnicodeDecodeError as error:
+        raise FileUnreadable(path, f"byte {error.start} is not UTF-8 text") from None
+
+
+def read_table(path: Path) -> Table:
+    """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
+
+    Raises:
+        FileUnreadable: It is not there or not text.
+        TableEmpty: It has no header.
+        ColumnTwice: Two columns share a name.
+        RowLength: A row has more or fewer cells than the header.
+    """
+    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    start = 1
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append([cell.strip() for cell in row])
+                lines.append(start)
+            start = reader.line_num + 1
+    except csv.Error as error:
+        raise FileUnreadable(path, f"line {start}: {error}") from None
+    if not rows:
+        raise TableEmpty(path.name)
+    header = rows[0]
+    for name in header:
+        if header.count(name) > 1:
+            raise ColumnTwice(path.name, name)
+    for row, line in zip(rows[HEADER_ROWS:], lines[HEADER_ROWS:], strict=True):
+        if len(row) != len(header):
+            raise RowLength(path.name, line, len(row), len(header))
+    cells = list(zip(*rows[HEADER_ROWS:], strict=True)) or [() for _ in header]
+    return Table(path.name, dict(zip(header, cells, strict=True)), tuple(lines[HEADER_ROWS:]))
+
+
+def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a CSV file; floats keep every digit that counts."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    for row in rows:
+        writer.writerow([f"{float(cell):.12g}" if isinstance(cell, float) else cell for cell in row])
+    write_text(path, text.getvalue())
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole or not at all: a full disk or a power cut leaves what was there before.
+
+    Raises:
+        FileUnwritable: The disk or the rights say no.
+    """
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """As `write_text`, for bytes."""
+    temporary = None
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)
+        raise FileUnwritable(path, error.strerror or str(error)) from None
