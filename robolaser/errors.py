@@ -103,10 +103,10 @@ class JointOutOfRange(RobolaserError):
 class NotAPixel(RobolaserError):
     """A pixel that the image does not have."""
 
-    def __init__(self, line: int, u_px: float, v_px: float, width: int, height: int) -> None:
+    def __init__(self, line: int, u_px: float, v_px: float, image_px: tuple[int, int]) -> None:
         super().__init__(
             f"points.csv, row {line}: pixel ({u_px:.6g}, {v_px:.6g}) lies outside the image of "
-            f"{width} x {height} pixels. Correct the row, or [image] in dataset.toml."
+            f"{image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml."
         )
 
 
@@ -170,7 +170,9 @@ class PathLeaves(RobolaserError):
     """A path in the data set points out of its folder."""
 
     def __init__(self, where: str, path: str) -> None:
-        super().__init__(f"{where}: '{path}' leaves the data set's folder. Copy the file into it and name it relatively.")
+        super().__init__(
+            f"{where}: '{path}' leaves the data set's folder. Copy the file into it and name it relatively."
+        )
 
 
 class BoundsWrong(RobolaserError):

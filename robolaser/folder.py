@@ -211,7 +211,7 @@ def _points(table: Table, poses: Poses, kind: str, image_px: tuple[int, int] | N
         outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
         if outside.any():
             row = int(np.argmax(outside))
-            raise NotAPixel(table.lines[row], *(float(x) for x in pixel[row]), *image_px)
+            raise NotAPixel(table.lines[row], float(pixel[row, 0]), float(pixel[row, 1]), image_px)
         points = replace(points, pixel=pixel)
     return points
 

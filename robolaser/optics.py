@@ -62,7 +62,8 @@ def cut(ray: Array, plane: Array) -> Array:
     """
     facing = (ray * plane[..., :3]).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return ray * (plane[..., 3] / facing)[..., None]
+        point: Array = ray * (plane[..., 3] / facing)[..., None]
+    return point
 
 
 def project(point: Array, values: Values, stripe_axis: str) -> Array:

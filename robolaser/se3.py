@@ -44,7 +44,8 @@ def exp_so3(turn: Array) -> Array:
     """Rotation by a turn vector (axis times angle), (..., 3) [rad] -> (..., 3, 3). Rodrigues' formula."""
     angle = np.linalg.norm(turn, axis=-1)[..., None, None]
     K = skew(turn)
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    return R
 
 
 def pose(R: Array, t: Array) -> Array:
@@ -87,9 +88,8 @@ def to_angles(R: Array) -> tuple[Array, Array, Array]:
 def from_quaternion(xyzw: Array) -> Array:
     """Rotations of quaternions (x, y, z, w), (..., 4) -> (..., 3, 3); they are normalised first."""
     q = xyzw / np.linalg.norm(xyzw, axis=-1, keepdims=True)
-    x, y, z, w = np.moveaxis(q, -1, 0)
     K = skew(q[..., :3])
-    R: Array = np.eye(3) + 2 * w[..., None, None] * K + 2 * (K @ K)
+    R: Array = np.eye(3) + 2 * q[..., 3, None, None] * K + 2 * (K @ K)
     return R
 
 

@@ -13,7 +13,7 @@ from robolaser.scanner import Model, sum_of_squares
 
 
 @final
-class ScannerCalibration(Problem):  # type: ignore[misc]  # pymoo is untyped
+class ScannerCalibration(Problem):
     """Minimise J, the sum of squared distances between known and predicted points. Lee et al. 2004, eqs. 14-18.
 
     `x` is in SI units within `xl` .. `xu`, the bounds of the data set, in the order of `names`; `F` is J [m²],
@@ -32,7 +32,7 @@ class ScannerCalibration(Problem):  # type: ignore[misc]  # pymoo is untyped
 
 
 @final
-class ReducedCalibration(Problem):  # type: ignore[misc]
+class ReducedCalibration(Problem):
     """The same question with the parameters left out that follow from the others in closed form.
 
     For each candidate an unplaced target stands where it fits best (Umeyama 1991), so the search is in the scanner's
