@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser import se3, urdf
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind
+from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
 
 _DOWN = (0.0, 0.0, -9.81)
 
@@ -79,6 +79,8 @@ class Robot:
             if joint.kind in ("floating", "planar"):
                 raise UrdfJointKind(source, joint.name, joint.kind, (*urdf.MOVING, "fixed"))
         listed = _listed(tree, path, joints)
+        if len(listed) > urdf.MOST_JOINTS:
+            raise UrdfTooLarge(source, "moving joints in use", urdf.MOST_JOINTS)
         index = {joint.name: i for i, joint in enumerate(listed)}
         chain = tuple(index[joint.name] for joint in path if joint.name in index)
         if not chain:
@@ -114,19 +116,20 @@ class Robot:
         """
         P = self.placements[None, None] if placements is None else placements
         lead = np.broadcast_shapes(q.shape[:2], P.shape[:2])
-        values = np.ascontiguousarray(np.moveaxis(q, -1, 0))
+        values = np.ascontiguousarray(np.moveaxis(q, -1, 0))[:, :, None]
         sin, cos = np.sin(values), np.cos(values)
-        T = np.broadcast_to(np.eye(4)[:, :3, None, None], (4, 3, *lead))
+        T = np.broadcast_to(np.eye(4)[None, :, :3, None], (lead[0], 4, 3, lead[1]))
         before = np.eye(4)
         for i in self.chain:
             T = _times(T, before @ P[:, :, i] @ self._to_axis[i])
             before = self._from_axis[i]
+            x, y, z = T[:, 0], T[:, 1], T[:, 2]
             if self.prismatic[i]:
-                T[3] += values[i] * T[2]
+                T[:, 3] += values[i] * z
             else:
-                T[:2] = cos[i] * T[0] + sin[i] * T[1], cos[i] * T[1] - sin[i] * T[0]
+                T[:, 0], T[:, 1] = cos[i] * x + sin[i] * y, cos[i] * y - sin[i] * x
         out = np.zeros((*lead, 4, 4))
-        out[..., :3, :] = np.moveaxis(_times(T, (before @ self.end)[None, None]), (0, 1), (3, 2))
+        out[..., :3, :] = np.moveaxis(_times(T, (before @ self.end)[None, None]), 3, 1).swapaxes(-1, -2)
         out[..., 3, 3] = 1.0
         return out
 
@@ -180,11 +183,12 @@ class Robot:
 
 
 def _times(T: Array, P: Array) -> Array:
-    """T @ P for P (c or 1, n or 1, 4, 4) and T by columns, (4, 3, c, n): long rows multiply fast."""
-    if P.shape[:2] == (1, 1):
-        product: Array = P[0, 0].T @ T.reshape(4, -1)
+    """T @ P, for P (c or 1, n or 1, 4, 4) and T by columns, (c, 4, 3, n): long rows multiply fast."""
+    if P.shape[1] == 1:
+        product: Array = np.swapaxes(P[:, 0], -1, -2) @ T.reshape(T.shape[0], 4, -1)
         return product.reshape(T.shape)
-    return np.stack([sum(P[..., k, i] * T[k] for k in range(4 if i == 3 else 3)) for i in range(4)])
+    columns = np.ascontiguousarray(np.moveaxis(P, 1, -1))[:, :, :, None]
+    return np.stack([(columns[:, :, i] * T).sum(axis=1) for i in range(4)], axis=1)
 
 
 def _z_along(axis: Array) -> Array:
@@ -223,9 +227,7 @@ def _fold(origins: list[Array]) -> Array:
 
 
 @lru_cache(maxsize=8)
-def _weighing(
-    text: str, joints: tuple[str, ...], gravity: tuple[float, float, float]
-) -> tuple[Any, Any, Any, Ints]:
+def _weighing(text: str, joints: tuple[str, ...], gravity: tuple[float, float, float]) -> tuple[Any, Any, Any, Ints]:
     import pinocchio  # noqa: PLC0415 - takes most of a second to load
 
     tree = urdf.parse(text)

@@ -40,6 +40,7 @@ from robolaser.errors import (
 
 MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
+MOST_JOINTS = 200  # that move: Pinocchio's memory grows with their square
 MOST_NESTING = 60
 MOST_LETTERS = 200  # in a name or a number
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
