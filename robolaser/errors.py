@@ -548,3 +548,20 @@ class FlangeNotSaid(RobolaserError):
         super().__init__(
             f"{source} has {len(ends)} ends: {', '.join(ends[:12])}{more}. Say which link is the flange."
         )
+
+
+class ImageUnreadable(RobolaserError):
+    """An image that is not there or cannot be decoded."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"{path}: {reason}. Name a grey or colour image that OpenCV reads, such as PNG.")
+
+
+class ImageSize(RobolaserError):
+    """An image of another size than the recording's."""
+
+    def __init__(self, path: Path, found: tuple[int, int], expected: tuple[int, int]) -> None:
+        super().__init__(
+            f"{path} is {found[0]} x {found[1]} pixels, but width_px x height_px say {expected[0]} x {expected[1]}."
+            " All images of a recording come from one camera at one size: correct the size or leave the image out."
+        )

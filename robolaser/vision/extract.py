@@ -1,0 +1,223 @@
+"""From images to points: which pixels of the stripe show which places on the board."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import final
+
+import cv2
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.vision.board import Image, find_board
+from robolaser.vision.layings import settle_by_robot, settle_by_sight
+from robolaser.vision.lens import Lens, View, find_lens, view_board
+from robolaser.vision.places import on_plane, spread
+from robolaser.vision.stripe import Axis, Centres, stripe_centres
+
+POINTS_PER_IMAGE = 170
+"""Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
+FEWEST_LINES = 20
+"""Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
+SMOOTH_DEGREE = 3
+"""Degree of the curve the noise is counted from: it takes up a bowed board and what is left of the lens."""
+
+
+@final
+@dataclass(frozen=True)
+class Frame:
+    """What became of one image.
+
+    Attributes:
+        pose: Its pose.
+        skipped: Why it gave no points; empty if it did.
+        points: Points it gave.
+        corner_rms_px: Corners of the board against its pattern [px]; NaN without a board.
+        line_rms_px: Stripe against a straight line, all its lines of pixels that were kept [px]; NaN without.
+        share_kept: Lines of pixels kept among those that show light; what is missing lay off the plane.
+    """
+
+    pose: str
+    skipped: str = ""
+    points: int = 0
+    corner_rms_px: float = float("nan")
+    line_rms_px: float = float("nan")
+    share_kept: float = 0.0
+
+
+@final
+@dataclass(frozen=True)
+class Extraction:
+    """Pixels of the stripe and the places on the board they show, one entry a point (m).
+
+    Attributes:
+        pose: Pose of each.
+        point: Name of each, unique within its pose: the line of pixels it was found in.
+        pixel: u and v as seen, lens distortion included, (m, 2) [px].
+        place: x, y and z in the board's frame, (m, 3) [m].
+        frames: What became of each image, in the order given.
+        lens: The lens that was taken off before planes were laid.
+        pixel_noise_px: Scatter of the stripe's middle across the stripe [px]; NaN without points.
+    """
+
+    pose: tuple[str, ...]
+    point: tuple[str, ...]
+    pixel: Array
+    place: Array
+    frames: tuple[Frame, ...]
+    lens: Lens
+    pixel_noise_px: float
+
+    def __len__(self) -> int:
+        return len(self.pose)
+
+
+@final
+@dataclass(frozen=True)
+class _Seen:
+    layings: tuple[Array, ...]
+    centres: Centres
+
+
+def extract_points(
+    images: Sequence[tuple[str, Path]],
+    *,
+    columns: int,
+    rows: int,
+    square_m: float,
+    stripe_axis: Axis,
+    width_px: int,
+    height_px: int,
+    step: int | None = None,
+    R_base_flange: Mapping[str, Array] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Extraction:
+    """Find in each image the board and the stripe on its plane, and give the stripe's pixels their places.
+
+    Args:
+        images: Pose and file of each image, in the order taken.
+        columns: Inner corners of the board along its x.
+        rows: Inner corners along its y.
+        square_m: Side of a square [m].
+        stripe_axis: Image axis the stripe runs along.
+        width_px: Width that every image must have [px].
+        height_px: Height that every image must have [px].
+        step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
+            POINTS_PER_IMAGE.
+        R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
+            several frames; without it the frame is followed by sight from image to image.
+        progress: Called with images done and images in all.
+
+    Returns:
+        The points, and a word on each image; images without board or stripe give none.
+
+    Raises:
+        ImageUnreadable: A file is missing or no image.
+        ImageSize: An image has another size.
+    """
+    seen = []
+    for done, (_, path) in enumerate(images, start=1):
+        image = _read(path, width_px, height_px)
+        layings = find_board(image, columns=columns, rows=rows)
+        seen.append(_Seen(layings, stripe_centres(image, stripe_axis)))
+        if progress is not None:
+            progress(done, len(images))
+    boards = [i for i, one in enumerate(seen) if one.layings]
+    lens = find_lens([seen[i].layings[0] for i in boards], square_m, width_px, height_px)
+    grids = _settle([(images[i][0], seen[i].layings) for i in boards], R_base_flange, lens)
+    views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
+    length = height_px if stripe_axis == "v" else width_px
+    every = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
+    board_m = (square_m * (columns - 1), square_m * (rows - 1))
+    cuts = [
+        _cut(pose, one.centres, views.get(i), lens, board_m, stripe_axis, every)
+        for i, ((pose, _), one) in enumerate(zip(images, seen, strict=True))
+    ]
+    scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
+    return Extraction(
+        pose=tuple(cut.frame.pose for cut in cuts for _ in cut.point),
+        point=tuple(name for cut in cuts for name in cut.point),
+        pixel=np.concatenate([np.zeros((0, 2)), *(cut.pixel for cut in cuts)]),
+        place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
+        frames=tuple(cut.frame for cut in cuts),
+        lens=lens,
+        pixel_noise_px=spread(scatter) if len(scatter) else float("nan"),
+    )
+
+
+def _read(path: Path, width_px: int, height_px: int) -> Image:
+    try:
+        coded = np.fromfile(path, dtype=np.uint8)
+    except OSError as error:
+        raise ImageUnreadable(path, error.strerror or "cannot be opened") from None
+    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE) if len(coded) else None
+    if image is None:
+        raise ImageUnreadable(path, "not an image of a known format, or damaged")
+    if image.shape != (height_px, width_px):
+        raise ImageSize(path, (image.shape[1], image.shape[0]), (width_px, height_px))
+    return np.asarray(image, dtype=np.uint8)
+
+
+def _settle(
+    boards: Sequence[tuple[str, tuple[Array, ...]]], R_base_flange: Mapping[str, Array] | None, lens: Lens
+) -> list[Array]:
+    layings = [ways for _, ways in boards]
+    if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in layings):
+        return settle_by_sight(layings)
+    return settle_by_robot(layings, np.stack([R_base_flange[pose] for pose, _ in boards]), lens)
+
+
+@final
+@dataclass(frozen=True)
+class _Cut:
+    """The points of one image."""
+
+    frame: Frame
+    point: tuple[str, ...] = ()
+    pixel: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    place: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    scatter: Array = field(default_factory=lambda: np.zeros(0))
+
+
+def _cut(
+    pose: str,
+    centres: Centres,
+    view: View | None,
+    lens: Lens,
+    board_m: tuple[float, float],
+    stripe_axis: Axis,
+    step: int,
+) -> _Cut:
+    if view is None:
+        return _Cut(Frame(pose, skipped="no board"))
+    if len(centres) == 0:
+        return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
+    straight = lens.straighten(centres.pixel)
+    place = view.places(straight)
+    along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
+    kept, off = on_plane(centres, along, across, _nearness(place, board_m))
+    share = float(kept.sum() / len(np.unique(centres.line)))
+    if kept.sum() < FEWEST_LINES:
+        return _Cut(
+            Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share)
+        )
+    curve = np.polynomial.Polynomial.fit(along[kept], off[kept], SMOOTH_DEGREE)
+    taken = np.flatnonzero(kept & (centres.line % step == step // 2))
+    frame = Frame(
+        pose,
+        points=len(taken),
+        corner_rms_px=view.corner_rms_px,
+        line_rms_px=float(np.sqrt(np.mean(off[kept] ** 2))),
+        share_kept=share,
+    )
+    names = tuple(f"{stripe_axis}{line:04d}" for line in centres.line[taken])
+    scatter = off[kept] - curve(along[kept])
+    return _Cut(frame, names, centres.pixel[taken], np.pad(place[taken], ((0, 0), (0, 1))), scatter)
+
+
+def _nearness(place: Array, board_m: tuple[float, float]) -> Array:
+    """Weigh places, (n, 2) [m], by how far beyond the corners they are, in sizes of the board, (n,)."""
+    size = np.asarray(board_m)
+    beyond = np.linalg.norm(np.maximum(np.abs(place - size / 2) - size / 2, 0.0), axis=-1) / size.max()
+    return np.asarray(1.0 / (1.0 + beyond**2))

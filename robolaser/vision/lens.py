@@ -1,0 +1,142 @@
+"""The lens that bent the images of a recording, and where the board's plane lay in each of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import cv2
+import numpy as np
+
+from robolaser.arrays import Array
+
+FEWEST_VIEWS = 3
+"""Boards from which focal length and distortion are told apart at all."""
+MOST_VIEWS = 40
+"""Boards, spread over the recording, that the lens is found from; more cost much and add little."""
+FREER_GAIN = 0.2
+"""Share by which a freer lens must lower the corners' RMS: less is the board's print, not the lens."""
+FOCAL_RANGE = (0.3, 30.0)
+"""Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
+_STIFF = (
+    cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+)
+MODELS = (
+    _STIFF | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT,
+    _STIFF | cv2.CALIB_FIX_K2,
+    _STIFF,
+)
+"""From stiff to free. What is left out (skew, decentring) a plane's perspective takes up in good part."""
+
+
+@final
+@dataclass(frozen=True)
+class Lens:
+    """A pinhole and its radial distortion, as OpenCV writes them.
+
+    Attributes:
+        matrix: Camera matrix, (3, 3) [px].
+        distortion: k1, k2, p1, p2, k3; all zero for a lens that nothing is known of.
+        known: Whether it was found from the boards.
+    """
+
+    matrix: Array
+    distortion: Array
+    known: bool
+
+    def straighten(self, pixel: Array) -> Array:
+        """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
+        if not self.known or len(pixel) == 0:
+            return pixel
+        bent = np.ascontiguousarray(pixel, dtype=np.float64).reshape(-1, 1, 2)
+        straight = cv2.undistortPoints(bent, self.matrix, self.distortion, P=self.matrix)
+        return np.asarray(straight, dtype=np.float64).reshape(-1, 2)
+
+
+@final
+@dataclass(frozen=True)
+class View:
+    """The board's plane as one image shows it.
+
+    Attributes:
+        H_board_pixel: Homography from straightened pixels to the board's x and y, (3, 3) [m].
+        R_camera_board: Turn of the board in the camera, (3, 3); NaN where the lens is not known.
+        corner_rms_px: Corners against the board's pattern [px].
+    """
+
+    H_board_pixel: Array
+    R_camera_board: Array
+    corner_rms_px: float
+
+    def places(self, straight: Array) -> Array:
+        """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""
+        if len(straight) == 0:
+            return straight
+        return np.asarray(cv2.perspectiveTransform(straight.reshape(-1, 1, 2), self.H_board_pixel)).reshape(-1, 2)
+
+
+def lattice(columns: int, rows: int, square_m: float) -> Array:
+    """Give the corners' places on the board, (rows * columns, 2) [m]."""
+    return square_m * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)
+
+
+def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Lens:
+    """Find the lens from all boards seen.
+
+    Args:
+        grids: Corners of each image, (rows, columns, 2) [px].
+        square_m: Side of a square [m].
+        width_px: Image width [px].
+        height_px: Image height [px].
+
+    Returns:
+        The lens; not known where there are too few boards or they do not tell.
+    """
+    guess = np.array([[2.0 * width_px, 0, (width_px - 1) / 2], [0, 2.0 * width_px, (height_px - 1) / 2], [0, 0, 1]])
+    unknown = Lens(guess, np.zeros(5), known=False)
+    if len(grids) < FEWEST_VIEWS:
+        return unknown
+    chosen = np.unique(np.linspace(0, len(grids) - 1, min(len(grids), MOST_VIEWS)).astype(np.int64))
+    pixels = [grids[i].reshape(-1, 1, 2).astype(np.float32) for i in chosen]
+    rows, columns = grids[0].shape[:2]
+    board = np.pad(lattice(columns, rows, square_m), ((0, 0), (0, 1))).astype(np.float32)
+    boards = [board] * len(pixels)
+    best, least = unknown, np.inf
+    for model in MODELS:
+        try:
+            rms, matrix, distortion, _, _ = cv2.calibrateCamera(
+                boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
+            )
+        except cv2.error:
+            continue
+        focal = matrix[0, 0] / width_px
+        if FOCAL_RANGE[0] < focal < FOCAL_RANGE[1] and rms < (1 - FREER_GAIN) * least:
+            best, least = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True), rms
+    return best
+
+
+def view_board(grid: Array, square_m: float, lens: Lens) -> View:
+    """Find the plane of a board in one image from its corners, (rows, columns, 2) [px].
+
+    With a known lens the plane has the six freedoms of a rigid board, which carries further beyond the
+    corners than the eight of a homography.
+    """
+    rows, columns = grid.shape[:2]
+    board = lattice(columns, rows, square_m)
+    straight = lens.straighten(grid.reshape(-1, 2))
+    H_pixel_board, R = _rigid(board, straight, lens) if lens.known else _loose(board, straight)
+    off = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2) - straight
+    return View(np.linalg.inv(H_pixel_board), R, float(np.sqrt(np.mean(np.sum(off**2, axis=-1)))))
+
+
+def _loose(board: Array, straight: Array) -> tuple[Array, Array]:
+    H, _ = cv2.findHomography(board, straight)
+    return np.asarray(H, dtype=np.float64), np.full((3, 3), np.nan)
+
+
+def _rigid(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
+    flat = np.pad(board, ((0, 0), (0, 1)))
+    pixel = straight.reshape(-1, 1, 2)
+    _, turn, shift = cv2.solvePnP(flat, pixel, lens.matrix, None, flags=cv2.SOLVEPNP_IPPE)
+    turn, shift = cv2.solvePnPRefineLM(flat, pixel, lens.matrix, None, turn, shift)
+    R = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
+    return lens.matrix @ np.column_stack([R[:, 0], R[:, 1], np.ravel(shift)]), R
