@@ -10,6 +10,7 @@ import numpy as np
 from robolaser import se3, urdf
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
+from robolaser.tree import MOVING, Joint, Tree
 
 _DOWN = (0.0, 0.0, -9.81)
 
@@ -77,7 +78,7 @@ class Robot:
         path = tree.path(flange)
         for joint in path:
             if joint.kind in ("floating", "planar"):
-                raise UrdfJointKind(source, joint.name, joint.kind, (*urdf.MOVING, "fixed"))
+                raise UrdfJointKind(source, joint.name, joint.kind, (*MOVING, "fixed"))
         listed = _listed(tree, path, joints)
         if len(listed) > urdf.MOST_JOINTS:
             raise UrdfTooLarge(source, "moving joints in use", urdf.MOST_JOINTS)
@@ -200,7 +201,7 @@ def _z_along(axis: Array) -> Array:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _listed(tree: urdf.Tree, path: list[urdf.Joint], names: Sequence[str] | None) -> list[urdf.Joint]:
+def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:
     if names is None:
         return [joint for joint in path if joint.moves and joint.follows is None]
     for i, name in enumerate(names):
@@ -211,11 +212,11 @@ def _listed(tree: urdf.Tree, path: list[urdf.Joint], names: Sequence[str] | None
     return [tree.joints[name] for name in names]
 
 
-def _last(path: list[urdf.Joint], index: dict[str, int]) -> int:
+def _last(path: list[Joint], index: dict[str, int]) -> int:
     return max((i for i, joint in enumerate(path) if joint.name in index), default=-1)
 
 
-def _since_listed(path: list[urdf.Joint], index: dict[str, int]) -> Array:
+def _since_listed(path: list[Joint], index: dict[str, int]) -> Array:
     return _fold([joint.origin for joint in path[_last(path[:-1], index) + 1 :]])
 
 

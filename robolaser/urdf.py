@@ -4,19 +4,15 @@ Everything is validated in Python before any C++ sees it: a malformed URDF must 
 never in an aborted process.
 """
 
-import io
 import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
-from xml.parsers import expat
 
 import numpy as np
 
-from robolaser import se3
+from robolaser import markup, se3
 from robolaser.arrays import Array
 from robolaser.errors import (
     FileUnreadable,
@@ -31,95 +27,19 @@ from robolaser.errors import (
     UrdfMissingLink,
     UrdfNotATree,
     UrdfNotText,
-    UrdfNotXml,
     UrdfTooLarge,
     UrdfUnexpandedXacro,
     UrdfUnnamed,
-    UrdfUnsafe,
 )
+from robolaser.tree import KINDS, MOVING, Joint, Link, Tree
 
 MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
-MOST_JOINTS = 200  # that move: Pinocchio's memory grows with their square
-MOST_NESTING = 60
+MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 MOST_LETTERS = 200  # in a name or a number
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
 
-MOVING = ("revolute", "continuous", "prismatic")
-KINDS = (*MOVING, "fixed", "floating", "planar")
-
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Link:
-    """A rigid body: all that gravity needs of it."""
-
-    name: str
-    mass: float
-    """[kg]"""
-    com: Array
-    """Centre of mass in the link frame, (3,) [m]."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Joint:
-    """What holds a link on the one before it."""
-
-    name: str
-    kind: str
-    parent: str
-    child: str
-    origin: Array
-    """Placement on the parent link, (4, 4)."""
-    axis: Array
-    """Unit axis in the joint frame, (3,)."""
-    lower: float
-    """[rad] or [m]; -inf for continuous joints."""
-    upper: float
-    """[rad] or [m]; inf for continuous joints."""
-    follows: str | None
-    """The joint that this one mimics."""
-
-    @property
-    def moves(self) -> bool:
-        """Whether one number moves it."""
-        return self.kind in MOVING
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Tree:
-    """A checked URDF: one tree of links, held together by joints."""
-
-    name: str
-    source: str
-    root: str
-    links: Mapping[str, Link]
-    joints: Mapping[str, Joint]
-    above: Mapping[str, Joint]
-    """The joint that carries each link but the root."""
-
-    def path(self, link: str) -> list[Joint]:
-        """Joints from the root to `link`, in that order.
-
-        Raises:
-            UnknownFrame: There is no such link.
-        """
-        if link not in self.links:
-            raise UnknownFrame(self.source, link, self.links)
-        up = []
-        while link != self.root:
-            up.append(self.above[link])
-            link = up[-1].parent
-        return up[::-1]
-
-    def leaves(self) -> list[str]:
-        """Links that carry no other."""
-        parents = {joint.parent for joint in self.joints.values()}
-        return [link for link in self.links if link not in parents]
 
 
 def load_text(path: Path) -> str:
@@ -246,48 +166,7 @@ def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
 
 
 def _xml(text: str, source: str) -> ET.Element:
-    """Parse XML without document types, entities, or depths that break recursion."""
-    if len(text) > MOST_BYTES:
-        raise UrdfTooLarge(source, "bytes", MOST_BYTES)
-    builder = ET.TreeBuilder(insert_comments=True)
-    parser = expat.ParserCreate("utf-8")
-    parser.buffer_text = True
-    depth = 0
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > MOST_NESTING:
-            raise UrdfTooLarge(source, "levels of nested elements", MOST_NESTING)
-        builder.start(tag, attributes)
-
-    def end(tag: str) -> None:
-        nonlocal depth
-        depth -= 1
-        builder.end(tag)
-
-    def comment(said: str) -> None:
-        if depth:
-            builder.comment(said)
-
-    def refuse(*_: object) -> Any:
-        raise UrdfUnsafe(source, parser.CurrentLineNumber, "it declares a document type or entities")
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = builder.data
-    parser.CommentHandler = comment
-    parser.StartDoctypeDeclHandler = refuse
-    parser.EntityDeclHandler = refuse
-    parser.UnparsedEntityDeclHandler = refuse
-    parser.ExternalEntityRefHandler = refuse
-    try:
-        parser.ParseFile(io.BytesIO(text.encode()))
-    except expat.ExpatError as fault:
-        raise UrdfNotXml(source, fault.lineno, fault.offset + 1, expat.ErrorString(fault.code)) from None
-    except UnicodeEncodeError as fault:
-        raise UrdfNotText(source, f"character {fault.start}: {fault.reason}") from None
-    robot = builder.close()
+    robot = markup.read(text, source, MOST_BYTES)
     if robot.tag != "robot":
         raise NotARobot(source, robot.tag[:60])
     for element in robot.iter():
