@@ -106,6 +106,11 @@ class Model:
         bend = self.bend(values)
         return {**values, **self.sensor.follow(values, self.flange(values, bend), bend)}
 
+    def with_gauge_held(self, x: Array) -> Array:
+        """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""
+        values = self.sensor.with_gauge_held(self.parameters.values(x[None]))
+        return np.array([values[name][0] for name in self.parameters.names])
+
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
         return sum_of_squares(self.residuals(x))

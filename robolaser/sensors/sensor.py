@@ -36,6 +36,15 @@ class Sensor(ABC):
     def following(self) -> tuple[str, ...]:
         """Parameters that follow from the others in closed form; the data set may leave them out."""
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
+        return ()
+
+    def with_gauge_held(self, values: Values) -> Values:
+        """The same model, as far as any data can tell, with the held parameters at their nominal values."""
+        return values
+
     @abstractmethod
     def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
         """The following parameters that fit best, for each candidate, as (c,) by name.

@@ -47,6 +47,17 @@ class Stripe(Sensor):
         """T_base_target, where the target is not placed."""
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """The focal length: see `with_gauge_held`."""
+        return ("f",)
+
+    def with_gauge_held(self, values: Values) -> Values:
+        """(f, s_u, s_v, k) → (c f, c s_u, c s_v, k/c²) changes no point: take c so that f is nominal."""
+        c = self.dataset.parameters["f"].nominal / values["f"]
+        scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
+        return {**values, **scaled, "k": values["k"] / c**2}
+
     def in_camera(self, values: Values, bend: Bend, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
         read = bend(Seam.PIXELS, self._pixel if pixel is None else pixel)

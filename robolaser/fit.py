@@ -1,0 +1,198 @@
+"""Parameters from data: a global search, a polish, and what can be said of the result."""
+
+import hashlib
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.algorithms.gauss_newton import Polished
+from robolaser.algorithms.names import POLISH_ONLY, algorithm_named
+from robolaser.arrays import Array
+from robolaser.box import Box, Residuals
+from robolaser.calibration import Calibration
+from robolaser.dataset import Dataset
+from robolaser.effects import suspects
+from robolaser.errors import NothingFound
+from robolaser.held_out import held_out
+from robolaser.noise import NoiseModel, noise_of
+from robolaser.readiness import check_poses, check_target
+from robolaser.scanner import Model
+from robolaser.search import Found, Progress, search
+from robolaser.uncertainty import standard_errors, unidentifiable
+
+GENERATIONS = 500  # then the polish of every member of the last generation ends in the same optimum
+SEARCH_POINTS = 400  # a thinned set ranks candidates as the whole does
+AGREEING = 3  # polishes that must end at the same lowest cost before it counts as found
+SAME = 1e-6  # relative difference in cost below which two optima are one
+REWEIGHTINGS = 3  # the weights depend on the estimate; a fourth round changes nothing any more
+
+
+@final
+@dataclass(frozen=True)
+class Plan:
+    """How to calibrate.
+
+    Attributes:
+        algorithm: Name of the global search; by default the paper's for a stripe scanner and none (`gauss-newton`)
+            for trackers and sockets, whose parameters start from a closed form.
+        polish: Whether Gauss-Newton steps follow the search.
+        weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
+        effects: `EFFECT[:WHERE]` each.
+        seed: Of the search.
+        generations: Of the search.
+    """
+
+    algorithm: str | None = None
+    polish: bool = True
+    weights: str = "plain"
+    effects: tuple[str, ...] = ()
+    seed: int = 1
+    generations: int = GENERATIONS
+
+
+def calibrate(
+    dataset: Dataset,
+    plan: Plan | None = None,
+    *,
+    state: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Find the parameters of a data set's sensor, and of effects added to the model.
+
+    Args:
+        dataset: What was measured.
+        plan: How.
+        state: A folder for checkpoints of the search.
+        resume: Go on from the checkpoint there.
+        progress: Is told what is going on.
+
+    Raises:
+        TooFewPoses, TargetUnseen, NothingFound: The data cannot be calibrated from.
+        EffectUnknown, PlaceUnknown, EffectSenseless, AlgorithmUnknown: Something asked for is not there.
+    """
+    began = time.perf_counter()
+    plan = plan or Plan()
+    tell = progress or (lambda what, share: None)
+    model = Model(dataset, suspects(plan.effects, dataset))
+    box = Box.of(model)
+    check_target(model)
+    check_poses(model, box)
+
+    found, starts = None, model.parameters.nominal[None]
+    algorithm = plan.algorithm or ("rcga" if model.sensor.own else POLISH_ONLY)
+    thin = Model(dataset.thinned(SEARCH_POINTS), model.suspects)
+    if algorithm != POLISH_ONLY:
+        found, starts = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
+    evaluations = found.evaluations if found else 0
+    x = starts[0]
+    noise: NoiseModel | None = None
+    residuals = Residuals(model)
+    if plan.polish:
+        tell("polishing", 0.0)
+        best, tried = polish_members(Residuals(thin), np.vstack([starts, model.parameters.nominal]), box)
+        end = box.polish(residuals, best.x)
+        evaluations += tried + end.evaluations
+        for _ in range(REWEIGHTINGS if plan.weights == "noise" else 0):
+            noise = noise_of(model, end.x)
+            residuals = Residuals(model, noise)
+            end = box.polish(residuals, end.x)
+            evaluations += end.evaluations
+        x = end.x
+    E = model.residuals(x[None])[0]
+    if not np.isfinite(E).all():
+        raise NothingFound()
+
+    tell("holding poses out", 0.5)
+    unseen, tried = held_out(residuals, x, box, seed=plan.seed)
+    noise = noise_of(model, x)
+    on_bound = box.on_bound(x)
+    J = box.jacobian(Residuals(model), x)
+    std = standard_errors(J, noise, held=box.held | on_bound, weighted=plan.weights == "noise")
+    parameters = model.parameters
+    return Calibration(
+        model=model,
+        algorithm=algorithm,
+        weights=plan.weights,
+        seed=plan.seed,
+        x=x,
+        std=std,
+        on_bound=on_bound,
+        unidentifiable=tuple(unidentifiable(J, parameters.names, parameters.width, noise)),
+        residuals=E,
+        held_out=unseen,
+        noise=noise.sigmas,
+        history=found.history if found else None,
+        evaluations=evaluations + tried,
+        seconds=time.perf_counter() - began,
+        warnings=(*dataset.warnings, *_doubts(model, on_bound, unseen)),
+    )
+
+
+def _searched(
+    thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
+) -> tuple[Found, Array]:
+    """Search globally; the last members come back as candidates of the whole model, best first."""
+    from robolaser.problems import ReducedCalibration  # noqa: PLC0415 - pymoo takes a second to import
+
+    problem = ReducedCalibration(thin)
+    found = search(
+        problem,
+        algorithm_named(algorithm),
+        generations=plan.generations,
+        seed=plan.seed,
+        state=state,
+        resume=resume,
+        fingerprint=_fingerprint(thin.dataset, plan),
+        progress=progress,
+    )
+    return found, problem.completed(found.candidates)
+
+
+def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polished, int]:
+    """Polish members, best first, until enough of them agree on the lowest optimum, or all have been tried.
+
+    Args:
+        residuals: What to polish on.
+        starts: (k, d); some may lie at poles.
+        box: Where the polish may go.
+
+    Returns:
+        The best, and the candidates evaluated.
+
+    Raises:
+        NothingFound: All starts lie at poles.
+    """
+    tried, evaluations = [], 0
+    for start in starts:
+        tried.append(box.polish(residuals, residuals.model.with_gauge_held(start)))
+        evaluations += tried[-1].evaluations
+        lowest = min(end.cost for end in tried)
+        if sum(end.cost <= lowest * (1 + SAME) + np.finfo(float).tiny for end in tried) >= AGREEING:
+            break
+    best = min(tried, key=lambda end: end.cost)
+    if not np.isfinite(best.cost):
+        raise NothingFound()
+    return best, evaluations
+
+
+def _doubts(model: Model, on_bound: Array, unseen: Array | None) -> list[str]:
+    ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
+    doubts = [f"{name} ended on one of its bounds: widen them, or doubt the model." for name in ended]
+    if unseen is None:
+        doubts.append("Too few poses to hold any out: the error on new poses is not known.")
+    return doubts
+
+
+def _fingerprint(dataset: Dataset, plan: Plan) -> str:
+    """Says what a search is about: the data, their nominal values and bounds, and the plan."""
+    points, poses = dataset.points, dataset.poses
+    arrays = (points.pose, points.pixel, points.xyz, poses.q, poses.T_base_flange)
+    digest = hashlib.sha256(repr((asdict(plan), sorted(dataset.parameters.items()))).encode())
+    for array in arrays:
+        digest.update(b"-" if array is None else array.tobytes())
+    return digest.hexdigest()

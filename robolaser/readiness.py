@@ -1,0 +1,51 @@
+"""Whether data can be calibrated from at all, said before the search and not after it."""
+
+import numpy as np
+
+from robolaser.box import Box, Residuals
+from robolaser.errors import TargetUnseen, TooFewPoses
+from robolaser.scanner import Model
+from robolaser.se3 import apply, inverse
+from robolaser.sensors.stripe import Stripe
+
+RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
+HEADER = 2  # the first row of a table stands in line 2
+
+
+def check_poses(model: Model, box: Box) -> None:
+    """See that there are enough poses for the parameters.
+
+    One pose can fix no more combinations of parameters than the rank of its rows' derivatives.
+
+    Raises:
+        TooFewPoses: Says how many are needed.
+    """
+    J = box.jacobian(Residuals(model), model.parameters.nominal)[:, ~box.held] * box.scale[~box.held]
+    pose_of_row = np.repeat(model.dataset.points.pose, 3)
+    poses = np.unique(pose_of_row)
+    J = np.nan_to_num(J)
+    sample = poses[np.unique(np.linspace(0, len(poses) - 1, min(len(poses), 20)).astype(int))]
+    ranks = [np.linalg.matrix_rank(J[pose_of_row == pose], rtol=RANK_TOLERANCE) for pose in sample]
+    parameters = J.shape[1]
+    needed = int(np.ceil(parameters / max(1.0, float(np.median(ranks)))))
+    if len(poses) < needed:
+        raise TooFewPoses(len(poses), needed, parameters)
+
+
+def check_target(model: Model) -> None:
+    """See that a placed target lies in front of the camera, with the nominal parameters, for most rows.
+
+    Raises:
+        TargetUnseen: It lies behind it.
+    """
+    sensor = model.sensor
+    if not isinstance(sensor, Stripe) or not model.dataset.placed:
+        return
+    values = model.parameters.values(model.parameters.nominal[None])
+    bend = model.bend(values)
+    T_base_camera = model.flange(values, bend) @ sensor.mount(values, bend)
+    pose = model.dataset.points.pose
+    behind = apply(inverse(T_base_camera)[:, pose], sensor.target(values, bend))[0, :, 2] <= 0
+    if behind.mean() > 0.5:
+        row = int(np.argmax(behind))
+        raise TargetUnseen(row + HEADER, model.dataset.poses.names[pose[row]], int(behind.sum()), len(behind))
