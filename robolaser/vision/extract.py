@@ -13,15 +13,13 @@ from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import Image, find_board
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
-from robolaser.vision.places import on_plane, spread
+from robolaser.vision.places import jumps, on_plane, spread
 from robolaser.vision.stripe import Axis, Centres, stripe_centres
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 FEWEST_LINES = 20
 """Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
-SMOOTH_DEGREE = 3
-"""Degree of the curve the noise is counted from: it takes up a bowed board and what is left of the lens."""
 
 
 @final
@@ -58,7 +56,7 @@ class Extraction:
         place: x, y and z in the board's frame, (m, 3) [m].
         frames: What became of each image, in the order given.
         lens: The lens that was taken off before planes were laid.
-        pixel_noise_px: Scatter of the stripe's middle across the stripe [px]; NaN without points.
+        pixel_noise_px: Scatter of the stripe's middle about its smooth course [px]; NaN without points.
     """
 
     pose: tuple[str, ...]
@@ -202,7 +200,6 @@ def _cut(
         return _Cut(
             Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share)
         )
-    curve = np.polynomial.Polynomial.fit(along[kept], off[kept], SMOOTH_DEGREE)
     taken = np.flatnonzero(kept & (centres.line % step == step // 2))
     frame = Frame(
         pose,
@@ -212,8 +209,7 @@ def _cut(
         share_kept=share,
     )
     names = tuple(f"{stripe_axis}{line:04d}" for line in centres.line[taken])
-    scatter = off[kept] - curve(along[kept])
-    return _Cut(frame, names, centres.pixel[taken], np.pad(place[taken], ((0, 0), (0, 1))), scatter)
+    return _Cut(frame, names, centres.pixel[taken], np.pad(place[taken], ((0, 0), (0, 1))), jumps(off[kept]))
 
 
 def _nearness(place: Array, board_m: tuple[float, float]) -> Array:

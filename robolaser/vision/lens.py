@@ -17,15 +17,13 @@ FREER_GAIN = 0.2
 """Share by which a freer lens must lower the corners' RMS: less is the board's print, not the lens."""
 FOCAL_RANGE = (0.3, 30.0)
 """Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
-_STIFF = (
-    cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
-)
+_ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 MODELS = (
-    _STIFF | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT,
-    _STIFF | cv2.CALIB_FIX_K2,
-    _STIFF,
+    _ALWAYS | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT,
+    _ALWAYS | cv2.CALIB_FIX_K2,
+    _ALWAYS,
 )
-"""From stiff to free. What is left out (skew, decentring) a plane's perspective takes up in good part."""
+"""From stiff to free. The focal lengths are two: prints are often longer one way by a part in some hundreds."""
 
 
 @final

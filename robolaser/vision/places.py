@@ -1,6 +1,7 @@
 """The part of a stripe that lies on the board's plane: there, and only there, it is straight."""
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.vision.stripe import Centres
@@ -9,16 +10,22 @@ GATE_PX = 3.0
 """Distance [px] within which a middle speaks for a line, while lines are still being tried."""
 STRATA = 20
 """Lines tried are drawn through middles in this many parts of the image."""
-WIDEST_GATE_PX = 4.0
-"""Distance [px] beyond which no middle is kept, however much the stripe scatters."""
+WIDEST_GATE_PX = 3.0
+"""Distance [px] beyond which no middle is kept, however much the board bows."""
 NARROWEST_GATE_PX = 1.0
-"""Distance [px] within which a middle is always kept: a board is never perfectly flat."""
-GATE_SIGMAS = 4.0
+"""Distance [px] within which a middle is always kept: no board is perfectly flat."""
+GATE_SIGMAS = 3.0
 """The same in standard deviations of the middles kept."""
+JUMP_SIGMAS = 4.0
+"""Distance from the neighbours' median, in its own standard deviations, beyond which a middle is a stray."""
 NEIGHBOURS = 15
 """Lines of pixels on either side that are asked whether the stripe is straight here."""
 LEAST_SUPPORT = 0.5
 """Share of those that must agree: a stripe on something else crosses the straight line only briefly."""
+CHANGE_SPAN = 10
+"""Lines of pixels on either side between which the stripe's width is compared."""
+MOST_CHANGE = 0.12
+"""Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
 MOST_LOPSIDED = 0.15
 """Shift of the middle between foot and top, as a share of the width, beyond which a profile is not trusted."""
 
@@ -48,13 +55,19 @@ def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> 
         slope, start = np.polyfit(along[kept], across[kept], 1)
         off = _distance(along, across, slope, start)
         gate = float(np.clip(GATE_SIGMAS * spread(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
-    kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= gate))
+    kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= WIDEST_GATE_PX))
+    kept = _undisturbed(centres, off, kept) & (np.abs(off) <= gate)
     return kept & _supported(centres.line, kept), off
 
 
 def spread(values: Array) -> float:
     """Standard deviation as the median tells it, for values about zero."""
     return 1.4826 * float(np.median(np.abs(values)))
+
+
+def jumps(off: Array) -> Array:
+    """Give each distance from the straight line, (n,), against the median of its neighbours': noise without bow."""
+    return off - np.asarray(median_filter(off, 2 * NEIGHBOURS + 1, mode="nearest"), dtype=np.float64)
 
 
 def _distance(along: Array, across: Array, slope: float, start: float) -> Array:
@@ -96,6 +109,22 @@ def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
     kept = np.zeros(len(line), dtype=np.bool_)
     kept[order[first]] = True
     return kept & able
+
+
+def _undisturbed(centres: Centres, off: Array, kept: Bools) -> Bools:
+    """Drop middles that jump out of their neighbours, or where the stripe's width changes along it."""
+    at = np.flatnonzero(kept)
+    if len(at) <= 2 * NEIGHBOURS:
+        return kept
+    width = np.log(median_filter(centres.width[at], 5))
+    change = np.abs(np.roll(width, -CHANGE_SPAN) - np.roll(width, CHANGE_SPAN))
+    change[:CHANGE_SPAN] = np.abs(width[:CHANGE_SPAN] - width[CHANGE_SPAN : 2 * CHANGE_SPAN])
+    change[-CHANGE_SPAN:] = np.abs(width[-CHANGE_SPAN:] - width[-2 * CHANGE_SPAN : -CHANGE_SPAN])
+    jump = jumps(off[at])
+    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= JUMP_SIGMAS * spread(jump))
+    result = np.zeros(len(kept), dtype=np.bool_)
+    result[at[calm]] = True
+    return result
 
 
 def _supported(line: Ints, kept: Bools) -> Bools:

@@ -157,16 +157,16 @@ def _mass_above(level: Array, grey: Array, seat: Ints) -> tuple[Array, Array, Ar
     below = grey <= level[:, None]
     before = np.where(below & (index < seat[:, None]), index, -1).max(axis=1, initial=-1)
     after = np.where(below & (index > seat[:, None]), index, m).min(axis=1, initial=m)
-    whole = (before >= 0) & (after < m) & (after - before > 1)
+    whole = (before >= 0) & (after < m) & (grey[row, seat] > level)
     before, after = np.where(whole, before, 0), np.where(whole, after, m - 1)
-    a = np.where((index > before[:, None]) & (index < after[:, None]), grey - level[:, None], 0.0)
-    a[~whole] = 1.0
+    inside = whole[:, None] & (index > before[:, None]) & (index < after[:, None])
+    a = np.where(inside, grey, level[:, None]) - level[:, None]
     f, l = before + 1, after - 1
-    a_f, a_l = a[row, f], a[row, l]
+    a_f, a_l = np.where(whole, a[row, f], 1.0), np.where(whole, a[row, l], 1.0)
     d_f = a_f / (a_f + np.where(whole, level - grey[row, before], 1.0))
     d_l = a_l / (a_l + np.where(whole, level - grey[row, after], 1.0))
     area = a.sum(axis=1) - 0.5 * (a_f * (1 - d_f) + a_l * (1 - d_l))
     moment = a @ index - a_f * (f / 2 - 1 / 4) - a_l * (l / 2 + 1 / 4) + (a_l - a_f) / 12
     moment += 0.5 * (a_f * d_f * (f - d_f / 3) + a_l * d_l * (l + d_l / 3))
-    gone = np.where(whole, 0.0, np.nan)
-    return moment / area + gone, l - f + d_f + d_l + gone, area + gone
+    area = np.where(whole, area, np.nan)
+    return moment / area, np.where(whole, l - f + d_f + d_l, np.nan), area
