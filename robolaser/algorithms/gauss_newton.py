@@ -88,7 +88,8 @@ def gauss_newton(
     r, cost, evaluations = rows[0], float(costs[0]), 1
     on_bound = has_room & ((x <= lower) | (x >= upper))
     if not np.isfinite(cost):
-        return Polished(x, cost, np.full((len(r), len(x)), np.nan), 0, 1, False, on_bound)
+        unknown = np.full((len(r), len(x)), np.nan)
+        return Polished(x, cost, unknown, 0, evaluations, converged=False, on_bound=on_bound)
 
     damping, converged = _START, False
     for iterations in range(max_iterations + 1):
@@ -100,9 +101,8 @@ def gauss_newton(
         x_new, r_new, cost_new = x, r, cost
         promised, tried = 0.0, damping
         while cost_new >= cost and tried <= _MOST:
-            steps, gains = bounded_steps(
-                J * scale, r, (lower - x) / scale, (upper - x) / scale, tried * _LADDER, _NOISE
-            )
+            down, up = (lower - x) / scale, (upper - x) / scale
+            steps, gains = bounded_steps(J * scale, r, down, up, tried * _LADDER, _NOISE)
             promised = max(promised, float(gains.max()))
             if promised <= max(tol * cost, _rounding(J, x)):
                 converged = True

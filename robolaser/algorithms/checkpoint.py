@@ -1,0 +1,183 @@
+"""A run of the genetic algorithm laid down in a file, to go on as if it had never stopped."""
+
+import json
+import os
+import struct
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pymoo.core.population import Population
+from pymoo.core.termination import Termination
+from pymoo.util.sliding_window import SlidingWindow
+
+from robolaser.algorithms.rcga import RCGA
+from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, FileUnwritable
+
+FORMAT = "robolaser-checkpoint/1"
+
+_DAMAGE = (
+    OSError,
+    EOFError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+    NotImplementedError,
+    struct.error,
+    zipfile.BadZipFile,
+)
+"""What NumPy and zipfile raise over a file that is not whole."""
+
+_STATE = ("perc", "force_termination", "best", "since", "data", "counter", "history")
+"""What terminations remember from one generation to the next: robolaser's, and pymoo's."""
+
+
+def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
+    """Lay down a run between two generations: between calls of `next()`, or in a callback.
+
+    The file is replaced in one stroke: at any moment it holds the last whole checkpoint. Not in it are the problem,
+    callbacks, the archive and the history.
+
+    Args:
+        algorithm: The run.
+        path: The file, .npz.
+        fingerprint: Says what the run is about, such as a hash of its data; `load` wants the same.
+
+    Raises:
+        CheckpointImpossible: The first generation has not been evaluated yet.
+        FileUnwritable: The file cannot be written; an earlier one is unharmed.
+    """
+    if not algorithm.is_initialized:
+        raise CheckpointImpossible("the run has no evaluated generation yet. Call next() first")
+    pop = algorithm.pop
+    born = np.asarray(pop.get("n_iter"), np.int64)
+    header = {
+        "format": FORMAT,
+        "fingerprint": fingerprint,
+        "settings": algorithm.settings,
+        "seed": algorithm.seed,
+        "random_state": algorithm.random_state.bit_generator.state,
+        "generation": int(born.max()),
+        "evaluations": algorithm.evaluator.n_eval,
+        "seconds": time.time() - algorithm.start_time,
+        "termination": [_remembered(node) for node in _nodes(algorithm.termination)],
+    }
+    arrays = {key: np.asarray(pop.get(key), np.float64) for key in ("X", "F", "G", "H")}
+    _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **arrays)
+
+
+def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint: str = "", **setup: Any) -> RCGA:
+    """Bring back a run: its next generation is the one it would have had, to the last bit.
+
+    Args:
+        path: The file that `save` wrote.
+        problem: The problem of the run.
+        termination: That of the run, if it had another than its own; a different one goes on under new rules.
+        fingerprint: As given to `save`.
+        setup: More for pymoo's `setup`: callback, verbose, save_history, archive.
+
+    Raises:
+        CheckpointUnreadable: The file is missing, damaged or no checkpoint.
+        CheckpointForeign: It belongs to another problem or had a termination that is not given.
+    """
+    path = Path(path)
+    header, arrays = _read(path)
+    for what, found, expected in (
+        ("its fingerprint", header["fingerprint"], fingerprint),
+        ("the number of its variables", arrays["X"].shape[1], problem.n_var),
+        ("the number of its objectives", arrays["F"].shape[1], problem.n_obj),
+    ):
+        if found != expected:
+            raise CheckpointForeign(path, what, found, expected)
+
+    algorithm = RCGA(**header["settings"])
+    if termination is not None:
+        setup["termination"] = termination
+    algorithm.setup(problem, seed=header["seed"], **setup)
+    nodes = list(_nodes(algorithm.termination))
+    kinds, saved_kinds = [type(node).__name__ for node in nodes], [kind for kind, _ in header["termination"]]
+    if termination is None and kinds != saved_kinds:
+        raise CheckpointForeign(path, "its termination", ", ".join(saved_kinds), ", ".join(kinds))
+    if kinds == saved_kinds:
+        for node, (_, state) in zip(nodes, header["termination"], strict=True):
+            _remember(node, state)
+
+    algorithm._initialize()
+    algorithm.is_initialized = True
+    algorithm.n_iter = header["generation"] + 1
+    algorithm.start_time = time.time() - header["seconds"]
+    algorithm.evaluator.n_eval = header["evaluations"]
+    algorithm.random_state.bit_generator.state = header["random_state"]
+    algorithm.pop = _population(arrays)
+    algorithm._set_optimum()
+    return algorithm
+
+
+def _population(arrays: dict[str, Any]) -> Any:
+    born = arrays.pop("born")
+    pop = Population.new(**arrays)
+    pop.set("n_gen", born, "n_iter", born)
+    pop.apply(lambda individual: individual.evaluated.update(arrays.keys() - {"X"}))
+    return pop
+
+
+def _nodes(termination: Termination) -> Iterator[Termination]:
+    """Walk through a termination and all those it consists of, in the order in which they were put together."""
+    yield termination
+    for value in vars(termination).values():
+        for part in value if isinstance(value, (list, tuple)) else (value,):
+            if isinstance(part, Termination):
+                yield from _nodes(part)
+
+
+def _remembered(node: Termination) -> tuple[str, dict[str, Any]]:
+    state = {name: value for name, value in vars(node).items() if name in _STATE}
+    return type(node).__name__, state
+
+
+def _as_json(value: Any) -> Any:
+    return {"array": value.tolist()} if isinstance(value, np.ndarray) else value.item()
+
+
+def _remember(node: Termination, state: dict[str, Any]) -> None:
+    for name, value in state.items():
+        window = getattr(node, name)
+        if isinstance(window, SlidingWindow):
+            window[:] = value
+        else:
+            setattr(node, name, np.array(value["array"]) if isinstance(value, dict) else value)
+
+
+def _replace(path: Path, **arrays: Any) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise FileUnwritable(path, error.strerror or str(error)) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            header = json.loads(str(file["header"]))
+            arrays = {key: file[key] for key in ("X", "F", "G", "H", "born")}
+        found = header["format"]
+    except FileNotFoundError as error:
+        raise CheckpointUnreadable(path, "there is no such file") from error
+    except _DAMAGE as error:
+        raise CheckpointUnreadable(path, f"it is cut short, damaged or something else ({error})") from error
+    if found != FORMAT:
+        raise CheckpointUnreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")
+    return header, arrays

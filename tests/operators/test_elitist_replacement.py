@@ -1,0 +1,59 @@
+"""Elites stay, the rest gives way to its offspring."""
+
+import numpy as np
+import pytest
+from bowl import Bowl, population
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+
+from robolaser.errors import OperatorSetting
+from robolaser.operators import ElitistReplacement, RouletteSelection
+from robolaser.operators.elitist_replacement import survivors
+
+PARENTS = np.array([5.0, 1.0, 3.0, 2.0])
+
+
+def test_the_best_parents_and_all_offspring_survive():
+    assert survivors(PARENTS, np.array([9.0, 8.0]), 2, 4).tolist() == [1, 3, 4, 5]
+
+
+def test_offspring_in_excess_are_left_out_from_the_worst():
+    assert survivors(PARENTS, np.array([9.0, 0.0, 7.0, 8.0]), 2, 4).tolist() == [1, 3, 5, 6]
+
+
+def test_missing_offspring_are_made_up_for_by_parents():
+    assert survivors(PARENTS, np.array([9.0]), 2, 4).tolist() == [1, 3, 2, 4]
+
+
+def test_without_elites_a_generation_gives_way_whole():
+    assert survivors(PARENTS, np.full(4, 99.0), 0, 4).tolist() == [4, 5, 6, 7]
+
+
+def test_of_equals_the_earlier_stays():
+    assert survivors(np.ones(4), np.ones(4), 2, 4).tolist() == [0, 1, 4, 5]
+
+
+def test_a_cost_that_is_not_a_number_is_no_elite(problem):
+    pop = population(problem, 8)
+    pop.set("F", np.array([np.nan, 3.0, np.inf, 1.0, 9.0, 9.0, 9.0, 9.0])[:, None])
+    kept = ElitistReplacement(2).do(problem, pop, n_survive=4, random_state=np.random.default_rng(0))
+    assert kept.get("F")[:, 0].tolist() == [1.0, 3.0, 9.0, 9.0]
+
+
+def test_elites_pass_untouched(problem):
+    pop = population(problem, 20)
+    best = pop[:10][np.argsort(pop[:10].get("F")[:, 0])[:3]]
+    kept = ElitistReplacement(3).do(problem, pop, n_survive=10, random_state=np.random.default_rng(0))
+    assert all(a is b for a, b in zip(kept[:3], best, strict=True))
+
+
+def test_a_negative_number_of_elites_is_refused():
+    with pytest.raises(OperatorSetting, match="n_elites is -1"):
+        ElitistReplacement(-1)
+
+
+def test_with_several_objectives_elites_are_of_the_first_front():
+    algorithm = NSGA2(pop_size=12, survival=ElitistReplacement(3), selection=RouletteSelection())
+    found = minimize(Bowl(n_obj=2), algorithm, ("n_gen", 5), seed=1)
+    F = found.pop.get("F")
+    assert not any(np.all(other <= elite) and np.any(other < elite) for elite in F[:1] for other in F[:3])

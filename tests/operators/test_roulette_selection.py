@@ -1,0 +1,109 @@
+"""The roulette wheel gives everyone the share that his fitness is of the whole."""
+
+import numpy as np
+import pytest
+from bowl import Bowl, population
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+from scipy import stats
+
+from robolaser.operators import RouletteSelection
+from robolaser.operators.roulette_selection import fitness, spin
+
+PROBLEM = Problem(n_var=1, n_obj=1, xl=0, xu=1)
+INF, NAN = np.inf, np.nan
+
+
+def selected(J, n, n_parents=2, G=None):
+    J = np.asarray(J, np.float64)
+    pop = Population.new(X=np.zeros((len(J), 1)), F=J[:, None])
+    if G is not None:
+        pop.set("G", np.asarray(G, np.float64)[:, None])
+    return RouletteSelection().do(PROBLEM, pop, n, n_parents, to_pop=False, random_state=np.random.default_rng(8))
+
+
+def test_frequencies_are_the_shares_of_fitness():
+    J = np.array([1.0, 2.0, 0.5, 8.0, 3.0])
+    counts = np.bincount(selected(J, 20_000).ravel(), minlength=5)
+    expected = 40_000 * (1.0 / J) / (1.0 / J).sum()
+    assert stats.chisquare(counts, expected).pvalue > 0.01
+
+
+def test_the_first_and_the_second_parent_are_drawn_independently():
+    a, b = selected([1.0, 2.0, 4.0], 20_000).T
+    table = np.zeros((3, 3))
+    np.add.at(table, (a, b), 1)
+    assert stats.chi2_contingency(table).pvalue > 0.01
+
+
+@pytest.mark.parametrize("n_parents", [1, 2, 3, 7])
+def test_any_number_of_parents_is_served(n_parents):
+    assert selected([1.0, 2.0], 5, n_parents).shape == (5, n_parents)
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1e-9, 1e12, 1e300])
+def test_the_unit_of_the_cost_does_not_matter(unit):
+    J = np.array([1.0, 2.0, 5.0, 0.25])
+    np.testing.assert_allclose(fitness(unit * J), fitness(J), rtol=1e-12)
+
+
+def test_a_perfect_individual_leaves_nothing_to_the_others():
+    assert set(selected([3.0, 0.0, 1e-300, 0.0], 1000).ravel()) == {1, 3}
+
+
+def test_costs_that_are_not_finite_win_nothing():
+    assert set(selected([NAN, 1.0, INF, 2.0, NAN], 1000).ravel()) == {1, 3}
+
+
+@pytest.mark.parametrize(
+    "J", [[INF, INF, INF], [NAN, INF, NAN], [-INF, -INF, -INF], [-3.0, -3.0, -3.0], [0.0, 0.0, 0.0]]
+)
+def test_where_all_are_alike_all_have_the_same_chance(J):
+    counts = np.bincount(selected(J, 3000).ravel(), minlength=3)
+    assert stats.chisquare(counts).pvalue > 0.01
+
+
+def test_negative_costs_count_from_the_best():
+    J = np.array([-10.0, -9.0, -8.0, -4.0])
+    np.testing.assert_allclose(fitness(J), fitness(J - 50.0))
+    np.testing.assert_allclose(fitness(J), fitness(1e6 * J))
+    assert np.all(np.diff(fitness(J)) < 0)
+    assert fitness(np.array([-INF, -1.0, 5.0])).tolist() == [1.0, 0.0, 0.0]
+    assert fitness(np.array([-1.0, INF, 5.0]))[1] == 0.0
+
+
+def test_a_better_cost_never_has_less_fitness():
+    rng = np.random.default_rng(9)
+    for _ in range(50):
+        J = np.sort(rng.standard_cauchy(30) + rng.choice([0.0, 1000.0]))
+        assert np.all(np.diff(fitness(J)) <= 0)
+        assert np.all(fitness(J) >= 0)
+
+
+def test_the_wheel_has_no_gap_and_no_overlap():
+    weights = np.array([0.0, 1.0, 0.0, 3.0, 0.0])
+    assert spin(weights, np.array([0.0, 0.2499, 0.25, np.nextafter(1.0, 0.0)])).tolist() == [1, 1, 3, 3]
+    rng = np.random.default_rng(10)
+    for _ in range(200):
+        weights = np.append(rng.random(9), 0.0)
+        assert spin(weights, np.nextafter(1.0, 0.0)) == 8
+
+
+def test_whoever_violates_a_constraint_is_no_better_than_the_worst_who_keeps_them():
+    counts = np.bincount(selected([1.0, 4.0, 0.1, 0.2], 20_000, G=[-1.0, -1.0, 2.0, 4.0]).ravel(), minlength=4)
+    expected = 1.0 / np.array([1.0, 4.0, 6.0, 8.0])
+    assert stats.chisquare(counts, 40_000 * expected / expected.sum()).pvalue > 0.01
+
+
+def test_where_all_violate_constraints_the_least_violation_has_the_best_chance():
+    counts = np.bincount(selected([9.0, 4.0, 0.1], 20_000, G=[1.0, 2.0, 4.0]).ravel(), minlength=3)
+    assert stats.chisquare(counts, 40_000 * np.array([4.0, 2.0, 1.0]) / 7.0).pvalue > 0.01
+
+
+def test_with_several_objectives_the_first_front_has_the_best_chance():
+    problem = Bowl(n_obj=2)
+    pop = population(problem, 30)
+    pop.set("F", np.stack([np.repeat([1.0, 2.0, 3.0], 10), np.repeat([1.0, 2.0, 3.0], 10)], axis=1))
+    parents = RouletteSelection().do(problem, pop, 5000, 2, to_pop=False, random_state=np.random.default_rng(11))
+    counts = np.bincount(parents.ravel() // 10, minlength=3)
+    assert stats.chisquare(counts, 10_000 * np.array([6.0, 3.0, 2.0]) / 11.0).pvalue > 0.01
