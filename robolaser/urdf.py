@@ -40,6 +40,8 @@ MOST_LETTERS = 200  # in a name or a number
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_PROLOGUE = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def load_text(path: Path) -> str:
@@ -60,6 +62,8 @@ def load_text(path: Path) -> str:
         raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
     except OSError as fault:
         raise FileUnreadable(path, fault.strerror or str(fault)) from None
+    except ValueError as fault:
+        raise FileUnreadable(path, str(fault)) from None
 
 
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:
@@ -112,7 +116,7 @@ def with_fixed_frame(text: str, parent: str, name: str, T_parent_child: Array) -
     ET.SubElement(joint, "child", link=name)
     ET.SubElement(joint, "origin", _origin_attributes(T_parent_child))
     joint.tail = "\n"
-    return _written(robot)
+    return _written(robot, text)
 
 
 def with_placements(text: str, placements: Mapping[str, Array]) -> str:
@@ -133,7 +137,7 @@ def with_placements(text: str, placements: Mapping[str, Array]) -> str:
             origin = ET.SubElement(joint, "origin") if origin is None else origin
             origin.attrib.clear()
             origin.attrib.update(_origin_attributes(placements[name]))
-    return _written(robot)
+    return _written(robot, text)
 
 
 def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
@@ -329,5 +333,8 @@ def _digits(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def _written(robot: ET.Element) -> str:
-    return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
+def _written(robot: ET.Element, before: str) -> str:
+    """XML text of `robot`, under the comments (a licence, often) that stood above it in the text `before`."""
+    prologue = _PROLOGUE.match(before)
+    comments = _COMMENT.findall(prologue[0]) if prologue else []
+    return "\n".join(['<?xml version="1.0"?>', *comments, ET.tostring(robot, encoding="unicode"), ""])

@@ -241,6 +241,7 @@ def test_new_placements_leave_the_rest_of_the_file_alone():
     again = urdf.with_placements(ARM, {"shoulder": np.eye(4)})
     assert again.count("<origin") == ARM.count("<origin")
     assert "package://gone/upper.stl" in again
+    assert again.count("<!-- a two-joint arm -->") == 1
     joint = urdf.parse(again).joints["shoulder"]
     assert (joint.lower, joint.upper, joint.axis.tolist()) == (-1.5, 2.0, [0, 1, 0])
 
