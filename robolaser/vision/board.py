@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 
 Image = NDArray[np.uint8]
 
@@ -92,7 +92,7 @@ def _is_even(grid: Array) -> bool:
     rows, columns = grid.shape[:2]
     lattice = _lattice(columns, rows).reshape(-1, 2)
     H, _ = cv2.findHomography(grid.reshape(-1, 2), lattice)
-    if H is None:
+    if np.shape(H) != (3, 3):
         return False
     off = cv2.perspectiveTransform(grid.reshape(-1, 1, 2), H).reshape(-1, 2) - lattice
     return bool(np.sqrt(np.mean(np.sum(off**2, axis=-1))) < LARGEST_UNEVENNESS)
@@ -111,11 +111,16 @@ def _shades(image: Image, grid: Array) -> Array:
 
 
 def _alternates(shades: Array) -> bool:
-    j, i = np.indices(shades.shape)
-    steps = [np.diff(shades, axis=axis) * np.where((i + j) % 2 == 0, 1, -1)[part] for axis, part in
-             ((0, np.s_[:-1]), (1, np.s_[:, :-1]))]
-    signs = np.sign(np.concatenate([step.ravel() for step in steps]))
-    return bool(abs(signs.sum()) >= (2 * LEAST_ALTERNATING - 1) * len(signs))
+    even = _even(shades.shape)
+    down = np.where(even[:-1], 1, -1) * np.sign(np.diff(shades, axis=0))
+    right = np.where(even[:, :-1], 1, -1) * np.sign(np.diff(shades, axis=1))
+    return bool(abs(down.sum() + right.sum()) >= (2 * LEAST_ALTERNATING - 1) * (down.size + right.size))
+
+
+def _even(shape: tuple[int, ...]) -> Bools:
+    """Squares of the colour of the first, in a checkerboard of this shape."""
+    j, i = np.indices(shape)
+    return np.asarray((i + j) % 2 == 0)
 
 
 def _layings(grid: Array, shades: Array) -> tuple[Array, ...]:
@@ -132,6 +137,5 @@ def _layings(grid: Array, shades: Array) -> tuple[Array, ...]:
 
 def _starts_dark(shades: Array) -> bool:
     """Whether the square inward of the origin, and so the one outward across the corner, is dark."""
-    j, i = np.indices(shades.shape)
-    even = (i + j) % 2 == 0
+    even = _even(shades.shape)
     return bool(np.median(shades[even]) < np.median(shades[~even]))

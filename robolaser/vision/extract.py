@@ -197,9 +197,7 @@ def _cut(
     kept, off = on_plane(centres, along, across, _nearness(place, board_m))
     share = float(kept.sum() / len(np.unique(centres.line)))
     if kept.sum() < FEWEST_LINES:
-        return _Cut(
-            Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share)
-        )
+        return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share))
     taken = np.flatnonzero(kept & (centres.line % step == step // 2))
     frame = Frame(
         pose,

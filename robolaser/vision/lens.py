@@ -69,12 +69,13 @@ class View:
         """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""
         if len(straight) == 0:
             return straight
-        return np.asarray(cv2.perspectiveTransform(straight.reshape(-1, 1, 2), self.H_board_pixel)).reshape(-1, 2)
+        place = cv2.perspectiveTransform(straight.reshape(-1, 1, 2), self.H_board_pixel)
+        return np.asarray(place, dtype=np.float64).reshape(-1, 2)
 
 
 def lattice(columns: int, rows: int, square_m: float) -> Array:
     """Give the corners' places on the board, (rows * columns, 2) [m]."""
-    return square_m * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)
+    return square_m * np.indices((rows, columns), dtype=np.float64)[::-1].reshape(2, -1).T
 
 
 def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Lens:
@@ -123,7 +124,8 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> View:
     straight = lens.straighten(grid.reshape(-1, 2))
     H_pixel_board, R = _rigid(board, straight, lens) if lens.known else _loose(board, straight)
     off = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2) - straight
-    return View(np.linalg.inv(H_pixel_board), R, float(np.sqrt(np.mean(np.sum(off**2, axis=-1)))))
+    H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)
+    return View(H_board_pixel, R, float(np.sqrt(np.mean(np.sum(off**2, axis=-1)))))
 
 
 def _loose(board: Array, straight: Array) -> tuple[Array, Array]:

@@ -161,12 +161,12 @@ def _mass_above(level: Array, grey: Array, seat: Ints) -> tuple[Array, Array, Ar
     before, after = np.where(whole, before, 0), np.where(whole, after, m - 1)
     inside = whole[:, None] & (index > before[:, None]) & (index < after[:, None])
     a = np.where(inside, grey, level[:, None]) - level[:, None]
-    f, l = before + 1, after - 1
-    a_f, a_l = np.where(whole, a[row, f], 1.0), np.where(whole, a[row, l], 1.0)
-    d_f = a_f / (a_f + np.where(whole, level - grey[row, before], 1.0))
-    d_l = a_l / (a_l + np.where(whole, level - grey[row, after], 1.0))
-    area = a.sum(axis=1) - 0.5 * (a_f * (1 - d_f) + a_l * (1 - d_l))
-    moment = a @ index - a_f * (f / 2 - 1 / 4) - a_l * (l / 2 + 1 / 4) + (a_l - a_f) / 12
-    moment += 0.5 * (a_f * d_f * (f - d_f / 3) + a_l * d_l * (l + d_l / 3))
+    head, tail = before + 1, after - 1
+    a_head, a_tail = np.where(whole, a[row, head], 1.0), np.where(whole, a[row, tail], 1.0)
+    to_head = a_head / (a_head + np.where(whole, level - grey[row, before], 1.0))
+    to_tail = a_tail / (a_tail + np.where(whole, level - grey[row, after], 1.0))
+    area = a.sum(axis=1) - 0.5 * (a_head * (1 - to_head) + a_tail * (1 - to_tail))
+    moment = a @ index - a_head * (head / 2 - 1 / 4) - a_tail * (tail / 2 + 1 / 4) + (a_tail - a_head) / 12
+    moment += 0.5 * (a_head * to_head * (head - to_head / 3) + a_tail * to_tail * (tail + to_tail / 3))
     area = np.where(whole, area, np.nan)
-    return moment / area, np.where(whole, l - f + d_f + d_l, np.nan), area
+    return moment / area, np.where(whole, tail - head + to_head + to_tail, np.nan), area
