@@ -1,6 +1,6 @@
 """A serial arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Self, final
@@ -115,11 +115,29 @@ class Robot:
         Returns:
             T_base_flange, (c, n, 4, 4).
         """
+        *_, last = self._along(q, placements)
+        return _poses(last, self._from_axis[self.chain[-1]] @ self.end)
+
+    def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
+        """Where the joints of the chain are, from base to flange, each turned by its own value.
+
+        Args:
+            q: As for `forward`.
+            placements: As for `forward`.
+
+        Returns:
+            T_base_joint, (c, n, len(chain), 4, 4).
+        """
+        steps = zip(self.chain, self._along(q, placements), strict=True)
+        return np.stack([_poses(T, self._from_axis[i]) for i, T in steps], axis=2)
+
+    def _along(self, q: Array, placements: Array | None) -> Iterator[Array]:
+        """The frames of the chain's joints, z along each axis, by columns, (c, 4, 3, n)."""
         P = self.placements[None, None] if placements is None else placements
-        lead = np.broadcast_shapes(q.shape[:2], P.shape[:2])
+        c, n = np.broadcast_shapes(q.shape[:2], P.shape[:2])
         values = np.ascontiguousarray(np.moveaxis(q, -1, 0))[:, :, None]
         sin, cos = np.sin(values), np.cos(values)
-        T = np.broadcast_to(np.eye(4)[None, :, :3, None], (lead[0], 4, 3, lead[1]))
+        T = np.broadcast_to(np.eye(4)[None, :, :3, None], (c, 4, 3, n))
         before = np.eye(4)
         for i in self.chain:
             T = _times(T, before @ P[:, :, i] @ self._to_axis[i])
@@ -129,10 +147,7 @@ class Robot:
                 T[:, 3] += values[i] * z
             else:
                 T[:, 0], T[:, 1] = cos[i] * x + sin[i] * y, cos[i] * y - sin[i] * x
-        out = np.zeros((*lead, 4, 4))
-        out[..., :3, :] = np.moveaxis(_times(T, (before @ self.end)[None, None]), 3, 1).swapaxes(-1, -2)
-        out[..., 3, 3] = 1.0
-        return out
+            yield T
 
     def gravity_torques(self, q: Array) -> Array:
         """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
@@ -190,6 +205,14 @@ def _times(T: Array, P: Array) -> Array:
         return product.reshape(T.shape)
     columns = np.ascontiguousarray(np.moveaxis(P, 1, -1))[:, :, :, None]
     return np.stack([(columns[:, :, i] * T).sum(axis=1) for i in range(4)], axis=1)
+
+
+def _poses(T: Array, onward: Array) -> Array:
+    """T @ onward, for T by columns, (c, 4, 3, n), and one `onward` (4, 4), -> (c, n, 4, 4)."""
+    out = np.zeros((T.shape[0], T.shape[3], 4, 4))
+    out[..., :3, :] = np.moveaxis(_times(T, onward[None, None]), 3, 1).swapaxes(-1, -2)
+    out[..., 3, 3] = 1.0
+    return out
 
 
 def _z_along(axis: Array) -> Array:

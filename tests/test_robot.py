@@ -184,6 +184,17 @@ def test_forward_leaves_its_arguments_alone(robot, rng):
     assert np.array_equal(moved, before[1])
 
 
+def test_the_last_joint_carries_the_flange_and_each_joint_turns_only_what_comes_after(robot, rng):
+    q, moved = rng.uniform(-2, 2, (3, 5, 3)), turned_a_little(robot, rng, 1, 1)
+    frames = robot.joint_frames(q, moved)
+    np.testing.assert_allclose(frames[:, :, -1] @ robot.end, robot.forward(q, moved), rtol=0, atol=1e-14)
+    turned = robot.joint_frames(q + [0.0, 0.3, 0.0], moved)
+    np.testing.assert_allclose(turned[:, :, 0], frames[:, :, 0], rtol=0, atol=1e-14)
+    own = se3.exp_so3(0.3 * robot.axes[1])
+    np.testing.assert_allclose(turned[:, :, 1, :3, :3], frames[:, :, 1, :3, :3] @ own, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(turned[:, :, 1, :3, 3], frames[:, :, 1, :3, 3], rtol=0, atol=1e-14)
+
+
 def test_an_exported_urdf_moves_as_the_moved_joints_did(robot, rng):
     q, moved = rng.uniform(-2, 2, (1, 5, 3)), turned_a_little(robot, rng, 1, 1)
     again = Robot.from_urdf(robot.urdf_with(moved[0, 0]), flange="flange")
