@@ -170,7 +170,7 @@ def _replace(path: Path, **arrays: Any) -> None:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             header = json.loads(str(file["header"]))
             arrays = {key: file[key] for key in ("X", "F", "G", "H", "born")}
         found = header["format"]
