@@ -1,5 +1,6 @@
 """A serial arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -115,8 +116,8 @@ class Robot:
         Returns:
             T_base_flange, (c, n, 4, 4).
         """
-        *_, last = self._along(q, placements)
-        return _poses(last, self._from_axis[self.chain[-1]] @ self.end)
+        last = deque(self._along(q, placements), maxlen=1)
+        return _poses(last[0], self._from_axis[self.chain[-1]] @ self.end)
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """Where the joints of the chain are, from base to flange, each turned by its own value.

@@ -188,7 +188,7 @@ def test_the_last_joint_carries_the_flange_and_each_joint_turns_only_what_comes_
     q, moved = rng.uniform(-2, 2, (3, 5, 3)), turned_a_little(robot, rng, 1, 1)
     frames = robot.joint_frames(q, moved)
     np.testing.assert_allclose(frames[:, :, -1] @ robot.end, robot.forward(q, moved), rtol=0, atol=1e-14)
-    turned = robot.joint_frames(q + [0.0, 0.3, 0.0], moved)
+    turned = robot.joint_frames(q + np.array([0.0, 0.3, 0.0]), moved)
     np.testing.assert_allclose(turned[:, :, 0], frames[:, :, 0], rtol=0, atol=1e-14)
     own = se3.exp_so3(0.3 * robot.axes[1])
     np.testing.assert_allclose(turned[:, :, 1, :3, :3], frames[:, :, 1, :3, :3] @ own, rtol=0, atol=1e-14)
