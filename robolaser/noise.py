@@ -1,0 +1,184 @@
+"""How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser import reml
+from robolaser.arrays import Array, Ints
+from robolaser.dataset import Dataset
+from robolaser.disturbances import Disturbance, disturbances
+from robolaser.jacobian import jacobian as jacobian_of
+from robolaser.scanner import Model
+from robolaser.whitening import Whitener, group_sums
+
+FLOOR_M = 1e-6
+"""Of every row and axis, added to all: no cell is better, and no covariance becomes singular."""
+MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
+MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
+LEAST_ROWS_A_POSE = 3
+LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
+
+
+@final
+@dataclass(frozen=True)
+class NoiseModel:
+    """The errors of a data set's rows: independent between poses, correlated within.
+
+    Attributes:
+        sources: What shakes the rows, see `robolaser.disturbances`.
+        sigmas: Standard deviation of each source, by name [px, m or rad].
+        estimated: Those that the residuals or repeats gave rather than the data set.
+    """
+
+    sources: tuple[Disturbance, ...]
+    sigmas: Mapping[str, float]
+    estimated: tuple[str, ...] = ()
+
+    def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
+        """The same sources with other sizes; those not named keep theirs."""
+        return replace(self, sigmas={**self.sigmas, **sigmas})
+
+    @cached_property
+    def _whitener(self) -> Whitener:
+        own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        levels: list[tuple[Array, Ints]] = []
+        for source in sorted(self.sources, key=lambda source: len(np.unique(source.group)), reverse=True):
+            effect = self.sigmas[source.name] * source.effect
+            if len(np.unique(source.group)) == self._rows:
+                own += effect @ np.swapaxes(effect, -1, -2)
+            elif levels and np.array_equal(levels[-1][1], source.group):
+                levels[-1] = (np.concatenate([levels[-1][0], effect], axis=-1), source.group)
+            else:
+                levels.append((effect, source.group))
+        return Whitener.of(own, levels)
+
+    @property
+    def _rows(self) -> int:
+        return len(self.sources[0].group)
+
+    def whiten(self, residuals: Array) -> Array:
+        """Make residuals independent and of unit variance, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
+        return self._whitener(residuals)
+
+    def seen_through(self, J: Array) -> Array:
+        """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""
+        d = J.shape[1]
+        rows = J.reshape(-1, 3, d)
+        total: Array = FLOOR_M**2 * J.T @ J
+        for source in self.sources:
+            effect = self.sigmas[source.name] * source.effect
+            shared = group_sums(np.swapaxes(effect, -1, -2) @ rows, source.group).reshape(-1, d)
+            total = total + shared.T @ shared
+        return total
+
+    @cached_property
+    def covariances(self) -> Array:
+        """Covariance of each row by itself, all sources together, (m, 3, 3) [m²]."""
+        total = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        for source in self.sources:
+            effect = self.sigmas[source.name] * source.effect
+            total += effect @ np.swapaxes(effect, -1, -2)
+        return total
+
+    def draw(self, count: int, rng: np.random.Generator) -> Array:
+        """Errors as this noise would make them, (count, m, 3) [m]."""
+        e = FLOOR_M * rng.standard_normal((count, self._rows, 3))
+        for source in self.sources:
+            unit = rng.standard_normal((count, int(source.group.max()) + 1, source.effect.shape[-1]))
+            e += self.sigmas[source.name] * np.einsum("mkq,cmq->cmk", source.effect, unit[:, source.group])
+        return e
+
+
+def noise_of(model: Model, x: Array, jacobian: Array | None = None) -> NoiseModel:
+    """The noise of a data set, judged at the optimum.
+
+    What `[noise]` states is taken as it is. The pixels' comes from repeats where there are enough. The rest is
+    estimated from the residuals by restricted maximum likelihood; at the level of the pose there is always a source
+    left for it, so that residuals larger than the stated noise are not passed over.
+
+    Args:
+        model: The model that was fitted.
+        x: The optimum, (d,).
+        jacobian: Of the residuals by the parameters, (3m, d); computed when absent.
+    """
+    sources = disturbances(model, x)
+    stated = {
+        "pixel": model.dataset.noise.pixel_px,
+        "target": model.dataset.noise.target_m,
+        "joint": model.dataset.noise.joint_rad,
+        "point": model.dataset.noise.point_m,
+    }
+    given = {s.name: sigma for s in sources if (sigma := stated.get(s.name)) is not None}
+    known = dict(given)
+    if "pixel" not in known and (pixel := pixel_from_repeats(model.dataset)) is not None:
+        known["pixel"] = pixel
+    open_ = [source for source in sources if source.name not in known]
+    if open_:
+        J = jacobian_of(model, x) if jacobian is None else jacobian
+        found = _from_residuals(model, x, J, sources, known)
+        known |= {source.name: float(sigma) for source, sigma in zip(open_, found, strict=True)}
+    return NoiseModel(
+        sources=sources,
+        sigmas={source.name: known[source.name] for source in sources},
+        estimated=tuple(source.name for source in sources if source.name not in given),
+    )
+
+
+def _from_residuals(
+    model: Model, x: Array, J: Array, sources: tuple[Disturbance, ...], known: Mapping[str, float]
+) -> Array:
+    table = _some_rows(model.dataset.points.pose)
+    there = np.repeat(table >= 0, 3, axis=1)
+    columns = (3 * table[:, :, None] + np.arange(3)).reshape(len(table), -1)
+    e = np.where(there, model.residuals(x[None])[0].reshape(-1)[columns], 0.0)
+    slopes = np.where(there[..., None], J[columns], 0.0)
+    base = np.where(there, FLOOR_M**2, 1.0)[:, :, None] * np.eye(columns.shape[1])
+    unit = []
+    for source in sources:
+        C = reml.blocks(source.effect, source.group, table)
+        if source.name in known:
+            base = base + known[source.name] ** 2 * C
+        else:
+            unit.append(C)
+    return reml.estimate(base, unit, e, slopes)
+
+
+def _some_rows(of_pose: Ints) -> Ints:
+    """Rows of each pose with rows, evenly thinned, (n, r); -1 where a pose has fewer."""
+    seen, counts = np.unique(of_pose, return_counts=True)
+    most = int(np.clip(MOST_ROWS // len(seen), LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
+    table = np.full((len(seen), min(most, int(counts.max()))), -1, dtype=np.int64)
+    for line, number in zip(table, seen, strict=True):
+        rows = np.flatnonzero(of_pose == number)
+        line[: min(most, len(rows))] = rows[np.linspace(0, len(rows) - 1, min(most, len(rows))).round().astype(int)]
+    return table
+
+
+def pixel_from_repeats(dataset: Dataset) -> float | None:
+    """Pooled standard deviation of pixels between shots at an unmoved pose [px]; None where repeats are too few.
+
+    Repeats with a gross error, judged by the median deviation, are left out.
+    """
+    if dataset.points.pixel is None or dataset.points.repeat is None:
+        return None
+    pairs = list(zip(dataset.points.pose.tolist(), dataset.points.names, strict=True))
+    number = {pair: i for i, pair in enumerate(dict.fromkeys(pairs))}
+    group = np.array([number[pair] for pair in pairs], dtype=np.int64)
+    count = np.bincount(group)
+    deviation = dataset.points.pixel - (group_sums(dataset.points.pixel, group) / count[:, None])[group]
+    free = (count - 1)[group] / count[group]  # share of the variance that a deviation from the group's mean keeps
+    repeated = free > 0
+    if (count - 1).sum() < LEAST_REPEATS:
+        return None
+    normal = np.abs(deviation[repeated]) / np.sqrt(free[repeated, None])
+    largest = GROSS * float(np.median(normal)) / 0.6745  # median of |N(0, 1)|
+    gross = np.zeros(len(count), dtype=bool)
+    gross[group[repeated][(normal > largest).any(axis=1)]] = True
+    kept = ~gross
+    degrees = 2 * (count - 1)[kept].sum()
+    return float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))

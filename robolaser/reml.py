@@ -1,0 +1,95 @@
+"""Standard deviations of several sources of error from what a fit left over: restricted maximum likelihood.
+
+The d fitted numbers made the residuals smaller than the errors; the restricted likelihood looks only at those
+combinations of residuals that no fitted number can touch. Patterson, Thompson 1971, Biometrika 58; Harville 1977.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import minimize
+
+from robolaser.arrays import Array, Ints
+
+SPAN = (1e-4, 1e2)
+"""Search range of a standard deviation, in units of the one that alone would explain the residuals."""
+RANK = 1e-9
+"""Singular values of the Jacobian below this share of the largest belong to null directions."""
+
+
+def blocks(effect: Array, group: Ints, table: Ints) -> Array:
+    """Covariance that a source of unit size causes within each pose.
+
+    Args:
+        effect: (m, 3, q).
+        group: Rows with one number share their errors, (m,).
+        table: Rows of each pose, (n, r); -1 where a pose has fewer.
+
+    Returns:
+        (n, 3r, 3r), zero for absent rows.
+    """
+    there = table >= 0
+    A = np.where(there[..., None, None], effect[table], 0.0)
+    same = (group[table][:, :, None] == group[table][:, None, :]) & there[:, :, None] & there[:, None, :]
+    n, r = table.shape
+    A = A.reshape(n, 3 * r, -1)
+    C: Array = A @ np.swapaxes(A, -1, -2) * same.repeat(3, axis=1).repeat(3, axis=2)
+    return C
+
+
+def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array) -> tuple[float, Array]:
+    """Negative log of the restricted likelihood, up to a constant, and its gradient.
+
+    Args:
+        log_sigma: Logarithms of the open standard deviations, (k,).
+        known: Covariance of each pose from what is known, (n, s, s) [m²].
+        unit: Covariance of each pose from a unit of each open source, k of (n, s, s).
+        e: Residuals, (n, s) [m].
+        Q: A basis of what the fitted numbers can do to the residuals, (n, s, d).
+    """
+    variance = np.exp(2.0 * log_sigma)
+    S = known + sum(v * C for v, C in zip(variance, unit, strict=True))
+    S_inv = np.linalg.inv(S)
+    B = S_inv @ Q
+    d = Q.shape[-1]
+    H = Q.reshape(-1, d).T @ B.reshape(-1, d)
+    H_inv = np.linalg.inv(H) if d else H
+    z = np.einsum("nij,nj->ni", S_inv, e)
+    z = z - B @ (H_inv @ (Q.reshape(-1, d).T @ z.reshape(-1)))
+    value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + float((z * e).sum()))
+    G = S_inv - (B @ H_inv) @ np.swapaxes(B, -1, -2) - z[:, :, None] * z[:, None, :]
+    gradient = np.array([v * np.vdot(C, G) for v, C in zip(variance, unit, strict=True)])
+    return float(value), gradient
+
+
+def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
+    """The standard deviations that make the residuals likeliest.
+
+    Args:
+        known: Covariance of each pose from what is known, regular, (n, s, s) [m²].
+        unit: Covariance of each pose from a unit of each open source, k of (n, s, s); zero for absent rows.
+        e: Residuals, (n, s) [m].
+        J: Their derivatives by the fitted numbers, (n, s, d); null directions are welcome.
+
+    Returns:
+        (k,), each in the unit of its source; next to nothing where the residuals ask for none.
+    """
+    n, s, d = J.shape
+    flat = J.reshape(n * s, d)
+    length = np.linalg.norm(flat, axis=0)
+    U, sv, _ = np.linalg.svd(flat / np.where(length > 0, length, 1.0), full_matrices=False)
+    Q = U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1)
+    total = float((e**2).sum())
+    alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
+    if total == 0.0:
+        return np.zeros(len(unit))
+    scale = e.size
+
+    def objective(log_sigma: Array) -> tuple[float, Array]:
+        value, gradient = restricted(log_sigma, known, unit, e, Q)
+        return value / scale, gradient / scale
+
+    bounds = [(np.log(SPAN[0] * a), np.log(SPAN[1] * a)) for a in alone]
+    start = np.log(alone / np.sqrt(len(unit)))
+    found = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
+    return np.exp(np.asarray(found.x))
