@@ -5,6 +5,7 @@ from typing import Any, final
 import numpy as np
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.termination import TerminateIfAny
+from pymoo.core.variable import get
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
@@ -99,18 +100,22 @@ class RCGA(GeneticAlgorithm):
             output=SingleObjectiveOutput() if output is None else output,
             **kwargs,
         )
-        self.settings = {
-            "pop_size": pop_size,
-            "n_elites": n_elites,
-            "prob_crossover": prob_crossover,
-            "prob_var": prob_var,
-            "b": b,
-            "form": form,
-            "last_generation": last_generation,
-            "cost": cost,
-            "patience": patience,
+        self._stop = {"cost": cost, "patience": patience}
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What makes this algorithm: `RCGA(**settings)` is its twin."""
+        crossover, mutation = self.mating.crossover, self.mating.mutation
+        return {
+            "pop_size": self.pop_size,
+            "n_elites": self.survival.n_elites,
+            "prob_crossover": get(crossover.prob),
+            "prob_var": get(mutation.prob_var),
+            "b": get(mutation.b),
+            "form": mutation.form,
+            "last_generation": mutation.last_generation,
+            **self._stop,
         }
-        """What the algorithm was made with: `RCGA(**settings)` is its twin."""
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         if problem.n_obj != 1:

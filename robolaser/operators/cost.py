@@ -11,15 +11,15 @@ from robolaser.arrays import Array
 def penalised(cost: Array, violation: Array) -> Array:
     """Add the violation of constraints to the worst cost that keeps them, (n,), (n,) -> (n,). Deb 2000.
 
-    So no individual that violates a constraint is better than one that does not. A cost that is not a number
-    is infinite.
+    So no individual that violates a constraint is better than one of finite cost that keeps them. A cost that is
+    not a number is infinite.
     """
     cost = np.where(np.isnan(cost), np.inf, cost)
     keeps = violation <= 0.0
     if keeps.all():
         return cost
     kept = cost[keeps & np.isfinite(cost)]
-    return np.where(keeps, cost, max(kept.max(initial=0.0), 0.0) + violation)
+    return np.where(keeps, cost, kept.max(initial=0.0) + violation)
 
 
 def of_population(pop: Any) -> Array:

