@@ -17,7 +17,13 @@ CELL_PX = 8
 LEAST_ALTERNATING = 0.9
 """Share of squares that must differ from their neighbours as a checkerboard's do; a stripe may hide some."""
 LARGEST_UNEVENNESS = 0.15
-"""Corners off a plane's perspective, RMS [squares]: beyond any lens, within a false grid's disorder."""
+"""Corners off a plane's perspective, median [squares]: beyond any lens, within a false grid's disorder."""
+STRAY_MEDIANS = 6.0
+"""Distance of a corner from the others' perspective, in medians of all, beyond which the stripe dragged it off."""
+STRAY_LEAST_PX = 0.7
+"""The same at least [px]."""
+LEAST_ON_PATTERN = 0.6
+"""Share of the corners that must be left; a median judges no fewer than half."""
 _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 
@@ -35,7 +41,7 @@ def find_board(image: Image, *, columns: int, rows: int) -> tuple[Array, ...]:
 
     Returns:
         One grid of corners for each way to lay the frame, (rows, columns, 2) [px] as (u, v), the first
-        with its x nearest to image u; none where no board is seen.
+        with its x nearest to image u; none where no board is seen. Corners that something hides are NaN.
     """
     for reduced, scale in _reductions(image):
         found, corners = cv2.findChessboardCorners(reduced, (columns, rows), flags=_SEARCH)
@@ -43,16 +49,25 @@ def find_board(image: Image, *, columns: int, rows: int) -> tuple[Array, ...]:
             continue
         grid = (np.asarray(corners, dtype=np.float64).reshape(rows, columns, 2) + 0.5) / scale - 0.5
         grid = _sharpen(image, grid)
-        shades = _shades(image, grid)
-        if _is_even(grid) and _alternates(shades):
-            return _layings(grid, shades)
+        H_lattice_pixel, on_pattern = _pattern(grid)
+        if on_pattern.mean() < LEAST_ON_PATTERN:
+            continue
+        shades = _shades(image, H_lattice_pixel, columns, rows)
+        if _alternates(shades):
+            return _layings(np.where(on_pattern[..., None], grid, np.nan), shades)
     return ()
 
 
 def heading(grid: Array) -> complex:
     """Direction of the board's x in the image, as u + iv."""
-    across = np.mean(grid[:, -1] - grid[:, 0], axis=0)
-    return complex(across[0], across[1])
+    x = _pitch(grid, 1)
+    return complex(x[0], x[1])
+
+
+def _pitch(grid: Array, axis: int) -> Array:
+    """Typical step from a corner to the next, (2,) [px]."""
+    steps = np.diff(grid, axis=axis).reshape(-1, 2)
+    return np.asarray(np.median(steps[np.isfinite(steps).all(axis=-1)], axis=0))
 
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
@@ -76,7 +91,7 @@ def _sharpen(image: Image, grid: Array) -> Array:
     spacing = min(
         np.linalg.norm(np.diff(grid, axis=0), axis=-1).min(), np.linalg.norm(np.diff(grid, axis=1), axis=-1).min()
     )
-    half = int(np.clip(spacing / 4, 2, 11))
+    half = int(np.clip(spacing / 3, 2, 12))
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
     start = grid.reshape(-1, 1, 2).astype(np.float32)
     fine = cv2.cornerSubPix(image, start, (half, half), (-1, -1), stop)
@@ -88,23 +103,32 @@ def _lattice(columns: int, rows: int) -> Array:
     return np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).astype(np.float64)
 
 
-def _is_even(grid: Array) -> bool:
+def _pattern(grid: Array) -> tuple[Array, Bools]:
+    """Find the perspective most corners share, (3, 3) from pixels to squares, and which corners do, (rows, columns)."""
     rows, columns = grid.shape[:2]
     lattice = _lattice(columns, rows).reshape(-1, 2)
-    H, _ = cv2.findHomography(grid.reshape(-1, 2), lattice)
-    if np.shape(H) != (3, 3):
-        return False
-    off = cv2.perspectiveTransform(grid.reshape(-1, 1, 2), H).reshape(-1, 2) - lattice
-    return bool(np.sqrt(np.mean(np.sum(off**2, axis=-1))) < LARGEST_UNEVENNESS)
+    pixel = grid.reshape(-1, 2)
+    square_px = min(np.linalg.norm(_pitch(grid, 0)), np.linalg.norm(_pitch(grid, 1)))
+    H, _ = cv2.findHomography(lattice, pixel, cv2.LMEDS)
+    near = np.zeros(len(pixel), dtype=np.bool_)
+    for _ in range(4):
+        if np.shape(H) != (3, 3):
+            return np.eye(3), near.reshape(rows, columns)
+        off = np.linalg.norm(cv2.perspectiveTransform(lattice.reshape(-1, 1, 2), H).reshape(-1, 2) - pixel, axis=-1)
+        typical = float(np.median(off))
+        near = (off <= max(STRAY_MEDIANS * typical, STRAY_LEAST_PX)) & (typical <= LARGEST_UNEVENNESS * square_px)
+        if near.sum() < 4:
+            break
+        H, _ = cv2.findHomography(lattice[near], pixel[near])
+    return np.asarray(np.linalg.inv(H)), near.reshape(rows, columns)
 
 
-def _shades(image: Image, grid: Array) -> Array:
+def _shades(image: Image, H_lattice_pixel: Array, columns: int, rows: int) -> Array:
     """Mean grey of the squares between the corners, (rows - 1, columns - 1)."""
-    rows, columns = grid.shape[:2]
-    cells = _lattice(columns, rows).reshape(-1, 2) * CELL_PX - 0.5
-    H, _ = cv2.findHomography(grid.reshape(-1, 2), cells)
+    half = 0.5 / CELL_PX
+    into_cells = CELL_PX * np.array([[1, 0, -half], [0, 1, -half], [0, 0, 1 / CELL_PX]])
     size = ((columns - 1) * CELL_PX, (rows - 1) * CELL_PX)
-    straight = np.asarray(cv2.warpPerspective(image, H, size), dtype=np.float64)
+    straight = np.asarray(cv2.warpPerspective(image, into_cells @ H_lattice_pixel, size), dtype=np.float64)
     squares = straight.reshape(rows - 1, CELL_PX, columns - 1, CELL_PX)
     core = slice(CELL_PX // 4, CELL_PX - CELL_PX // 4)
     return np.asarray(squares[:, core, :, core].mean(axis=(1, 3)))
@@ -125,7 +149,7 @@ def _even(shape: tuple[int, ...]) -> Bools:
 
 def _layings(grid: Array, shades: Array) -> tuple[Array, ...]:
     """Turn a found grid into each frame that the contract allows; they differ by turns in the plane."""
-    x, y = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    x, y = _pitch(grid, 1), _pitch(grid, 0)
     if x[0] * y[1] - x[1] * y[0] < 0:
         grid, shades = grid[:, ::-1], shades[:, ::-1]
     quarter = 1 if grid.shape[0] == grid.shape[1] else 2

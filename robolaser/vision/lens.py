@@ -73,16 +73,19 @@ class View:
         return np.asarray(place, dtype=np.float64).reshape(-1, 2)
 
 
-def lattice(columns: int, rows: int, square_m: float) -> Array:
-    """Give the corners' places on the board, (rows * columns, 2) [m]."""
-    return square_m * np.indices((rows, columns), dtype=np.float64)[::-1].reshape(2, -1).T
+def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
+    """Give the corners that are there, by place on the board, (n, 2) [m], and pixel, (n, 2)."""
+    rows, columns = grid.shape[:2]
+    board = square_m * np.indices((rows, columns), dtype=np.float64)[::-1].reshape(2, -1).T
+    there = np.isfinite(grid).all(axis=-1).ravel()
+    return board[there], grid.reshape(-1, 2)[there]
 
 
 def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Lens:
     """Find the lens from all boards seen.
 
     Args:
-        grids: Corners of each image, (rows, columns, 2) [px].
+        grids: Corners of each image, (rows, columns, 2) [px]; NaN where one is hidden.
         square_m: Side of a square [m].
         width_px: Image width [px].
         height_px: Image height [px].
@@ -95,10 +98,9 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     if len(grids) < FEWEST_VIEWS:
         return unknown
     chosen = np.unique(np.linspace(0, len(grids) - 1, min(len(grids), MOST_VIEWS)).astype(np.int64))
-    pixels = [grids[i].reshape(-1, 1, 2).astype(np.float32) for i in chosen]
-    rows, columns = grids[0].shape[:2]
-    board = np.pad(lattice(columns, rows, square_m), ((0, 0), (0, 1))).astype(np.float32)
-    boards = [board] * len(pixels)
+    seen = [_seen(grids[i], square_m) for i in chosen]
+    boards = [np.pad(board, ((0, 0), (0, 1))).astype(np.float32) for board, _ in seen]
+    pixels = [pixel.reshape(-1, 1, 2).astype(np.float32) for _, pixel in seen]
     best, least = unknown, np.inf
     for model in MODELS:
         try:
@@ -119,9 +121,8 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> View:
     With a known lens the plane has the six freedoms of a rigid board, which carries further beyond the
     corners than the eight of a homography.
     """
-    rows, columns = grid.shape[:2]
-    board = lattice(columns, rows, square_m)
-    straight = lens.straighten(grid.reshape(-1, 2))
+    board, pixel = _seen(grid, square_m)
+    straight = lens.straighten(pixel)
     H_pixel_board, R = _rigid(board, straight, lens) if lens.known else _loose(board, straight)
     off = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2) - straight
     H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)

@@ -15,9 +15,9 @@ LEVEL = 0.6
 """Height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo."""
 FOOT = 0.3
 """Height at which a second middle is taken; how far it lies off tells a lopsided profile."""
-BACKGROUND_SHARE = 1 / 16
+BACKGROUND_SHARE = 1 / 6
 """Width of the box that blurs the stripe into its background, as a share of the line's length."""
-WIDEST_SHARE = 1 / 10
+WIDEST_SHARE = 1 / 8
 """Widest stripe, as a share of the line's length; wider light is a lamp or a polished part."""
 FAINTEST = 8.0
 """Least height [grey] of a stripe above its blurred surroundings."""

@@ -1,0 +1,139 @@
+"""Pictures of a checkerboard on a plate under a light sheet, by casting rays; nothing here is used to read them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+WIDTH, HEIGHT = 640, 480
+FOCAL = 800.0
+CENTRE = np.array([(WIDTH - 1) / 2, (HEIGHT - 1) / 2])
+SHEET_NORMAL = np.array([np.cos(np.radians(30.0)), 0.06, np.sin(np.radians(30.0))])
+SHEET_OFFSET = 0.116
+SQUARE = 0.010
+EDGE = 0.00006
+"""Half the breadth of a printed edge [m], a good third of a pixel: rays alone would leave it ragged."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A board before the camera.
+
+    Attributes:
+        R: Turn of the board in the camera, (3, 3).
+        t: The board's origin in the camera, (3,) [m].
+        columns: Inner corners along x.
+        rows: Inner corners along y.
+        dark_first: Whether the square outward of the origin is dark.
+        plate: Last y of the plate the board lies on [m]; beyond it is a floor 20 mm deeper.
+        light: Peak of the stripe on white [grey]; above 255 it saturates.
+        width: Standard deviation of the sheet's thickness [m].
+        ambient: Grey of white paper without the stripe.
+        mirror: Peak of a second, parallel sheet's light as a share of the first's.
+        noise: Standard deviation of the noise [grey].
+        k1: Radial distortion.
+    """
+
+    R: np.ndarray
+    t: np.ndarray
+    columns: int = 7
+    rows: int = 6
+    dark_first: bool = True
+    plate: float = np.inf
+    light: float = 1200.0
+    width: float = 0.0004
+    ambient: float = 45.0
+    mirror: float = 0.0
+    noise: float = 1.0
+    k1: float = -0.08
+
+    def rays(self, pixel: np.ndarray) -> np.ndarray:
+        """Give the direction, z = 1, that each pixel, (..., 2), looks along, (..., 3)."""
+        bent = (pixel - CENTRE) / FOCAL
+        straight = bent
+        for _ in range(12):
+            straight = bent / (1 + self.k1 * np.sum(straight**2, axis=-1, keepdims=True))
+        return np.concatenate([straight, np.ones_like(straight[..., :1])], axis=-1)
+
+    def project(self, place: np.ndarray) -> np.ndarray:
+        """Give the pixel that shows a place on the board, (..., 2) [m] -> (..., 2) [px]."""
+        point = np.concatenate([place, np.zeros_like(place[..., :1])], axis=-1) @ self.R.T + self.t
+        straight = point[..., :2] / point[..., 2:]
+        return FOCAL * straight * (1 + self.k1 * np.sum(straight**2, axis=-1, keepdims=True)) + CENTRE
+
+    def corners(self) -> np.ndarray:
+        """Give the inner corners, (rows, columns, 2) [px]."""
+        x, y = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
+        return self.project(SQUARE * np.stack([x, y], axis=-1))
+
+    def hit(self, ray: np.ndarray, depth: float = 0.0) -> np.ndarray:
+        """Cut rays with a plane that lies deeper than the board, (..., 3) in the camera [m]."""
+        normal = self.R[:, 2]
+        return ray * (normal @ self.t + depth)[..., None] / (ray @ normal)[..., None]
+
+    def place(self, pixel: np.ndarray) -> np.ndarray:
+        """Give the place on the board's plane that pixels show, (n, 2) [m]."""
+        return ((self.hit(self.rays(pixel)) - self.t) @ self.R)[:, :2]
+
+    def above_sheet(self, pixel: np.ndarray) -> np.ndarray:
+        """Distance from the light sheet of what pixels, (n, 2), show on the board's plane [m]."""
+        return self.hit(self.rays(pixel)) @ SHEET_NORMAL - SHEET_OFFSET
+
+    def paint(self, seed: int) -> np.ndarray:
+        """Take the picture, (HEIGHT, WIDTH) uint8, each pixel the mean of three by two rays behind a lens that blurs by 0.7 px."""
+        ray = _all_rays(self.k1)
+        point = self.hit(ray)
+        xy = (point - self.t) @ self.R[:, :2]
+        on_plate = xy[..., 1] < self.plate
+        if not on_plate.all():
+            point = np.where(on_plate[..., None], point, self.hit(ray, 0.020))
+        cell = np.floor(xy / SQUARE + 1).astype(int)
+        inside = np.all((cell >= 0) & (cell <= [self.columns, self.rows]), axis=-1)
+        edge = xy / SQUARE - np.rint(xy / SQUARE)
+        soft = np.prod(np.clip(edge * SQUARE / EDGE, -1, 1), axis=-1) * (1 - 2 * (np.rint(xy / SQUARE).sum(axis=-1) % 2))
+        dark = inside * (0.5 + (0.5 if self.dark_first else -0.5) * soft)
+        paper = np.where(on_plate, 1 - 0.85 * dark, 0.5)
+        off = point @ SHEET_NORMAL - SHEET_OFFSET
+        sheet = np.exp(-0.5 * (off / self.width) ** 2)
+        sheet += self.mirror * np.exp(-0.5 * ((off - 0.008) / self.width) ** 2)
+        grey = cv2.GaussianBlur(paper * (self.ambient + self.light * sheet), (0, 0), sigmaX=2.1, sigmaY=1.4)
+        pixel = grey.reshape(HEIGHT, 2, WIDTH, 3).mean(axis=(1, 3))
+        pixel += self.noise * np.random.default_rng(seed).standard_normal(pixel.shape)
+        return np.clip(np.rint(pixel), 0, 255).astype(np.uint8)
+
+
+@cache
+def _all_rays(k1: float) -> np.ndarray:
+    u, v = np.meshgrid((np.arange(3 * WIDTH) + 0.5) / 3 - 0.5, (np.arange(2 * HEIGHT) + 0.5) / 2 - 0.5)
+    return Scene(np.eye(3), np.zeros(3), k1=k1).rays(np.stack([u, v], axis=-1))
+
+
+def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, float], **changes: object) -> Scene:
+    """Set a board with its middle at a place in the camera [m], turned by rotations about x, y and z."""
+    R = Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
+    size = (changes.get("columns", 7), changes.get("rows", 6))
+    half = SQUARE * np.array([size[0] - 1, size[1] - 1, 0]) / 2  # type: ignore[operator]
+    return Scene(R, np.array(middle) - R @ half, **changes)  # type: ignore[arg-type]
+
+
+def session(**changes: object) -> list[Scene]:
+    """Five views of one board, enough to know the lens from."""
+    tilts = [(0, 18, 0), (15, 4, 4), (-14, 8, -6), (6, -16, 3), (-8, 14, 9)]
+    middles = [(-0.012, 0, 0.16), (-0.014, 0.004, 0.165), (-0.016, -0.003, 0.17), (-0.02, 0.0, 0.165), (-0.013, 0, 0.175)]
+    return [scene(tilt, middle, **changes) for tilt, middle in zip(tilts, middles, strict=True)]
+
+
+def written(
+    scenes: list[Scene], folder: Path, turn: Callable[[np.ndarray], np.ndarray] = lambda image: image
+) -> list[tuple[str, Path]]:
+    """Write the scenes' pictures, each turned, and give them with their poses."""
+    images = []
+    for k, one in enumerate(scenes):
+        path = folder / f"image{k}.png"
+        cv2.imwrite(str(path), turn(one.paint(k)))
+        images.append((f"pose{k}", path))
+    return images

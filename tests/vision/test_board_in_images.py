@@ -1,0 +1,129 @@
+"""A board's corners and its frame, against the board that was painted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from painted import HEIGHT, SQUARE, WIDTH, scene, session
+from scipy.spatial.transform import Rotation
+
+from robolaser.vision.board import find_board
+from robolaser.vision.layings import settle_by_robot, settle_by_sight
+from robolaser.vision.lens import find_lens, view_board
+
+ONE_WAY = [(7, 6), (6, 7)]
+TWO_WAYS = [(7, 5), (6, 4), (5, 5)]
+FOUR_WAYS = [(6, 6)]
+
+
+def seen(columns, rows, roll_deg=0.0, dark_first=True):
+    return scene((8, 12, roll_deg), (-0.01, 0, 0.19), columns=columns, rows=rows, dark_first=dark_first)
+
+
+def error(grid, one):
+    """Largest error of the corners that were found, infinite if they are few [px]."""
+    found = np.isfinite(grid).all(axis=-1)
+    return np.abs(grid - one.corners())[found].max() if found.mean() > 0.8 else np.inf
+
+
+def test_corners_of_a_dark_board_beside_a_glaring_stripe_are_found_to_a_fraction_of_a_pixel():
+    for k, one in enumerate(session()):
+        (grid,) = find_board(one.paint(k), columns=7, rows=6)
+        assert np.abs(grid - one.corners()).max() < 0.25
+        assert np.sqrt(np.mean((grid - one.corners()) ** 2)) < 0.08
+
+
+@pytest.mark.parametrize("roll_deg", [0, 100, 180, 260])
+@pytest.mark.parametrize(("columns", "rows"), ONE_WAY)
+def test_colours_that_allow_one_frame_fix_it_however_the_camera_rolls(columns, rows, roll_deg):
+    """The stripe crosses the board here: corners it glares on may be missing, none may be wrong."""
+    one = seen(columns, rows, roll_deg)
+    (grid,) = find_board(one.paint(0), columns=columns, rows=rows)
+    assert error(grid, one) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "ways"),
+    [(*size, 2) for size in TWO_WAYS] + [(*size, 4) for size in FOUR_WAYS],
+)
+def test_colours_that_allow_several_frames_give_each_of_them(columns, rows, ways):
+    one = seen(columns, rows, 30)
+    layings = find_board(one.paint(0), columns=columns, rows=rows)
+    assert len(layings) == ways
+    assert min(error(grid, one) for grid in layings) < 0.5
+    for grid in layings:
+        x, y = np.nanmedian(np.diff(grid, axis=1), axis=(0, 1)), np.nanmedian(np.diff(grid, axis=0), axis=(0, 1))
+        assert x[0] * y[1] - x[1] * y[0] > 0
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(6, 4), (7, 5)])
+def test_a_board_with_light_corner_squares_still_gets_a_frame(columns, rows):
+    one = seen(columns, rows, dark_first=False)
+    layings = find_board(one.paint(0), columns=columns, rows=rows)
+    assert len(layings) == 2
+    assert min(error(grid, one) for grid in layings) < 0.5
+
+
+def test_no_board_is_found_where_none_is():
+    noise = np.random.default_rng(0).normal(60, 15, (HEIGHT, WIDTH)).clip(0, 255).astype(np.uint8)
+    assert find_board(noise, columns=7, rows=6) == ()
+    assert find_board(np.zeros((HEIGHT, WIDTH), np.uint8), columns=7, rows=6) == ()
+
+
+def layings_of(grid):
+    """Every turn of a square grid."""
+    return tuple(np.rot90(grid, k) for k in range(4))
+
+
+def test_a_slowly_rolling_camera_keeps_the_frame_by_sight():
+    scenes = [seen(6, 6, roll) for roll in range(0, 360, 40)]
+    settled = settle_by_sight([layings_of(one.corners()) for one in scenes])
+    for grid, one in zip(settled, scenes, strict=True):
+        np.testing.assert_allclose(grid, one.corners())
+
+
+def test_the_robots_turns_keep_the_frame_however_far_the_camera_rolls():
+    rng = np.random.default_rng(3)
+    hand_eye = Rotation.random(rng=rng)
+    tilts = [(10, 5, 0), (-14, 8, 170), (4, -18, 95), (15, 12, -110), (-6, 16, 60)]
+    scenes = [scene(tilt, (0, 0, 0.2), columns=6, rows=6) for tilt in tilts]
+    lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
+    base = Rotation.random(rng=rng)
+    flange = np.stack([(base * Rotation.from_matrix(one.R).inv() * hand_eye).as_matrix() for one in scenes])
+    layings = [layings_of(one.corners()) for one in scenes]
+    mixed = [ways[k % 4 :] + ways[: k % 4] if k else ways for k, ways in enumerate(layings)]
+    for grid, one in zip(settle_by_robot(mixed, flange, lens), scenes, strict=True):
+        np.testing.assert_allclose(grid, one.corners())
+
+
+def test_the_lens_is_known_from_perfect_corners():
+    scenes = session()
+    lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
+    assert lens.known
+    np.testing.assert_allclose(lens.distortion[:2], [scenes[0].k1, 0], atol=1e-4)
+    np.testing.assert_allclose(lens.matrix[0, 0], 800, rtol=1e-4)
+
+
+def test_a_lens_out_of_the_middle_is_known_from_perfect_corners():
+    shift = np.array([25.0, -18.0])
+    lens = find_lens([one.corners() + shift for one in session()], SQUARE, WIDTH, HEIGHT)
+    np.testing.assert_allclose(lens.matrix[:2, 2] - [(WIDTH - 1) / 2, (HEIGHT - 1) / 2], shift, atol=0.1)
+
+
+def test_a_known_plane_gives_places_far_beyond_the_corners():
+    scenes = session()
+    lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
+    far = np.array([[0.09, 0.0], [0.09, 0.06], [-0.03, -0.02]])
+    for one in scenes:
+        view = view_board(one.corners(), SQUARE, lens)
+        np.testing.assert_allclose(view.places(lens.straighten(one.project(far))), far, atol=3e-6)
+        np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-3)
+
+
+@pytest.mark.parametrize("views", [1, 2])
+def test_too_few_views_leave_the_lens_unknown_and_the_corners_in_place(views):
+    scenes = [replace(one, k1=0.0) for one in session()[:views]]
+    lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
+    assert not lens.known
+    view = view_board(scenes[0].corners(), SQUARE, lens)
+    np.testing.assert_allclose(view.places(scenes[0].corners().reshape(-1, 2))[-1], [0.06, 0.05], atol=1e-7)
