@@ -1,1 +1,48 @@
 """robolaser: calibrate robot-mounted laser scanners, and say why the robot does not do what the model says."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robolaser.calibration import Calibration
+    from robolaser.dataset import Dataset
+    from robolaser.effects import EFFECTS
+    from robolaser.errors import RobolaserError
+    from robolaser.fit import Plan, calibrate
+    from robolaser.folder import load
+    from robolaser.robots import find_robot
+    from robolaser.saving import save
+    from robolaser.simulate import simulate
+
+_HOME = {
+    "Calibration": "calibration",
+    "Dataset": "dataset",
+    "EFFECTS": "effects",
+    "Plan": "fit",
+    "RobolaserError": "errors",
+    "calibrate": "fit",
+    "find_robot": "robots",
+    "load": "folder",
+    "save": "saving",
+    "simulate": "simulate",
+}
+
+__all__ = [
+    "EFFECTS",
+    "Calibration",
+    "Dataset",
+    "Plan",
+    "RobolaserError",
+    "calibrate",
+    "find_robot",
+    "load",
+    "save",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name when it is first used: `robolaser --help` does not pay for physics."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'robolaser' has no attribute '{name}'")
+    return getattr(import_module(f"robolaser.{_HOME[name]}"), name)

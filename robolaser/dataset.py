@@ -149,6 +149,14 @@ class Dataset:
     folder: Path | None = None
     warnings: tuple[str, ...] = ()
 
+    def flange(self) -> Array:
+        """T_base_flange at every pose, as measured or by the nominal kinematics, (n, 4, 4)."""
+        if self.robot is None:
+            assert self.poses.T_base_flange is not None  # the folder's reader sees to both
+            return self.poses.T_base_flange
+        assert self.poses.q is not None
+        return self.robot.forward(self.poses.q[None])[0]
+
     def of_poses(self, chosen: Bools) -> "Dataset":
         """The same data set with only the chosen poses (n,) and their points."""
         number = np.cumsum(chosen) - 1

@@ -40,10 +40,15 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         write_text(folder / "robot.urdf", dataset.robot.urdf)
     _write_columns(folder / "poses.csv", dict(_poses(dataset)))
     if len(dataset.points):
-        _write_columns(folder / "points.csv", dict(_points(dataset.points, dataset.poses.names)))
+        save_points(dataset, folder)
     else:
         (folder / "points.csv").unlink(missing_ok=True)
     write_text(folder / "dataset.toml", "\n".join(_settings(dataset)) + "\n")
+
+
+def save_points(dataset: Dataset, folder: Path) -> None:
+    """Write points.csv and nothing else."""
+    _write_columns(folder / "points.csv", dict(_points(dataset.points, dataset.poses.names)))
 
 
 def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:

@@ -63,12 +63,7 @@ class Model:
 
     @cached_property
     def _nominal_flange(self) -> Array:
-        poses, robot = self.dataset.poses, self.dataset.robot
-        if robot is None:
-            assert poses.T_base_flange is not None  # the folder's reader sees to it
-            return poses.T_base_flange[None]
-        assert poses.q is not None
-        return robot.forward(poses.q[None])
+        return self.dataset.flange()[None]
 
     @cached_property
     def _robot_bends(self) -> bool:

@@ -1,0 +1,91 @@
+"""robolaser calibrate: from points to parameters."""
+
+import argparse
+from pathlib import Path
+from typing import ClassVar, final
+
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.errors import Interrupted, OutputExists, SearchStopped
+
+RESULT = "calibration.json"
+
+
+@final
+class Calibrate(Command):
+    """Finds the parameters."""
+
+    name: ClassVar[str] = "calibrate"
+    summary: ClassVar[str] = "find the parameters of scanner, base, tool or sockets from measured points"
+
+    def declare(self, parser: argparse.ArgumentParser) -> None:
+        """Say what can be given to it."""
+        parser.add_argument("dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv")
+        parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
+        parser.add_argument("--algorithm", metavar="NAME", help="see `robolaser list algorithms`")
+        parser.add_argument("--no-polish", action="store_true", help="leave out the Gauss-Newton steps after the search")
+        parser.add_argument("--weights", choices=("plain", "noise"), default="plain", help="default: plain, J as it stands")
+        parser.add_argument(
+            "--with", metavar="EFFECT[:WHERE]", dest="effects", action="append", default=[], help="add an effect to the model"
+        )
+        parser.add_argument("--generations", metavar="N", type=_count, help="of the search")
+        parser.add_argument("--seed", metavar="N", type=_seed, default=1, help="default: 1")
+        parser.add_argument("--resume", action="store_true", help="go on with a search that was stopped")
+        parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
+
+    def run(self, args: argparse.Namespace) -> None:
+        """Calibrate, write and print the result."""
+        from robolaser.calibration import write_json  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
+        from robolaser.fit import GENERATIONS, Plan, calibrate  # noqa: PLC0415
+        from robolaser.folder import load  # noqa: PLC0415
+        from robolaser.report import print_summary, write_report  # noqa: PLC0415
+        from robolaser.search import CHECKPOINT, COURSE  # noqa: PLC0415
+        from robolaser.tables import write_text  # noqa: PLC0415
+
+        out: Path = args.output
+        if (out / RESULT).exists() and not args.force:
+            raise OutputExists(out / RESULT)
+        if (out / CHECKPOINT).exists() and not (args.resume or args.force):
+            raise SearchStopped(out)
+        dataset = load(args.dataset)
+        make_folder(out)
+        plan = Plan(
+            algorithm=args.algorithm,
+            polish=not args.no_polish,
+            weights=args.weights,
+            effects=tuple(args.effects),
+            seed=args.seed,
+            generations=args.generations or GENERATIONS,
+        )
+        try:
+            with progress_bar() as progress:
+                found = calibrate(dataset, plan, state=out, resume=args.resume, progress=progress)
+        except KeyboardInterrupt:
+            raise Interrupted(out if (out / CHECKPOINT).exists() else None) from None
+        for warning in found.warnings:
+            warn(warning)
+        write_text(out / "robot.urdf", robot_urdf(found))
+        corrected = corrected_urdf(found)
+        if corrected is not None:
+            write_text(out / "robot_corrected.urdf", corrected)
+        if dataset.kind == "stripe":
+            write_text(out / "camera.yaml", camera_yaml(found))
+        write_report(found, out / "report.html")
+        write_json(found, out / RESULT)
+        for state in (CHECKPOINT, COURSE):
+            (out / state).unlink(missing_ok=True)
+        print_summary(found, out)
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def _seed(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise ValueError
+    return number

@@ -1,0 +1,52 @@
+"""robolaser list: the robots, effects and algorithms that are there."""
+
+import argparse
+from collections.abc import Iterable
+from typing import ClassVar, final
+
+from robolaser.commands.command import Command
+
+
+@final
+class List(Command):
+    """Shows what is there."""
+
+    name: ClassVar[str] = "list"
+    summary: ClassVar[str] = "show the robots, effects or algorithms that are there"
+
+    def declare(self, parser: argparse.ArgumentParser) -> None:
+        """Say what can be given to it."""
+        parser.add_argument("family", choices=tuple(FAMILIES), help="what to show")
+
+    def run(self, args: argparse.Namespace) -> None:
+        """Print a line for each."""
+        rows = list(FAMILIES[args.family]())
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        for row in rows:
+            print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+
+
+def _robots() -> Iterable[tuple[str, ...]]:
+    from robolaser.robots import known_robots  # noqa: PLC0415 - `--help` must not pay for physics
+
+    for robot in known_robots():
+        yield robot.name, f"{len(robot.joints)} joints", f"flange {robot.flange}", robot.title
+
+
+def _effects() -> Iterable[tuple[str, ...]]:
+    from robolaser.effects import EFFECTS  # noqa: PLC0415
+
+    for effect in EFFECTS:
+        numbers = ", ".join(f"{name} [{unit}]" for name, unit, *_ in effect.declared())
+        yield effect.name, effect.title, numbers
+
+
+def _algorithms() -> Iterable[tuple[str, ...]]:
+    from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY  # noqa: PLC0415
+
+    for algorithm in ALGORITHMS.values():
+        yield algorithm.name, algorithm.title
+    yield POLISH_ONLY, "no search: the polish alone, from the nominal values"
+
+
+FAMILIES = {"robots": _robots, "effects": _effects, "algorithms": _algorithms}
