@@ -9,9 +9,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Bend, Scene, Seam, Suspect, bend_with
+from robolaser.effects.effect import Scene, Suspect, bend_with
 from robolaser.errors import NoPoints, NothingSeen
 from robolaser.parameters import Parameters, Values
+from robolaser.seams import Bend, Seam
 from robolaser.sensors import Sensor, sensor_of
 
 CHUNK = 40_000  # point-evaluations at a time: what the processor's cache holds

@@ -1,31 +1,14 @@
 """What a departure from the nominal model is: a seam, a place, a few numbers, and how they bend what passes."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from enum import Enum
 from typing import Any, ClassVar, final
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.parameters import Parameter, Parameters, Values
 from robolaser.robot import Robot
-
-
-class Seam(Enum):
-    """The places a value passes on its way from encoder and image to a point, in this order.
-
-    What passes, for c candidates, n poses, j joints and m rows of points:
-    """
-
-    JOINTS = "joint angles as read, (c, n, j) [rad or m]"
-    LINKS = "placement of each joint on the link before it, (c, n or 1, j, 4, 4)"
-    FLANGE = "T_base_flange, (c, n, 4, 4)"
-    MOUNT = "T_flange_camera, (c, n or 1, 4, 4)"
-    PIXELS = "pixels as read, (c, m, 2) [px]"
-    IMAGE = "metric image coordinates, distortion taken off, (c, m, 2) [m]"
-    SHEET = "plane of the light for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
-    TARGET = "target points as given, (c, m, 3) [m]"
+from robolaser.seams import Bend, Seam
 
 
 @final
@@ -108,10 +91,6 @@ class Suspect:
         """The effect with the numbers of each candidate."""
         numbers = {name: values[f"{self.kind.name}.{self.where}.{name}"] for name, *_ in self.kind.declared()}
         return self.kind(where=self.where, **numbers)
-
-
-Bend = Callable[[Seam, Array], Array]
-"""Passes a value through all effects that sit at a seam."""
 
 
 def bend_with(effects: tuple[Effect, ...], scene: Scene) -> Bend:

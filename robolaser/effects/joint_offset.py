@@ -5,8 +5,9 @@ from typing import ClassVar, final
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, Seam, parameter
+from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.places import joint_column, moving_joints
+from robolaser.seams import Seam
 
 
 @final

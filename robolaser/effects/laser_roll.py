@@ -7,7 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, Seam, parameter
+from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.seams import Seam
 
 
 @final

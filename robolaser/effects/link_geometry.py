@@ -7,9 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, Seam, parameter
+from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.places import joint_column, moving_joints
 from robolaser.se3 import exp_so3, pose
+from robolaser.seams import Seam
 
 
 @final

@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Bend, Seam
 from robolaser.parameters import Values
 from robolaser.se3 import apply, exp_so3, inverse, pose, rigid_fit
+from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import SIX, Sensor, motion, six_of, vector
 
 STARTS = 64  # turns of the base tried by the closed form; two in three lead home

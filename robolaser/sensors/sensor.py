@@ -7,10 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Bend
 from robolaser.errors import ParameterUnknown
 from robolaser.parameters import Parameter, Parameters, Values
 from robolaser.se3 import from_angles, pose, to_angles
+from robolaser.seams import Bend
 from robolaser.settings import unit_of
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously

@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Bend
 from robolaser.parameters import Values
 from robolaser.se3 import apply
+from robolaser.seams import Bend
 from robolaser.sensors.sensor import Sensor, vector
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from robolaser import optics
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Bend, Seam
 from robolaser.errors import ParameterMissing
 from robolaser.parameters import Values
 from robolaser.se3 import apply, from_angles, from_quaternion, pose, rigid_fit
+from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import SIX, Sensor, motion, six_of
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")

@@ -1,0 +1,45 @@
+# Two commands for a newcomer: `make demo` and `make test`. Everything stays in .venv, build/ and demo-result/.
+PYTHON ?= python3
+PIP = .venv/bin/python -m pip --disable-pip-version-check
+
+.PHONY: demo test lint docs bench clean
+
+# Installed once, and again when the dependencies change.
+.venv/installed: pyproject.toml
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'robolaser needs Python 3.11 or newer: make PYTHON=python3.12 demo')"
+	$(PYTHON) -m venv .venv
+	$(PIP) install --quiet --editable .
+	touch $@
+
+.venv/developing: .venv/installed
+	$(PIP) install --quiet --editable '.[robots]' --requirement requirements-dev.txt
+	touch $@
+
+# From images of a real laser stripe and the robot's poses to a calibrated scanner.
+demo: .venv/installed
+	rm -rf demo-result
+	.venv/bin/robolaser extract examples/etna-s2 --output demo-result/points
+	.venv/bin/robolaser calibrate demo-result/points --with laser_roll --output demo-result/calibration
+
+lint: .venv/developing
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports
+
+test: lint
+	.venv/bin/pytest
+
+.venv/documenting: .venv/developing
+	$(PIP) install --quiet --requirement requirements-docs.txt
+	touch $@
+
+docs: .venv/documenting
+	.venv/bin/mkdocs build --strict --quiet
+	.venv/bin/python docs/run_code_blocks.py
+
+bench: .venv/developing
+	.venv/bin/python benchmarks/run_all.py
+
+clean:
+	rm -rf .venv build dist site demo-result

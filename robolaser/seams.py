@@ -1,0 +1,26 @@
+"""The places at which an effect can bend what passes from encoder and image to a point."""
+
+from collections.abc import Callable
+from enum import Enum
+
+from robolaser.arrays import Array
+
+
+class Seam(Enum):
+    """The places a value passes on its way from encoder and image to a point, in this order.
+
+    What passes, for c candidates, n poses, j joints and m rows of points:
+    """
+
+    JOINTS = "joint angles as read, (c, n, j) [rad or m]"
+    LINKS = "placement of each joint on the link before it, (c, n or 1, j, 4, 4)"
+    FLANGE = "T_base_flange, (c, n, 4, 4)"
+    MOUNT = "T_flange_camera, (c, n or 1, 4, 4)"
+    PIXELS = "pixels as read, (c, m, 2) [px]"
+    IMAGE = "metric image coordinates, distortion taken off, (c, m, 2) [m]"
+    SHEET = "plane of the light for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
+    TARGET = "target points as given, (c, m, 3) [m]"
+
+
+Bend = Callable[[Seam, Array], Array]
+"""Passes a value through all effects that sit at a seam."""
