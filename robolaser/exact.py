@@ -7,12 +7,13 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.dataset import Dataset, Points
-from robolaser.effects.effect import Bend, Seam, Suspect
+from robolaser.effects.effect import Suspect
 from robolaser.parameters import Values
 from robolaser.poses import View
 from robolaser.reaching import touching
 from robolaser.scanner import Model
 from robolaser.se3 import apply, inverse
+from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import motion, vector
 from robolaser.sensors.stripe import Stripe
 
@@ -60,6 +61,7 @@ def stripe_points(
         bend = model.bend(values)
         T = model.flange(values, bend)
         left = np.abs(model.sensor.residuals(values, T, bend))[0].max(axis=-1)
+        left = np.maximum(left, np.abs(given[:, 2] - level))
         if (left < EXACT_M).all():
             break
         pixel, given = _on_target(_sensor(model), values, T, bend, pixel, 1 - along, T_base_target, level)
@@ -142,7 +144,7 @@ def tracker_points(
         points = replace(points, xyz=seen)
         if settled:
             break
-    return replace(dataset, points=points), np.isfinite(seen).reshape(n, -1).all(axis=1)
+    return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
 
 
 def seated(
@@ -166,7 +168,8 @@ def seated(
         return replace(dataset, poses=replace(dataset.poses, q=q))
 
     def forward(q: Array) -> Array:
-        return Model(standing(q), tuple(suspects)).flange(values)[0]
+        T: Array = Model(standing(q), tuple(suspects)).flange(values)[0]
+        return T
 
     q, good = touching(robot, forward, vector(values, "tool.ball")[0], sockets[np.array(of)], q)
     return standing(q), good

@@ -312,7 +312,7 @@ def _settled(
         if not len(bad):
             return dataset
         if spare + len(bad) > len(candidates):
-            raise BentOutOfSight(_arm(moving).name, n, spare, spare - len(bad))
+            raise BentOutOfSight(_arm(moving).name, n, spare, n - len(bad))
         chosen[bad] = np.arange(spare, spare + len(bad))
         spare += len(bad)
 
