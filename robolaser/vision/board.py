@@ -1,6 +1,8 @@
 """A checkerboard in an image: its inner corners, in the order of the board's own frame."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
 
 import cv2
 import numpy as np
@@ -10,7 +12,7 @@ from robolaser.arrays import Array, Bools
 
 Image = NDArray[np.uint8]
 
-WIDEST_SEARCHED_PX = (640, 450, 320, 1280)
+SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
 CELL_PX = 8
 """Side [px] of a square in the image straightened to look at the squares' colours."""
@@ -27,7 +29,22 @@ LEAST_ON_PATTERN = 0.6
 _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 
-def find_board(image: Image, *, columns: int, rows: int) -> tuple[Array, ...]:
+@final
+@dataclass(frozen=True)
+class Board:
+    """A checkerboard as one image shows it.
+
+    Attributes:
+        layings: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as
+            (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
+        paper: Grey of the light squares where no stripe falls on them.
+    """
+
+    layings: tuple[Array, ...]
+    paper: float
+
+
+def find_board(image: Image, *, columns: int, rows: int) -> Board | None:
     """Find a board's inner corners, to a fraction of a pixel.
 
     x runs along the columns, y along the rows, z into the board, the origin is a corner whose outward
@@ -40,8 +57,7 @@ def find_board(image: Image, *, columns: int, rows: int) -> tuple[Array, ...]:
         rows: Inner corners along the board's y.
 
     Returns:
-        One grid of corners for each way to lay the frame, (rows, columns, 2) [px] as (u, v), the first
-        with its x nearest to image u; none where no board is seen. Corners that something hides are NaN.
+        The board, or None where none is seen.
     """
     for reduced, scale in _reductions(image):
         found, corners = cv2.findChessboardCorners(reduced, (columns, rows), flags=_SEARCH)
@@ -54,8 +70,10 @@ def find_board(image: Image, *, columns: int, rows: int) -> tuple[Array, ...]:
             continue
         shades = _shades(image, H_lattice_pixel, columns, rows)
         if _alternates(shades):
-            return _layings(np.where(on_pattern[..., None], grid, np.nan), shades)
-    return ()
+            even = _even(shades.shape)
+            paper = float(max(np.median(shades[even]), np.median(shades[~even])))
+            return Board(_layings(np.where(on_pattern[..., None], grid, np.nan), shades), paper)
+    return None
 
 
 def heading(grid: Array) -> complex:
@@ -76,14 +94,13 @@ def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
     dark, light = np.percentile(sample, (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
-    longest = max(image.shape)
     for source in (image, spread):
-        for widest in WIDEST_SEARCHED_PX:
-            scale = min(1.0, widest / longest)
-            if scale == 1.0 and widest != max(WIDEST_SEARCHED_PX):
-                continue
+        for side in SEARCHED_PX:
+            scale = min(1.0, side / max(image.shape))
             size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
             yield np.asarray(cv2.resize(source, size, interpolation=cv2.INTER_AREA), np.uint8), scale
+    if max(image.shape) > max(SEARCHED_PX):
+        yield image, 1.0
 
 
 def _sharpen(image: Image, grid: Array) -> Array:
@@ -109,15 +126,15 @@ def _pattern(grid: Array) -> tuple[Array, Bools]:
     lattice = _lattice(columns, rows).reshape(-1, 2)
     pixel = grid.reshape(-1, 2)
     square_px = min(np.linalg.norm(_pitch(grid, 0)), np.linalg.norm(_pitch(grid, 1)))
-    H, _ = cv2.findHomography(lattice, pixel, cv2.LMEDS)
     near = np.zeros(len(pixel), dtype=np.bool_)
-    for _ in range(4):
-        if np.shape(H) != (3, 3):
-            return np.eye(3), near.reshape(rows, columns)
+    H, _ = cv2.findHomography(lattice, pixel, cv2.LMEDS)
+    if np.shape(H) != (3, 3):
+        return np.eye(3), near.reshape(rows, columns)
+    for _ in range(3):
         off = np.linalg.norm(cv2.perspectiveTransform(lattice.reshape(-1, 1, 2), H).reshape(-1, 2) - pixel, axis=-1)
         typical = float(np.median(off))
         near = (off <= max(STRAY_MEDIANS * typical, STRAY_LEAST_PX)) & (typical <= LARGEST_UNEVENNESS * square_px)
-        if near.sum() < 4:
+        if near.mean() < LEAST_ON_PATTERN:
             break
         H, _ = cv2.findHomography(lattice[near], pixel[near])
     return np.asarray(np.linalg.inv(H)), near.reshape(rows, columns)

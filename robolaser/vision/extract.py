@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import ImageSize, ImageUnreadable
-from robolaser.vision.board import Image, find_board
+from robolaser.vision.board import Board, Image, find_board
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.places import jumps, on_plane, spread
@@ -18,6 +18,8 @@ from robolaser.vision.stripe import Axis, Centres, stripe_centres
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
+BRIGHTER = 1.2
+"""Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
 FEWEST_LINES = 20
 """Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
 
@@ -74,7 +76,7 @@ class Extraction:
 @final
 @dataclass(frozen=True)
 class _Seen:
-    layings: tuple[Array, ...]
+    board: Board | None
     centres: Centres
 
 
@@ -117,13 +119,16 @@ def extract_points(
     seen = []
     for done, (_, path) in enumerate(images, start=1):
         image = _read(path, width_px, height_px)
-        layings = find_board(image, columns=columns, rows=rows)
-        seen.append(_Seen(layings, stripe_centres(image, stripe_axis)))
+        board = find_board(image, columns=columns, rows=rows)
+        centres = stripe_centres(image, stripe_axis)
+        if board is not None:
+            centres = centres.at(centres.peak > BRIGHTER * board.paper)
+        seen.append(_Seen(board, centres))
         if progress is not None:
             progress(done, len(images))
-    boards = [i for i, one in enumerate(seen) if one.layings]
-    lens = find_lens([seen[i].layings[0] for i in boards], square_m, width_px, height_px)
-    grids = _settle([(images[i][0], seen[i].layings) for i in boards], R_base_flange, lens)
+    boards = {i: one.board.layings for i, one in enumerate(seen) if one.board is not None}
+    lens = find_lens([layings[0] for layings in boards.values()], square_m, width_px, height_px)
+    grids = _settle([(images[i][0], layings) for i, layings in boards.items()], R_base_flange, lens)
     views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
     length = height_px if stripe_axis == "v" else width_px
     every = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step

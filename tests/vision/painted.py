@@ -1,7 +1,7 @@
 """Pictures of a checkerboard on a plate under a light sheet, by casting rays; nothing here is used to read them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -84,20 +84,23 @@ class Scene:
         return self.hit(self.rays(pixel)) @ SHEET_NORMAL - SHEET_OFFSET
 
     def paint(self, seed: int) -> np.ndarray:
-        """Take the picture, (HEIGHT, WIDTH) uint8, each pixel the mean of three by two rays behind a lens that blurs by 0.7 px."""
+        """Take the picture, (HEIGHT, WIDTH) uint8, three by two rays a pixel, blurred by 0.7 px."""
         ray = _all_rays(self.k1)
-        point = self.hit(ray)
-        xy = (point - self.t) @ self.R[:, :2]
+        one = replace(self, R=self.R.astype(np.float32), t=self.t.astype(np.float32))
+        point = one.hit(ray)
+        xy = (point - one.t) @ one.R[:, :2]
         on_plate = xy[..., 1] < self.plate
         if not on_plate.all():
-            point = np.where(on_plate[..., None], point, self.hit(ray, 0.020))
+            point = np.where(on_plate[..., None], point, one.hit(ray, 0.020))
         cell = np.floor(xy / SQUARE + 1).astype(int)
         inside = np.all((cell >= 0) & (cell <= [self.columns, self.rows]), axis=-1)
         edge = xy / SQUARE - np.rint(xy / SQUARE)
-        soft = np.prod(np.clip(edge * SQUARE / EDGE, -1, 1), axis=-1) * (1 - 2 * (np.rint(xy / SQUARE).sum(axis=-1) % 2))
+        soft = np.prod(np.clip(edge * SQUARE / EDGE, -1, 1), axis=-1) * (
+            1 - 2 * (np.rint(xy / SQUARE).sum(axis=-1) % 2)
+        )
         dark = inside * (0.5 + (0.5 if self.dark_first else -0.5) * soft)
         paper = np.where(on_plate, 1 - 0.85 * dark, 0.5)
-        off = point @ SHEET_NORMAL - SHEET_OFFSET
+        off = point @ SHEET_NORMAL.astype(np.float32) - SHEET_OFFSET
         sheet = np.exp(-0.5 * (off / self.width) ** 2)
         sheet += self.mirror * np.exp(-0.5 * ((off - 0.008) / self.width) ** 2)
         grey = cv2.GaussianBlur(paper * (self.ambient + self.light * sheet), (0, 0), sigmaX=2.1, sigmaY=1.4)
@@ -109,7 +112,7 @@ class Scene:
 @cache
 def _all_rays(k1: float) -> np.ndarray:
     u, v = np.meshgrid((np.arange(3 * WIDTH) + 0.5) / 3 - 0.5, (np.arange(2 * HEIGHT) + 0.5) / 2 - 0.5)
-    return Scene(np.eye(3), np.zeros(3), k1=k1).rays(np.stack([u, v], axis=-1))
+    return Scene(np.eye(3), np.zeros(3), k1=k1).rays(np.stack([u, v], axis=-1)).astype(np.float32)
 
 
 def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, float], **changes: object) -> Scene:
@@ -123,7 +126,13 @@ def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, floa
 def session(**changes: object) -> list[Scene]:
     """Five views of one board, enough to know the lens from."""
     tilts = [(0, 18, 0), (15, 4, 4), (-14, 8, -6), (6, -16, 3), (-8, 14, 9)]
-    middles = [(-0.012, 0, 0.16), (-0.014, 0.004, 0.165), (-0.016, -0.003, 0.17), (-0.02, 0.0, 0.165), (-0.013, 0, 0.175)]
+    middles = [
+        (-0.012, 0, 0.16),
+        (-0.014, 0.004, 0.165),
+        (-0.016, -0.003, 0.17),
+        (-0.02, 0.0, 0.165),
+        (-0.013, 0, 0.175),
+    ]
     return [scene(tilt, middle, **changes) for tilt, middle in zip(tilts, middles, strict=True)]
 
 

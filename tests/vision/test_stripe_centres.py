@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.vision.stripe import strongest, stripe_centres
+from robolaser.vision.stripe import stripe_centres, strongest
 
 HEIGHT, WIDTH = 300, 640
 ROW = np.arange(HEIGHT)

@@ -1,0 +1,203 @@
+"""The way from image files to points, on painted pictures and on a real recording."""
+
+import csv
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
+from scipy.spatial.transform import Rotation
+
+from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.vision.board import find_board
+from robolaser.vision.extract import Extraction, extract_points
+
+REAL = Path(__file__).parents[3] / "shared" / "data" / "etna-s2"
+
+
+def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
+    setting = {"columns": 7, "rows": 6, "square_m": SQUARE, "stripe_axis": "v"} | changes
+    return extract_points(images, width_px=width, height_px=height, **setting)
+
+
+def of_pose(found: Extraction, pose: str):
+    return np.array([name == pose for name in found.pose])
+
+
+def misplaced(found: Extraction, scenes: list[Scene]) -> list[np.ndarray]:
+    """Error of the places of each scene's points along the board [m]."""
+    errors = []
+    for k, one in enumerate(scenes):
+        here = of_pose(found, f"pose{k}")
+        errors.append(np.linalg.norm(one.place(found.pixel[here]) - found.place[here, :2], axis=-1))
+    return errors
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    return session()
+
+
+@pytest.fixture(scope="module")
+def images(scenes, tmp_path_factory):
+    return written(scenes, tmp_path_factory.mktemp("session"))
+
+
+@pytest.fixture(scope="module")
+def found(images):
+    return extracted(images)
+
+
+def test_every_point_shows_its_place_on_the_board(found, scenes):
+    for error, one in zip(misplaced(found, scenes), scenes, strict=True):
+        assert len(error) > 60
+        assert error.max() < 1.2e-4, one
+    np.testing.assert_array_equal(found.place[:, 2], 0.0)
+
+
+def test_every_point_lies_in_the_light_sheet(found, scenes):
+    for k, one in enumerate(scenes):
+        off_m = one.above_sheet(found.pixel[of_pose(found, f"pose{k}")])
+        assert abs(off_m.mean()) < 5e-6
+        assert np.abs(off_m).max() < 6e-5
+
+
+def test_points_are_named_once_and_frames_reported(found, images):
+    assert len(set(zip(found.pose, found.point, strict=True))) == len(found)
+    assert [frame.pose for frame in found.frames] == [pose for pose, _ in images]
+    assert sum(frame.points for frame in found.frames) == len(found)
+    for frame in found.frames:
+        assert frame.skipped == ""
+        assert 0 < frame.corner_rms_px < 0.1
+        assert 0 < frame.line_rms_px < 0.15
+    assert 0.005 < found.pixel_noise_px < 0.15
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_camera_mounted_turned_sees_the_same_places(quarters, images, scenes, tmp_path):
+    turned = []
+    for pose, path in images[:3]:
+        target = tmp_path / path.name
+        cv2.imwrite(str(target), np.ascontiguousarray(np.rot90(cv2.imread(str(path), 0), quarters)))
+        turned.append((pose, target))
+    lying = quarters % 2 == 1
+    size = {"width": HEIGHT, "height": WIDTH} if lying else {}
+    found = extracted(turned, **size, stripe_axis="u" if lying else "v")
+    for _ in range(quarters):
+        width = WIDTH if lying else HEIGHT
+        found.pixel[:] = np.stack([width - 1 - found.pixel[:, 1], found.pixel[:, 0]], axis=-1)
+        lying = not lying
+    for error in misplaced(found, scenes[:3]):
+        assert len(error) > 60
+        assert error.max() < 2e-4
+
+
+def test_where_the_plate_ends_the_stripe_is_no_longer_on_the_board(scenes, tmp_path):
+    on_edge = [Scene(one.R, one.t, plate=0.060) for one in scenes[:4]]
+    found = extracted(written(on_edge, tmp_path))
+    assert {frame.skipped for frame in found.frames} == {""}
+    assert found.place[:, 1].max() < 0.0605
+    assert found.place[:, 1].max() > 0.055
+    for error in misplaced(found, on_edge):
+        assert error.max() < 2e-4
+
+
+def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
+    glossy = [Scene(one.R, one.t, light=200, mirror=0.5) for one in scenes[:3]]
+    found = extracted(written(glossy, tmp_path))
+    for k, one in enumerate(glossy):
+        here = of_pose(found, f"pose{k}")
+        assert here.sum() > 60
+        assert np.abs(one.above_sheet(found.pixel[here])).max() < 1e-4
+
+
+def test_squares_under_the_stripe_bias_no_point(tmp_path):
+    """The stripe runs through the corners; what the squares' edges bite is left out."""
+    tilts = [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]
+    crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in tilts]
+    found = extracted(written(crossing, tmp_path))
+    for k, one in enumerate(crossing):
+        here = of_pose(found, f"pose{k}")
+        assert here.sum() > 20
+        assert np.sqrt(np.mean(one.above_sheet(found.pixel[here]) ** 2)) < 6e-5
+
+
+def test_frames_without_board_or_stripe_say_so(images, scenes, tmp_path):
+    bare = tmp_path / "bare.png"
+    cv2.imwrite(str(bare), np.full((HEIGHT, WIDTH), 30, np.uint8))
+    dark = tmp_path / "dark.png"
+    cv2.imwrite(str(dark), Scene(scenes[0].R, scenes[0].t, light=0.0).paint(0))
+    found = extracted([*images[1:4], ("bare", bare), ("dark", dark)])
+    reasons = {frame.pose: frame.skipped for frame in found.frames}
+    assert reasons["bare"] == "no board"
+    assert reasons["dark"] in {"no stripe", "no stripe on the board"}
+    assert not {"bare", "dark"} & set(found.pose)
+    assert {"pose1", "pose2", "pose3"} == set(found.pose)
+
+
+def test_no_images_give_no_points():
+    found = extracted([])
+    assert len(found) == 0
+    assert found.pixel.shape == (0, 2)
+    assert np.isnan(found.pixel_noise_px)
+
+
+def test_two_views_give_points_without_a_lens(images):
+    found = extracted(images[1:3])
+    assert not found.lens.known
+    assert set(found.pose) == {"pose1", "pose2"}
+
+
+def test_every_image_is_told_to_whoever_waits(images):
+    told = []
+    extracted(images[:2], progress=lambda done, of: told.append((done, of)))
+    assert told == [(1, 2), (2, 2)]
+
+
+def test_a_smaller_step_gives_more_points(images, found):
+    assert len(extracted(images[1:4], step=1)) > 2.5 * sum(frame.points for frame in found.frames[1:4])
+
+
+def test_a_file_that_is_missing_or_no_image_is_named(images, tmp_path):
+    with pytest.raises(ImageUnreadable, match=r"nowhere\.png"):
+        extracted([*images[:1], ("x", tmp_path / "nowhere.png")])
+    text = tmp_path / "text.png"
+    text.write_text("no image")
+    with pytest.raises(ImageUnreadable, match=r"text\.png"):
+        extracted([("x", text)])
+    empty = tmp_path / "empty.png"
+    empty.touch()
+    with pytest.raises(ImageUnreadable, match=r"empty\.png"):
+        extracted([("x", empty)])
+
+
+def test_an_image_of_another_size_is_named(images):
+    with pytest.raises(ImageSize, match=r"image0\.png is 640 x 480 .* 640 x 512"):
+        extracted(images[:1], height=512)
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="the real recording is not here")
+def test_a_real_recording_keeps_board_robot_and_sheet_together():
+    rows = list(csv.DictReader((REAL / "poses.csv").read_text().splitlines()))[:4]
+    images = [(row["pose"], REAL / row["image"]) for row in rows]
+    found = extracted(images, width=1280, height=1024)
+    assert {frame.skipped for frame in found.frames} == {""}
+    assert all(80 <= frame.points <= 250 for frame in found.frames)
+    camera = np.array([[2399.0, 0, 640], [0, 2406, 520], [0, 0, 1]])
+    bent = np.array([-0.062, 0, 0, 0, 0])
+    pattern = SQUARE * np.stack([*np.meshgrid(np.arange(7), np.arange(6)), np.zeros((6, 7))], axis=-1)
+    points, turns, flanges = [], [], []
+    for row in rows:
+        (grid,) = find_board(cv2.imread(str(REAL / row["image"]), 0), columns=7, rows=6).layings
+        there = np.isfinite(grid).all(axis=-1)
+        _, turn, shift = cv2.solvePnP(pattern[there], grid[there], camera, bent)
+        turns.append(Rotation.from_rotvec(np.ravel(turn)))
+        flanges.append(Rotation.from_quat([float(row[name]) for name in ("qx", "qy", "qz", "qw")]))
+        points.append(turns[-1].apply(found.place[of_pose(found, row["pose"])]) + np.ravel(shift))
+    together = np.concatenate(points) - np.mean(np.concatenate(points), axis=0)
+    off_sheet = together @ np.linalg.svd(together, full_matrices=False)[2][2]
+    assert np.sqrt(np.mean(off_sheet**2)) < 3e-4
+    for turn, flange in zip(turns[1:], flanges[1:], strict=True):
+        seen, driven = (turn * turns[0].inv()).magnitude(), (flange.inv() * flanges[0]).magnitude()
+        assert abs(seen - driven) < np.radians(2)
