@@ -13,7 +13,7 @@ from robolaser.robot import Robot
 from robolaser.se3 import apply
 
 BATCH = 20_000  # postures at a time: some ten milliseconds
-BATCHES = 20
+BATCHES = 20  # where they promise nothing; five times as many where they do
 INSIDE = 0.02  # of a joint's range: stay clear of its limits
 TURN = float(np.pi)  # a joint that turns for ever is used within ± this
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
@@ -22,7 +22,8 @@ PATCH = 0.3  # radius of the target over the arm's reach
 CLEAR = 0.3  # the middle of the stripe keeps this far from the base's axis, over the arm's reach
 LEVEL_STEP_M = 0.05
 NATURAL = 0.3  # the base's own level is taken where it offers this share of the best level's postures
-SPARE = 4  # candidates for each posture wanted
+SPARE = 4  # candidates for each posture wanted,
+MOST_SPARE = 80  # but no more than this beyond them
 
 
 @final
@@ -110,13 +111,13 @@ def looking_down(
     Args:
         robot: Any arm.
         view: Its scanner.
-        wanted: How many are needed; as many again and more follow as spares.
+        wanted: How many are needed; up to three times as many follow as spares.
         level: Height of the target in the base frame [m]. None: the base's own level where the arm can look at it,
             else the level that most postures look at.
         rng: Where chance comes from.
 
     Returns:
-        Postures (SPARE · wanted at most, j), and the level.
+        Postures (`wanted` and some more, j), and the level.
 
     Raises:
         TargetOutOfSight: Not enough are found.
@@ -124,25 +125,24 @@ def looking_down(
     foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
     kept_q, kept_T = np.empty((0, len(robot.joints))), np.empty((0, 4, 4))
     seeing: Ints = np.empty(0, dtype=np.int64)
-    down = 0
-    for _ in range(BATCHES):
+    enough = min(SPARE * wanted, wanted + MOST_SPARE)
+    down = tried = 0
+    while len(seeing) < enough and tried < BATCH * BATCHES * (5 if 5 * len(seeing) >= wanted else 1):
         q = anywhere(robot, BATCH, rng)
         T = robot.forward(q[None])[0]
         reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
         T = T @ view.T_flange_camera
         steep = -T[:, 2, 2] > np.cos(TILT)
         q, T = q[steep], T[steep]
-        down += len(q)
+        down, tried = down + len(q), tried + BATCH
         level = _level(T, view) if level is None else level
         good = np.linalg.norm((_focus(T, view) - foot)[:, :2], axis=-1) > CLEAR * reach
         good &= _sees(robot, q, T, view, level)
         kept_q, kept_T = np.concatenate([kept_q, q[good]]), np.concatenate([kept_T, T[good]])
         seeing = _patch(_focus(kept_T, view)[:, :2], PATCH * reach)
-        if len(seeing) >= SPARE * wanted:
-            break
     if len(seeing) < wanted:
-        raise TargetOutOfSight(robot.name, wanted, BATCH * BATCHES, down, len(seeing), level or 0.0)
-    seeing = rng.permutation(seeing)[: SPARE * wanted]
+        raise TargetOutOfSight(robot.name, wanted, tried, down, len(seeing), level or 0.0)
+    seeing = rng.permutation(seeing)[:enough]
     order = apart(_features(kept_T[seeing], view, PATCH * reach))
     return kept_q[seeing[order]], float(level or 0.0)
 
@@ -163,7 +163,8 @@ def _level(T_base_camera: Array, view: View) -> float:
 
 def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float) -> Bools:
     """Whether both ends and the middle of the stripe are in the image, and the forearm is above the target."""
-    seen = view.holds(view.stripe(T_base_camera, level, np.linspace(*view.span(), 3)[None])).all(axis=1)
+    at = np.linspace(*view.span(), 3)[None]
+    seen: Bools = np.asarray(view.holds(view.stripe(T_base_camera, level, at)).all(axis=1))
     rows = np.flatnonzero(seen)
     if len(rows):
         outer = robot.joint_frames(q[None, rows])[0][:, len(robot.chain) // 2 :, 2, 3]

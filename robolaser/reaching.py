@@ -16,6 +16,7 @@ Forward = Callable[[Array], Array]
 NEWTON_STEPS = 40
 NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
 REACHED_M = 1e-12
+ATTEMPTS = 10
 SLOPE = 1e-6  # step of the difference quotient [rad or m]
 
 
@@ -69,11 +70,16 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
     each = -(-wanted // len(goals))
     of_goal = []
     for goal in goals:
-        start = anywhere(robot, 2 * SPARE * each + 20, rng)
-        q, good = touching(robot, lambda q: robot.forward(q[None])[0], tool, np.tile(goal, (len(start), 1)), start)
-        if good.sum() < each:
-            raise NothingReached(robot.name, goal.tolist(), each, len(start), int(good.sum()))
-        of_goal.append(q[good][apart(robot.forward(q[good][None])[0, :, :3, :3].reshape(-1, 9))])
+        found, tried = np.empty((0, len(robot.joints))), 0
+        for _ in range(ATTEMPTS):
+            start = anywhere(robot, 2 * SPARE * each + 20, rng)
+            q, good = touching(robot, lambda q: robot.forward(q[None])[0], tool, np.tile(goal, (len(start), 1)), start)
+            found, tried = np.concatenate([found, q[good]]), tried + len(start)
+            if len(found) >= each or not len(found):
+                break
+        if len(found) < each:
+            raise NothingReached(robot.name, goal.tolist(), each, tried, len(found))
+        of_goal.append(found[apart(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
     deep = min(len(q) for q in of_goal)
     return np.stack([q[:deep] for q in of_goal], axis=1).reshape(-1, len(robot.joints)), np.tile(
         np.arange(len(goals)), deep
@@ -81,9 +87,10 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
 
 
 def within_reach(robot: Robot, tool: Array, count: int, rng: np.random.Generator) -> Array:
-    """Places that a point on the flange reaches from many sides, near each other, (count, 3) [m]."""
-    T = robot.forward(anywhere(robot, 2000, rng)[None])[0]
+    """Places that a point on the flange reaches from many sides, one by the other, (count, 3) [m]."""
+    T = robot.forward(anywhere(robot, 2000 + 50 * count, rng)[None])[0]
     places = apply(T, tool)
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=-1).max())
     near = np.linalg.norm(places[:, None] - places[None, :200], axis=-1) < PATCH * reach
-    return places[rng.choice(np.flatnonzero(near[:, near.sum(axis=0).argmax()]), count, replace=False)]
+    near_most: Array = places[near[:, near.sum(axis=0).argmax()]]
+    return near_most[apart(near_most)[:count]]

@@ -1,7 +1,7 @@
 """Data sets as a real cell would give them, of any robot and with any departures from its nominal model."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -22,6 +22,7 @@ from robolaser.sensors.sensor import SIX
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
+STRIPE_POINTS, OTHER_POINTS = 12, 3
 JITTER = 0.6  # of the distance between points along the stripe
 TILTED = 0.02  # an unplaced target lies askew by this at most [rad]
 TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
@@ -72,7 +73,6 @@ class _World:
     truth: Mapping[str, float]
     candidates: Array
     measure: Callable[[Mapping[str, Array], Sequence[Suspect]], _Measure]
-    changes: Mapping[str, object] = field(default_factory=dict)
 
 
 def simulate(
@@ -80,7 +80,7 @@ def simulate(
     *,
     kind: str = "stripe",
     poses: int = 40,
-    points: int = 12,
+    points: int | None = None,
     repeats: int = 1,
     noise: Noise | None = None,
     stated: Noise | None = None,
@@ -103,7 +103,7 @@ def simulate(
         robot: The nominal arm.
         kind: "stripe", "point" (a tracker) or "socket".
         poses: How many.
-        points: Of a stripe in each pose; reflectors on the flange; or sockets in the cell.
+        points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
         repeats: Shots at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
@@ -125,6 +125,7 @@ def simulate(
         DemandSenseless: Numbers or words that mean nothing here.
         EffectUnknown, EffectSenseless, PlaceUnknown, EffectTooLarge: The effects cannot be.
     """
+    points = (STRIPE_POINTS if kind == "stripe" else OTHER_POINTS) if points is None else points
     _demand(kind, poses, points, repeats)
     noise = noise or Noise()
     chances = _Chances(*(np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)))
