@@ -1,0 +1,73 @@
+"""Numbers for people: units they think in, and no more digits than the error leaves."""
+
+import math
+from collections.abc import Mapping
+
+SIGNIFICANT = 3
+"""Digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent."""
+
+HUMAN: Mapping[str, tuple[str, float]] = {
+    "m": ("mm", 1e3),
+    "rad": ("°", 180 / math.pi),
+    "m/px": ("µm/px", 1e6),
+    "1/m²": ("1/mm²", 1e-6),
+    "s": ("ms", 1e3),
+    "rad/Nm": ("°/kNm", 180e3 / math.pi),
+}
+"""Unit that people read, and its factor, by SI unit; other units are shown as they are."""
+
+
+def human(value: float, unit: str) -> tuple[float, str]:
+    """A number and its unit as people read them."""
+    shown, factor = HUMAN.get(unit, (unit, 1.0))
+    return value * factor, shown
+
+
+def with_unit(number: str, unit: str) -> str:
+    """Number and unit with the space that typography wants: none before a degree sign, save after an error."""
+    return f"{number}{unit}" if unit == "°" and "±" not in number else f"{number} {unit}".rstrip()
+
+
+def measured(value: float, std: float, unit: str) -> str:
+    """A value in SI, its digits following its standard deviation; a value without one keeps six digits."""
+    shown, label = human(value, unit)
+    error, _ = human(std, unit)
+    if not (math.isfinite(error) and error > 0):
+        return with_unit(_plain(shown, 6), label)
+    last = math.floor(math.log10(error)) - 1
+    if -6 <= last <= 3:
+        return with_unit(f"{_rounded(shown, last)} ± {_rounded(error, last)}", label)
+    power = math.floor(math.log10(max(abs(shown), error)))
+    scaled = (_rounded(number / 10.0**power, last - power) for number in (shown, error))
+    return with_unit(f"({' ± '.join(scaled)}) × 10^{power}", label)
+
+
+def plain(value: float, unit: str, digits: int = 4) -> str:
+    """A value in SI that has no error, such as a bound."""
+    shown, label = human(value, unit)
+    return with_unit(_plain(shown, digits), label)
+
+
+def millimetres(length_m: float | None) -> str:
+    """An error as a length."""
+    return "unknown" if length_m is None else f"{_plain(length_m * 1e3, SIGNIFICANT)} mm"
+
+
+def times(ratio: float) -> str:
+    """How many times something is something else."""
+    return f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}"
+
+
+def _rounded(value: float, last: int) -> str:
+    """Rounded to the digit 10^last."""
+    return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"
+
+
+def _plain(value: float, digits: int) -> str:
+    text = f"{value:.{digits}g}"
+    if "e" not in text:
+        return text
+    if 1e4 <= abs(value) < 1e7:
+        return f"{value:.0f}"
+    mantissa, power = text.split("e")
+    return f"{mantissa} × 10^{int(power)}"

@@ -1,0 +1,109 @@
+"""What a calibration's pages and pictures speak of: errors in millimetres, and what noise alone would make of them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.calibration import Calibration, rms
+from robolaser.dataset import Dataset
+from robolaser.disturbances import disturbances
+from robolaser.noise import NoiseModel, pixel_from_repeats
+from robolaser.parameters import Values
+from robolaser.seams import Bend, Seam
+from robolaser.sensors.stripe import Stripe
+
+
+def known_noise(dataset: Dataset) -> dict[str, str]:
+    """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
+    stated = {
+        "pixel": dataset.noise.pixel_px,
+        "target": dataset.noise.target_m,
+        "joint": dataset.noise.joint_rad,
+        "point": dataset.noise.point_m,
+    }
+    known = {name: "stated in the data set" for name, sigma in stated.items() if sigma is not None}
+    if "pixel" not in known and pixel_from_repeats(dataset) is not None:
+        known["pixel"] = "from repeats"
+    return known
+
+
+@final
+@dataclass(frozen=True)
+class Evidence:
+    """A calibration with what follows from it."""
+
+    calibration: Calibration
+
+    @cached_property
+    def values(self) -> Values:
+        """The parameters found, (1,) each."""
+        return self.calibration.model.parameters.values(self.calibration.x[None])
+
+    @cached_property
+    def bend(self) -> Bend:
+        """The effects in the model."""
+        return self.calibration.model.bend(self.values)
+
+    @cached_property
+    def fitted_mm(self) -> Array:
+        """Length of each residual, (m,) [mm]."""
+        return 1e3 * np.linalg.norm(self.calibration.residuals, axis=-1)
+
+    @cached_property
+    def held_out_mm(self) -> Array | None:
+        """The same on poses left out of the fit."""
+        held_out = self.calibration.held_out
+        return None if held_out is None else 1e3 * np.linalg.norm(held_out, axis=-1)
+
+    @cached_property
+    def known_noise(self) -> dict[str, str]:
+        """See the function of this name; only sources that this data set has."""
+        return {name: origin for name, origin in known_noise(self.calibration.model.dataset).items()
+                if name in self.calibration.noise}  # fmt: skip
+
+    @cached_property
+    def noise(self) -> NoiseModel | None:
+        """The noise that is known without looking at the residuals; None where none is."""
+        if not self.known_noise:
+            return None
+        calibration = self.calibration
+        sources = disturbances(calibration.model, calibration.x)
+        sigmas = {s.name: calibration.noise[s.name] if s.name in self.known_noise else 0.0 for s in sources}
+        return NoiseModel(sources, sigmas)
+
+    @cached_property
+    def noise_m(self) -> float | None:
+        """Root-mean-square 3-D error that this noise alone would give [m]."""
+        if self.noise is None:
+            return None
+        return float(np.sqrt(np.trace(self.noise.covariances, axis1=1, axis2=2).mean()))
+
+    @cached_property
+    def known(self) -> Array:
+        """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
+        model, points = self.calibration.model, self.calibration.model.dataset.points
+        if isinstance(model.sensor, Stripe):
+            return model.sensor.target(self.values, self.bend)[0]
+        if points.xyz is not None:
+            return self.bend(Seam.TARGET, points.xyz[None])[0]
+        return np.stack(
+            [np.array([self.values[f"socket.{name}.{part}"][0] for part in "xyz"]) for name in points.names]
+        )
+
+    def per_pose(self, errors: Array) -> tuple[Ints, Array]:
+        """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
+        pose = self.calibration.model.dataset.points.pose
+        seen = np.unique(pose)
+        return seen, np.array([1e3 * rms(errors[pose == number]) for number in seen])
+
+
+def some_rows(errors: Array, most: int) -> Ints:
+    """At most `most` rows for a picture: evenly thinned, the largest tenth of them always among them."""
+    if len(errors) <= most:
+        return np.arange(len(errors))
+    even = np.linspace(0, len(errors) - 1, most - most // 10).round().astype(int)
+    largest = np.argsort(errors)[-(most // 10) :]
+    return np.unique(np.concatenate([even, largest])).astype(np.int64)

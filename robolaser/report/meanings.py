@@ -1,0 +1,44 @@
+"""What each parameter is, in a few words."""
+
+from collections.abc import Mapping
+
+from robolaser.effects import EFFECTS
+
+_SCANNER: Mapping[str, str] = {
+    "f": "effective focal length",
+    "s_u": "pixel pitch along image u",
+    "s_v": "pixel pitch along image v",
+    "u_0": "principal point, u",
+    "v_0": "principal point, v",
+    "k": "radial lens distortion",
+    "b": "baseline, camera to light sheet",
+    "theta": "tilt of the light sheet",
+    "w": "camera turned on the flange, 1st angle",
+    "phi": "camera turned on the flange, 2nd angle",
+    "psi": "camera turned on the flange, 3rd angle",
+    "t_x": "camera on the flange, x",
+    "t_y": "camera on the flange, y",
+    "t_z": "camera on the flange, z",
+}
+_SIX = {"w": "1st angle", "phi": "2nd angle", "psi": "3rd angle"}
+
+
+def meaning(name: str) -> str:
+    """What a sensor's parameter is; empty for a name that nobody explained."""
+    if name in _SCANNER:
+        return _SCANNER[name]
+    thing, _, part = name.rpartition(".")
+    part = _SIX.get(part, part)
+    kind, _, which = thing.partition(".")
+    said = {
+        "target": "target in the base frame",
+        "base": "robot base in the tracker's frame",
+        "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
+        "socket": f"socket {which} in the base frame",
+    }
+    return f"{said[kind]}, {part}" if kind in said else ""
+
+
+def effect_meaning(effect: str) -> str:
+    """What an effect is."""
+    return {kind.name: kind.title for kind in EFFECTS}.get(effect, "")
