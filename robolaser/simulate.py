@@ -153,7 +153,8 @@ def simulate(
         world = (_tracker if kind == "point" else _sockets)(blank, points, chances)
     lower, upper = limits(robot)
     qd = chances.speed.uniform(-1.0, 1.0, (poses, len(lower))) * (EXPOSURE_SPEED if speed is None else speed)
-    moving = replace(blank, poses=replace(blank.poses, q=np.tile((lower + upper) / 2, (poses, 1)), qd=qd))
+    q = np.tile((lower + upper) / 2, (poses, 1))
+    moving = replace(blank, poses=replace(blank.poses, time_s=_times(q, pause_s), q=q, qd=qd))
     inside, numbers = _effects(effects or {}, moving)
     if not speed and not (speed is None and any(suspect.where == "timing" for suspect in inside)):
         moving = replace(moving, poses=replace(moving.poses, qd=None))
