@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from robolaser.folder import load
     from robolaser.robots import find_robot
     from robolaser.saving import save
-    from robolaser.simulate import simulate
 
 _HOME = {
     "Calibration": "calibration",
@@ -24,7 +23,6 @@ _HOME = {
     "find_robot": "robots",
     "load": "folder",
     "save": "saving",
-    "simulate": "simulate",
 }
 
 __all__ = [
@@ -37,7 +35,6 @@ __all__ = [
     "find_robot",
     "load",
     "save",
-    "simulate",
 ]
 
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, count, make_folder, progress_bar, seed, warn
 from robolaser.errors import Interrupted, OutputExists, SearchStopped
 
 RESULT = "calibration.json"
@@ -19,16 +19,27 @@ class Calibrate(Command):
 
     def declare(self, parser: argparse.ArgumentParser) -> None:
         """Say what can be given to it."""
-        parser.add_argument("dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv")
+        parser.add_argument(
+            "dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv"
+        )
         parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
         parser.add_argument("--algorithm", metavar="NAME", help="see `robolaser list algorithms`")
-        parser.add_argument("--no-polish", action="store_true", help="leave out the Gauss-Newton steps after the search")
-        parser.add_argument("--weights", choices=("plain", "noise"), default="plain", help="default: plain, J as it stands")
         parser.add_argument(
-            "--with", metavar="EFFECT[:WHERE]", dest="effects", action="append", default=[], help="add an effect to the model"
+            "--no-polish", action="store_true", help="leave out the Gauss-Newton steps after the search"
         )
-        parser.add_argument("--generations", metavar="N", type=_count, help="of the search")
-        parser.add_argument("--seed", metavar="N", type=_seed, default=1, help="default: 1")
+        parser.add_argument(
+            "--weights", choices=("plain", "noise"), default="plain", help="default: plain, J as it stands"
+        )
+        parser.add_argument(
+            "--with",
+            metavar="EFFECT[:WHERE]",
+            dest="effects",
+            action="append",
+            default=[],
+            help="add an effect to the model",
+        )
+        parser.add_argument("--generations", metavar="N", type=count, help="of the search")
+        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="default: 1")
         parser.add_argument("--resume", action="store_true", help="go on with a search that was stopped")
         parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
 
@@ -75,17 +86,3 @@ class Calibrate(Command):
         for state in (CHECKPOINT, COURSE):
             (out / state).unlink(missing_ok=True)
         print_summary(found, out)
-
-
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
-
-
-def _seed(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        raise ValueError
-    return number

@@ -33,6 +33,22 @@ class Command(ABC):
         """
 
 
+def count(text: str) -> int:
+    """A whole number from 1, as typed."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number}, expected a whole number from 1")
+    return number
+
+
+def seed(text: str) -> int:
+    """A seed, as typed."""
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{number}, expected a whole number from 0")
+    return number
+
+
 def make_folder(folder: Path) -> None:
     """Create a folder and those above it.
 
@@ -63,7 +79,9 @@ def progress_bar() -> Iterator[Callable[[str, float], None]]:
         now = time.monotonic()
         if now - began > PATIENCE_S and now - shown[0] > 0.1:
             filled = int(30 * share)
-            sys.stderr.write(f"\r\x1b[K{what:<22} {'█' * filled}{'░' * (30 - filled)} {share:4.0%} {now - began:5.0f} s")
+            sys.stderr.write(
+                f"\r\x1b[K{what:<22} {'█' * filled}{'░' * (30 - filled)} {share:4.0%} {now - began:5.0f} s"
+            )
             sys.stderr.flush()
             shown[0] = now
 

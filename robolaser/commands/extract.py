@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, count, make_folder, progress_bar, warn
 from robolaser.errors import FileUnwritable, OutputExists
 
 POINTS = "points.csv"
@@ -21,9 +21,13 @@ class Extract(Command):
 
     def declare(self, parser: argparse.ArgumentParser) -> None:
         """Say what can be given to it."""
-        parser.add_argument("recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images")
-        parser.add_argument("--output", metavar="DATASET", type=Path, help="new data set; default: points.csv in RECORDING")
-        parser.add_argument("--step", metavar="LINES", type=int, help="lines of pixels from point to point")
+        parser.add_argument(
+            "recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images"
+        )
+        parser.add_argument(
+            "--output", metavar="DATASET", type=Path, help="new data set; default: points.csv in RECORDING"
+        )
+        parser.add_argument("--step", metavar="LINES", type=count, help="lines of pixels from point to point")
         parser.add_argument("--force", action="store_true", help="overwrite points that are there")
 
     def run(self, args: argparse.Namespace) -> None:

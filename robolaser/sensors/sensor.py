@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.errors import ParameterUnknown
+from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.parameters import Parameter, Parameters, Values
 from robolaser.se3 import from_angles, pose, to_angles
 from robolaser.seams import Bend
@@ -64,11 +64,15 @@ class Sensor(ABC):
 
         Raises:
             ParameterUnknown: The data set gives one that this sensor does not have.
+            ParameterMissing: It does not give all of this sensor's own.
         """
         given = self.dataset.parameters
         for name in given:
             if name not in self.own + self.following:
                 raise ParameterUnknown(name, self.own + self.following)
+        missing = [name for name in self.own if name not in given]
+        if missing:
+            raise ParameterMissing(missing, self.kind)
         items = [given[name] for name in self.own]
         if self.following:
             nominal = {item.name: np.array([item.nominal]) for item in items}
