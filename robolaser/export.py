@@ -156,7 +156,7 @@ def _tools(names: Iterable[str]) -> list[str]:
 
 
 def _optical(stripe_axis: str) -> Array:
-    """T_camera_optical: the camera's x runs along image v and its y against u, where the stripe runs along u; else they agree."""
+    """T_camera_optical: where the stripe runs along u, the camera's x is image v, its y against u; else no turn."""
     R = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if stripe_axis == "u" else np.eye(3)
     return pose(R, np.zeros(3))
 

@@ -5,7 +5,7 @@ import re
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, cast, final
 
 import matplotlib
 from markupsafe import Markup, escape
@@ -16,6 +16,9 @@ WIDTH_PT, HEIGHT_PT = 420, 300
 
 INK, MUTED, GRID, PAPER = "#212529", "#6c757e", "#dfe3e8", "#fefefd"
 FITTED, HELD_OUT, NOISE = "#2b6cb1", "#d9701e", "#7d8791"
+LINES = ("#2b6cb2", "#d9701f", "#2f8f5b", "#9a4fb0", "#b5352f", "#8a6d1f", "#1f8c99")
+"""Of lines that are told apart."""
+
 _VARIABLES = {
     INK: "--ink",
     MUTED: "--muted",
@@ -24,11 +27,9 @@ _VARIABLES = {
     FITTED: "--fitted",
     HELD_OUT: "--held-out",
     NOISE: "--noise",
+    **{colour: f"--line-{i}" for i, colour in enumerate(LINES)},
 }
 """Colours that the page's style sheet decides on, for light and dark."""
-
-LINES = ("#2b6cb2", "#d9701f", "#2f8f5b", "#9a4fb0", "#b5352f", "#8a6d1f", "#1f8c99")
-"""Of lines that are told apart; readable on light and dark."""
 
 _LOOK: dict[str, Any] = {
     "svg.fonttype": "none",
@@ -89,7 +90,7 @@ def picture(title: str, caption: str, alt: str, paint: Callable[[Figure], None])
         alt: What a person sees who cannot see it.
         paint: Draws on an empty figure.
     """
-    with matplotlib.rc_context(_LOOK), warnings.catch_warnings():
+    with matplotlib.rc_context(cast(Any, _LOOK)), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # the reader's browser has its own fonts
         figure = Figure(figsize=(WIDTH_PT / 72, HEIGHT_PT / 72), layout="constrained")
         paint(figure)
@@ -107,7 +108,7 @@ def _inline(svg: str, title: str, alt: str) -> Markup:
     for colour, variable in _VARIABLES.items():
         body = body.replace(colour, f"var({variable})")
     head = f'<svg role="img" aria-label="{escape(alt)}" viewBox="0 0 {WIDTH_PT} {HEIGHT_PT}">'
-    return Markup(head + body[body.index(">") + 1 :])  # noqa: S704 - Matplotlib escapes its texts
+    return Markup(head + body[body.index(">") + 1 :])
 
 
 def ticks(value: float, _: object = None) -> str:

@@ -39,7 +39,7 @@ def measured(value: float, std: float, unit: str) -> str:
         return with_unit(f"{_rounded(shown, last)} ± {_rounded(error, last)}", label)
     power = math.floor(math.log10(max(abs(shown), error)))
     scaled = (_rounded(number / 10.0**power, last - power) for number in (shown, error))
-    return with_unit(f"({' ± '.join(scaled)}) × 10^{power}", label)
+    return with_unit(f"({' ± '.join(scaled)}) × 10{_raised(power)}", label)
 
 
 def plain(value: float, unit: str, digits: int = 4) -> str:
@@ -70,4 +70,8 @@ def _plain(value: float, digits: int) -> str:
     if 1e4 <= abs(value) < 1e7:
         return f"{value:.0f}"
     mantissa, power = text.split("e")
-    return f"{mantissa} × 10^{int(power)}"
+    return f"{mantissa} × 10{_raised(int(power))}"
+
+
+def _raised(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -13,6 +13,7 @@ from robolaser.disturbances import disturbances
 from robolaser.noise import NoiseModel, pixel_from_repeats
 from robolaser.parameters import Values
 from robolaser.seams import Bend, Seam
+from robolaser.sensors.sensor import vector
 from robolaser.sensors.stripe import Stripe
 
 
@@ -50,13 +51,13 @@ class Evidence:
     @cached_property
     def fitted_mm(self) -> Array:
         """Length of each residual, (m,) [mm]."""
-        return 1e3 * np.linalg.norm(self.calibration.residuals, axis=-1)
+        return lengths_mm(self.calibration.residuals)
 
     @cached_property
     def held_out_mm(self) -> Array | None:
         """The same on poses left out of the fit."""
         held_out = self.calibration.held_out
-        return None if held_out is None else 1e3 * np.linalg.norm(held_out, axis=-1)
+        return None if held_out is None else lengths_mm(held_out)
 
     @cached_property
     def known_noise(self) -> dict[str, str]:
@@ -85,19 +86,26 @@ class Evidence:
     def known(self) -> Array:
         """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
         model, points = self.calibration.model, self.calibration.model.dataset.points
+        known: Array
         if isinstance(model.sensor, Stripe):
-            return model.sensor.target(self.values, self.bend)[0]
-        if points.xyz is not None:
-            return self.bend(Seam.TARGET, points.xyz[None])[0]
-        return np.stack(
-            [np.array([self.values[f"socket.{name}.{part}"][0] for part in "xyz"]) for name in points.names]
-        )
+            known = model.sensor.target(self.values, self.bend)[0]
+        elif points.xyz is not None:
+            known = self.bend(Seam.TARGET, points.xyz[None])[0]
+        else:
+            known = np.stack([vector(self.values, f"socket.{name}")[0] for name in points.names])
+        return known
 
     def per_pose(self, errors: Array) -> tuple[Ints, Array]:
         """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
         pose = self.calibration.model.dataset.points.pose
         seen = np.unique(pose)
         return seen, np.array([1e3 * rms(errors[pose == number]) for number in seen])
+
+
+def lengths_mm(errors: Array) -> Array:
+    """Lengths of errors (m, 3) [m], (m,) [mm]."""
+    lengths: Array = 1e3 * np.linalg.norm(errors, axis=-1)
+    return lengths
 
 
 def some_rows(errors: Array, most: int) -> Ints:

@@ -86,7 +86,8 @@ class EffectRow:
 def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Row]]:
     """The sensor's parameters: those with bounds from the user, and those that started from a closed form."""
     model = calibration.model
-    given, placed = [], []
+    given: list[Row] = []
+    placed: list[Row] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
         value, std = float(calibration.x[i]), float(calibration.std[i])
         bar = None

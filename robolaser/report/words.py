@@ -62,7 +62,7 @@ def judgement(evidence: Evidence) -> str:
     error = calibration.held_out_rms_m
     said = []
     if noise is None:
-        said.append("State what is known of it under [noise] in dataset.toml, and this page can tell them apart.")
+        said.append("State what is known of it under [noise] in dataset.toml, and this report can tell them apart.")
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:

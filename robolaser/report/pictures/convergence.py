@@ -38,8 +38,8 @@ def convergence(evidence: Evidence) -> Picture | None:
     before, after = millimetres(best_mm[-1] / 1e3), millimetres(calibration.rms_m)
     return picture(
         "Convergence",
-        f"Best error so far in each generation of {calibration.algorithm}, and the error after the polish. A curve that"
-        " is still falling at the right edge stopped too early; a polish far below it found what the search had missed.",
+        f"Best error so far in each generation of {calibration.algorithm}, and the error after the polish. A curve"
+        " that is still falling at the right edge stopped too early; a polish far below found what the search missed.",
         f"The best error falls to {before} in {len(best_mm)} generations; after the polish it is {after}.",
         paint,
     )

@@ -59,4 +59,5 @@ def _drawn(evidence: Evidence) -> Array | None:
         return None
     times = max(1, DRAWN // len(evidence.fitted_mm))
     drawn = evidence.noise.draw(times, np.random.default_rng(0))
-    return 1e3 * np.linalg.norm(drawn, axis=-1).ravel()
+    lengths: Array = 1e3 * np.linalg.norm(drawn, axis=-1).ravel()
+    return lengths

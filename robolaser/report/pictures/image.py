@@ -34,7 +34,9 @@ def image(evidence: Evidence) -> Picture | None:
                 list(np.stack([start, start + factor * across_mm[rows]], axis=1)), colors=MUTED, linewidths=0.7
             )
         )
-        dots = ax.scatter(*start.T, c=depth_mm[rows], cmap="coolwarm", vmin=-limit, vmax=limit, s=11, linewidths=0)
+        dots = ax.scatter(
+            start[:, 0], start[:, 1], c=depth_mm[rows], cmap="coolwarm", vmin=-limit, vmax=limit, s=11, linewidths=0
+        )
         bar = figure.colorbar(dots, ax=ax, shrink=0.8, pad=0.02, format=ticks)
         bar.outline.set_visible(False)
         bar.set_label("along the view [mm]")
@@ -47,7 +49,7 @@ def image(evidence: Evidence) -> Picture | None:
 
     return picture(
         "Errors over the image",
-        f"Each dot is a pixel of the stripe: its colour is the estimated point's error along the view (red: too far), its"
+        f"Each dot is a pixel of the stripe: its colour is the error along the view (red: estimated too far), its"
         f" line the error across it ({factor:.3g} px a mm). Colours or lines that change slowly over the image speak of"
         " lens or light sheet; a random mixture is noise.",
         f"The image of {width} × {height} pixels with coloured dots where the stripe was seen.",

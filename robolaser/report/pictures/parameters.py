@@ -30,9 +30,12 @@ def parameters(evidence: Evidence) -> Picture | None:
             colour, dashes = LINES[i % len(LINES)], "-" if i < len(LINES) else (0, (4, 2))
             ax.plot(shown + 1, scaled[shown, i], color=colour, linestyle=dashes, linewidth=1.1, drawstyle="steps-post")
             ax.plot([1.02], [final[i]], "o", ms=3.5, color=colour, transform=ax.get_yaxis_transform(), clip_on=False)
-            ax.annotate(name, (1.02, final[i]), (1.06, heights[i]), xycoords=ax.get_yaxis_transform(), va="center",
-                        textcoords=ax.get_yaxis_transform(), color=colour, annotation_clip=False,
-                        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1, "shrinkB": 2})  # fmt: skip
+            leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1, "shrinkB": 2}
+            frame = ax.get_yaxis_transform()
+            label = ax.annotate(
+                name, (1.02, final[i]), (1.06, heights[i]), frame, frame, leader, va="center", color=colour
+            )
+            label.set_annotation_clip(False)
         ax.set_xlim(1, len(scaled))
         ax.set_ylim(-0.02, 1.02)
         ax.set_yticks([0, 0.5, 1], ["lower\nbound", "0.5", "upper\nbound"])

@@ -9,11 +9,13 @@ from robolaser.report.evidence import Evidence, some_rows
 
 MOST = 600  # arrows that a picture carries
 LONG = 0.08  # of the picture's width: a long arrow
+KNOWN = {"stripe": "known point", "point": "measured point", "socket": "socket"}
 FRAME = {"stripe": "base frame", "point": "tracker's frame", "socket": "base frame"}
 
 
 def points(evidence: Evidence) -> Picture | None:
     """Known points and the errors of the estimated ones, magnified, along the direction in which they spread least."""
+    kind = evidence.calibration.model.dataset.kind
     known, errors = evidence.known, -evidence.calibration.residuals
     extent = np.ptp(known, axis=0)
     along = int(np.argmin(extent))
@@ -33,18 +35,15 @@ def points(evidence: Evidence) -> Picture | None:
         for axis, number in ((ax.xaxis, across[0]), (ax.yaxis, across[1])):
             axis.set_label_text(f"{'xyz'[number]} [mm]")
             axis.set_major_formatter(ticks)
-        figure.legend([dots, lines], ["known point", f"error × {factor:g}"], loc="outside upper left", ncols=2)
+        figure.legend([dots, lines], [KNOWN[kind], f"error × {factor:g}"], loc="outside upper left", ncols=2)
 
-    thinned = (
-        f" {len(rows)} of {len(known)} points are drawn, the largest errors among them."
-        if len(rows) < len(known)
-        else ""
-    )
-    frame = FRAME[evidence.calibration.model.dataset.kind]
+    left_out = len(rows) < len(known)
+    thinned = f" {len(rows)} of {len(known)} points are drawn, the largest errors among them." if left_out else ""
     return picture(
         "Known and estimated points",
-        f"Seen along {'xyz'[along]} of the {frame}; a line leads from each known point to the estimated one, its length"
-        f" magnified {factor:g} times. Neighbours that err alike show something unmodelled; noise points anywhere.{thinned}",
+        f"Seen along {'xyz'[along]} of the {FRAME[kind]}; a line leads from each {KNOWN[kind]} to the estimated one,"
+        f" its length magnified {factor:g} times. Neighbours that err alike show something unmodelled; noise points"
+        f" anywhere.{thinned}",
         f"Plan of the points with error lines magnified {factor:g} times.",
         paint,
     )

@@ -28,7 +28,7 @@ def poses(evidence: Evidence) -> Picture | None:
             ax.plot(place, evidence.fitted_mm, "_", ms=5, mew=0.6, color=FITTED, alpha=0.35)
         ax.plot(fitted, "o", ms=size, mew=0, color=FITTED, label="fitted")
         if held_out is not None:
-            ax.plot(held_out, "o", ms=size + 1, mfc="none", mew=1.0, color=HELD_OUT, label="held out")
+            ax.plot(held_out, "o", ms=size + 1, mfc="none", mew=1.0 if few else 0.5, color=HELD_OUT, label="held out")
         ax.set_xlim(-0.7, len(seen) - 0.3)
         floor = 0.3 * min(fitted.min(), np.percentile(evidence.fitted_mm, 10))
         ax.set_ylim(bottom=max(floor, 1e-6))
@@ -46,8 +46,8 @@ def poses(evidence: Evidence) -> Picture | None:
     return picture(
         "Errors of each pose",
         "Dots: root-mean-square error of a pose when it was fitted (blue) and when it was held out (orange)"
-        f"{'; ticks: its points' if few else ''}. A lone high pose asks for a look at what was measured there, a step or a slope along"
-        f" the run for what changed meanwhile. Worst: pose {names[seen[worst]]}.",
+        f"{'; ticks: its points' if few else ''}. A lone high pose asks for a look at what was measured there, a step"
+        f" or a slope along the run for what changed meanwhile. Worst: pose {names[seen[worst]]}.",
         f"Errors of {len(seen)} poses; the worst is {names[seen[worst]]}.",
         paint,
     )
