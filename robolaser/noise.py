@@ -97,55 +97,63 @@ class NoiseModel:
 def noise_of(model: Model, x: Array, jacobian: Array | None = None) -> NoiseModel:
     """The noise of a data set, judged at the optimum.
 
-    What `[noise]` states is taken as it is. The pixels' comes from repeats where there are enough. The rest is
-    estimated from the residuals by restricted maximum likelihood; at the level of the pose there is always a source
-    left for it, so that residuals larger than the stated noise are not passed over.
-
     Args:
         model: The model that was fitted.
         x: The optimum, (d,).
         jacobian: Of the residuals by the parameters, (3m, d); computed when absent.
     """
-    sources = disturbances(model, x)
+    J = jacobian_of(model, x) if jacobian is None else jacobian
+    return noise_from(model.dataset, disturbances(model, x), model.residuals(x[None])[0], J)
+
+
+def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:
+    """The sizes of the sources, from what is stated, from repeats and from the residuals of a fit.
+
+    What `[noise]` states is taken as it is. The pixels' comes from repeats where there are enough. The rest is
+    estimated from the residuals by restricted maximum likelihood; at the level of the pose there is always a source
+    left for it, so that residuals larger than the stated noise are not passed over.
+
+    Args:
+        dataset: Stated noise, repeats, and which rows make a pose.
+        sources: What may shake the rows.
+        residuals: What the fit left over, (m, 3) [m].
+        J: The residuals by the parameters that were fitted, (3m, d).
+    """
+    noise = dataset.noise
     stated = {
-        "pixel": model.dataset.noise.pixel_px,
-        "target": model.dataset.noise.target_m,
-        "joint": model.dataset.noise.joint_rad,
-        "point": model.dataset.noise.point_m,
+        "pixel": noise.pixel_px,
+        "target": noise.target_m,
+        "joint": noise.joint_rad,
+        "point": noise.point_m,
     }
-    given = {s.name: sigma for s in sources if (sigma := stated.get(s.name)) is not None}
-    known = dict(given)
-    if "pixel" not in known and (pixel := pixel_from_repeats(model.dataset)) is not None:
+    names = [source.name for source in sources]
+    known = {name: sigma for name in names if (sigma := stated.get(name)) is not None}
+    estimated = tuple(name for name in names if name not in known)
+    if "pixel" in estimated and (pixel := pixel_from_repeats(dataset)) is not None:
         known["pixel"] = pixel
-    open_ = [source for source in sources if source.name not in known]
-    if open_:
-        J = jacobian_of(model, x) if jacobian is None else jacobian
-        found = _from_residuals(model, x, J, sources, known)
-        known |= {source.name: float(sigma) for source, sigma in zip(open_, found, strict=True)}
-    return NoiseModel(
-        sources=sources,
-        sigmas={source.name: known[source.name] for source in sources},
-        estimated=tuple(source.name for source in sources if source.name not in given),
-    )
+    if len(known) < len(names):
+        known |= _from_residuals(dataset.points.pose, sources, known, residuals, J)
+    return NoiseModel(sources, {name: known[name] for name in names}, estimated)
 
 
 def _from_residuals(
-    model: Model, x: Array, J: Array, sources: tuple[Disturbance, ...], known: Mapping[str, float]
-) -> Array:
-    table = _some_rows(model.dataset.points.pose)
+    of_pose: Ints, sources: tuple[Disturbance, ...], known: Mapping[str, float], residuals: Array, J: Array
+) -> dict[str, float]:
+    table = _some_rows(of_pose)
     there = np.repeat(table >= 0, 3, axis=1)
     columns = (3 * table[:, :, None] + np.arange(3)).reshape(len(table), -1)
-    e = np.where(there, model.residuals(x[None])[0].reshape(-1)[columns], 0.0)
+    e = np.where(there, residuals.reshape(-1)[columns], 0.0)
     slopes = np.where(there[..., None], J[columns], 0.0)
-    base = np.where(there, FLOOR_M**2, 1.0)[:, :, None] * np.eye(columns.shape[1])
-    unit = []
+    base = np.eye(columns.shape[1]) * np.where(there, FLOOR_M**2, 1.0)[:, None]
+    unit = {}
     for source in sources:
         C = reml.blocks(source.effect, source.group, table)
         if source.name in known:
             base = base + known[source.name] ** 2 * C
         else:
-            unit.append(C)
-    return reml.estimate(base, unit, e, slopes)
+            unit[source.name] = C
+    found = reml.estimate(base, list(unit.values()), e, slopes)
+    return dict(zip(unit, found.tolist(), strict=True))
 
 
 def _some_rows(of_pose: Ints) -> Ints:

@@ -13,6 +13,11 @@ from robolaser.arrays import Array, Ints
 
 SPAN = (1e-4, 1e2)
 """Search range of a standard deviation, in units of the one that alone would explain the residuals."""
+CALM_STEPS = 12
+"""Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before a quasi-Newton search ends the
+work: from afar that one leaps to where a source is nothing, and there the slope is nothing too."""
+ENOUGH = 1e-6
+"""Of the likelihood's logarithm for each row and axis, and of its slope: what thousands of rows cannot notice."""
 RANK = 1e-9
 """Singular values of the Jacobian below this share of the largest belong to null directions."""
 
@@ -37,8 +42,8 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
     return C
 
 
-def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array) -> tuple[float, Array]:
-    """Negative log of the restricted likelihood, up to a constant, and its gradient.
+def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array) -> tuple[float, Array, Array]:
+    """Negative log of the restricted likelihood, up to a constant, and the two halves of its gradient.
 
     Args:
         log_sigma: Logarithms of the open standard deviations, (k,).
@@ -46,20 +51,23 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s).
         e: Residuals, (n, s) [m].
         Q: A basis of what the fitted numbers can do to the residuals, (n, s, d).
+
+    Returns:
+        The value; then for each open source what it would add to the squares (k,) and what is there of it (k,): the
+        gradient is their difference, and the optimum where they are alike.
     """
     variance = np.exp(2.0 * log_sigma)
-    S = known + sum(v * C for v, C in zip(variance, unit, strict=True))
-    S_inv = np.linalg.inv(S)
+    S_inv = np.linalg.inv(S := known + sum(v * C for v, C in zip(variance, unit, strict=True)))
     B = S_inv @ Q
-    d = Q.shape[-1]
-    H = Q.reshape(-1, d).T @ B.reshape(-1, d)
-    H_inv = np.linalg.inv(H) if d else H
+    columns, d = Q.reshape(e.size, -1), Q.shape[-1]
+    H = columns.T @ B.reshape(-1, d)
     z = np.einsum("nij,nj->ni", S_inv, e)
-    z = z - B @ (H_inv @ (Q.reshape(-1, d).T @ z.reshape(-1)))
-    value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + float((z * e).sum()))
-    G = S_inv - (B @ H_inv) @ np.swapaxes(B, -1, -2) - z[:, :, None] * z[:, None, :]
-    gradient = np.array([v * np.vdot(C, G) for v, C in zip(variance, unit, strict=True)])
-    return float(value), gradient
+    z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
+    value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
+    P = S_inv - (B @ np.linalg.inv(H)) @ np.swapaxes(B, -1, -2)
+    expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
+    there = [v * np.einsum("ni,nij,nj->", z, C, z, optimize=True) for v, C in zip(variance, unit, strict=True)]
+    return float(value), np.array(expected), np.array(there)
 
 
 def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
@@ -83,13 +91,20 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
     alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
     if total == 0.0:
         return np.zeros(len(unit))
-    scale = e.size
 
     def objective(log_sigma: Array) -> tuple[float, Array]:
-        value, gradient = restricted(log_sigma, known, unit, e, Q)
-        return value / scale, gradient / scale
+        value, expected, there = restricted(log_sigma, known, unit, e, Q)
+        return value / e.size, (expected - there) / e.size
 
-    bounds = [(np.log(SPAN[0] * a), np.log(SPAN[1] * a)) for a in alone]
-    start = np.log(alone / np.sqrt(len(unit)))
-    found = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
+    lowest, highest = (np.log(share * alone) for share in SPAN)
+    log_sigma = np.log(alone / np.sqrt(len(unit)))
+    for _ in range(CALM_STEPS):
+        _, expected, there = restricted(log_sigma, known, unit, e, Q)
+        tiny = np.finfo(float).tiny
+        log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
+        log_sigma = np.clip(log_sigma, lowest, highest)
+    bounds = list(zip(lowest, highest, strict=True))
+    found = minimize(
+        objective, log_sigma, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": ENOUGH, "gtol": ENOUGH}
+    )
     return np.exp(np.asarray(found.x))

@@ -8,15 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.noise import NoiseModel
+from robolaser.null_space import NULL, column_lengths, null_directions
 
-NULL = 1e-7
-"""Singular values of the Jacobian, its columns of unit length, below this share of the largest are zero.
-
-Its numerical derivatives are exact to about 1e-10; the weakest real direction seen on 25 points is at 1e-5.
-"""
-LOADING = 1e-4
-"""Share of the largest move of a residual from which on a parameter takes part in a null direction: ten times above
-what the numerical error of the direction can be."""
 WEAK = 1.0 / np.sqrt(12.0)
 """Standard deviation of a direction, in units of the bounds' width, from which on the data tell no more than the
 bounds: that of anything between them alike."""
@@ -55,7 +48,7 @@ def covariance(J: Array, noise: NoiseModel, *, weighted: bool) -> Array:
     """
     if weighted:
         J = noise.whiten(J.T).T
-    scale = _lengths(J)
+    scale = column_lengths(J)
     unit = J / scale
     _, s, Vt = np.linalg.svd(unit, full_matrices=False)
     real = s > NULL * s.max(initial=0.0)
@@ -65,50 +58,32 @@ def covariance(J: Array, noise: NoiseModel, *, weighted: bool) -> Array:
     return found
 
 
-def standard_errors(J: Array, noise: NoiseModel, *, held: Bools, weighted: bool) -> Array:
+def standard_errors(
+    J: Array, noise: NoiseModel, *, held: Bools, weighted: bool, on_bound: Bools | None = None
+) -> Array:
     """One standard deviation of each parameter, the held ones taken as known, (d,).
+
+    A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
+    the others would seem far surer than they are. So it counts as free for them.
 
     Args:
         J: Plain residuals by all parameters, (3m, d).
         noise: Of the residuals.
-        held: Parameters that were not free: by the gauge, or because they ended on a bound, (d,).
+        held: Parameters whose values are a convention, as one of a gauge's is, (d,).
         weighted: Whether the fit minimised the whitened residuals.
+        on_bound: Parameters that ended on a bound, (d,).
 
     Returns:
-        NaN for the held ones and for all that take part in a null direction of the rest.
+        NaN for the held ones, for those on a bound and for all that take part in a null direction of the rest.
     """
     free = np.flatnonzero(~held)
     std = np.full(J.shape[1], np.nan)
     std[free] = np.sqrt(np.diag(covariance(J[:, free], noise, weighted=weighted)))
     for direction in null_directions(J[:, free]):
         std[free[direction != 0.0]] = np.nan
+    if on_bound is not None:
+        std[on_bound] = np.nan
     return std
-
-
-def null_directions(J: Array) -> Array:
-    """Directions of the parameters that move no residual, with as few parameters each as can be.
-
-    The basis of the null space is brought to reduced echelon form: of the parameters one direction leads with, the
-    others have none, and directions that share no parameter come out apart.
-
-    Args:
-        J: Residuals by parameters, (k, d).
-
-    Returns:
-        (n, d), exactly zero for parameters that do not take part, in units of the parameters.
-    """
-    scale = _lengths(J)
-    _, s, Vt = np.linalg.svd(J / scale, full_matrices=len(J) < J.shape[1])
-    s = np.concatenate([s, np.zeros(len(Vt) - len(s))])
-    basis = Vt[s <= NULL * s.max(initial=0.0)]
-    for lead in range(len(basis)):
-        row, column = np.unravel_index(np.argmax(np.abs(basis[lead:])), basis[lead:].shape)
-        basis[[lead, lead + row]] = basis[[lead + row, lead]]
-        basis[lead] /= basis[lead, column]
-        others = np.arange(len(basis)) != lead
-        basis[others] -= basis[others, column : column + 1] * basis[lead]
-    share = np.abs(basis) / np.abs(basis).max(axis=1, keepdims=True, initial=np.finfo(float).tiny)
-    return np.where(share > LOADING, basis, 0.0) / scale
 
 
 def unidentifiable(
@@ -117,7 +92,6 @@ def unidentifiable(
     width: Array,
     noise: NoiseModel,
     *,
-    on_bound: Bools | None = None,
     weighted: bool = False,
 ) -> list[Unidentifiable]:
     """What the data cannot tell: null directions first, then those that they fix no better than the bounds do.
@@ -127,10 +101,9 @@ def unidentifiable(
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
         noise: Of the residuals.
-        on_bound: Parameters that ended on a bound and count as known in the weak directions, (d,).
         weighted: Whether the fit minimised the whitened residuals.
     """
-    found, free = [], np.ones(len(names), dtype=bool) if on_bound is None else ~on_bound
+    found, free = [], np.ones(len(names), dtype=bool)
     involved = null_directions(J) != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
@@ -170,9 +143,3 @@ def _weak(names: list[str], std: Array, width: Array, spread: float) -> Unidenti
 def _listed(names: Iterable[str]) -> str:
     *first, last = names
     return f"{', '.join(first)} and {last}" if first else last
-
-
-def _lengths(J: Array) -> Array:
-    """Length of each column, (d,); 1 for a column of zeros."""
-    lengths = np.linalg.norm(J, axis=0)
-    return np.where(lengths > 0.0, lengths, 1.0)
