@@ -11,10 +11,9 @@ from robolaser.effects.effect import Suspect
 from robolaser.effects.joint_offset import JointOffset
 from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel, noise_from, noise_of
-from robolaser.null_space import null_directions
 from robolaser.scanner import Model
 from robolaser.sensors.stripe import SCANNER
-from robolaser.uncertainty import covariance, standard_errors, unidentifiable
+from robolaser.uncertainty import covariance, null_directions, standard_errors, unidentifiable
 
 TRIALS = 100
 
