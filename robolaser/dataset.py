@@ -155,7 +155,8 @@ class Dataset:
             assert self.poses.T_base_flange is not None  # the folder's reader sees to both
             return self.poses.T_base_flange
         assert self.poses.q is not None
-        return self.robot.forward(self.poses.q[None])[0]
+        T: Array = self.robot.forward(self.poses.q[None])[0]
+        return T
 
     def of_poses(self, chosen: Bools) -> "Dataset":
         """The same data set with only the chosen poses (n,) and their points."""

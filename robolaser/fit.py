@@ -11,7 +11,7 @@ import numpy as np
 
 from robolaser.algorithms.gauss_newton import Polished
 from robolaser.algorithms.names import POLISH_ONLY, algorithm_named
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.box import Box, Residuals
 from robolaser.calibration import Calibration
 from robolaser.dataset import Dataset
@@ -180,7 +180,7 @@ def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polis
     return best, evaluations
 
 
-def _doubts(model: Model, on_bound: Array, unseen: Array | None) -> list[str]:
+def _doubts(model: Model, on_bound: Bools, unseen: Array | None) -> list[str]:
     ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
     doubts = [f"{name} ended on one of its bounds: widen them, or doubt the model." for name in ended]
     if unseen is None:
