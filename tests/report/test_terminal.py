@@ -1,0 +1,31 @@
+"""What is printed after a calibration."""
+
+import io
+
+from calibrated import arm, stripe
+from rich.console import Console
+
+from robolaser.report import print_summary
+
+
+def printed(calibration, folder=None):
+    file = io.StringIO()
+    print_summary(calibration, folder, console=Console(file=file))
+    return file.getvalue()
+
+
+def test_the_summary_is_short_plain_and_leads_with_new_poses(calibration):
+    text = printed(calibration)
+    assert "\x1b" not in text
+    assert text.index("on new poses") < text.index("noise alone") < text.index("on fitted poses")
+    assert len(text.splitlines()) < 35
+
+
+def test_the_summary_names_effects_and_where_the_page_is(tmp_path):
+    text = printed(stripe(robot=arm(), effects=("joint_offset:bend",)), tmp_path)
+    assert "joint_offset:bend" in text
+    assert str(tmp_path / "report.html") in text
+
+
+def test_names_are_not_taken_for_markup():
+    assert "[bold]x[/bold]" in printed(stripe(name="[bold]x[/bold]"))
