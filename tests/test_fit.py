@@ -200,4 +200,4 @@ def test_the_problem_is_any_pymoo_algorithms(experiment: Simulated, question: ob
     assert problem.names[0] == "f"
     assert problem.model.cost(result.X[None])[0] == pytest.approx(result.F[0])
     assert (problem.xl <= result.X).all()
-    assert (result.X <= problem.xu).all()
+    assert (problem.xu >= result.X).all()
