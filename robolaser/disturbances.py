@@ -46,10 +46,13 @@ def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     - tracker: `point` [m], isotropic, each row's own. Sockets: `seat` [m], likewise.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
       shared by the pose's rows. A linear axis counts in metres with the same number: at arm's length alike.
-    - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, the turn about their middle: where a tracker sees
-      several points a pose, which may come from one measurement of six dimensions.
-    - `flange` [m] and `flange_turn` [rad], likewise, the turn about the flange: where flange poses were measured, and
-      for a stripe scanner where `joint_rad` is stated.
+    - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where a tracker sees several points a pose, which
+      may come from one measurement of six dimensions.
+    - `flange` [m] and `flange_turn` [rad], likewise, where flange poses were measured, and for a stripe scanner where
+      `joint_rad` is stated.
+
+    Turns are about the middle of the pose's points: then shift and turn are told apart by what they do there, and
+    neither grows to cancel the other over the arm between flange and points.
 
     So at the level of the pose there is always a source that nobody stated, for which the residuals may speak.
     """
@@ -77,7 +80,7 @@ def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     if wanted:
         found.append(Disturbance(whole, every, of_pose))
     if wanted and shared:
-        found.append(Disturbance(f"{whole}_turn", skew(_arms(model, values, whole)), of_pose))
+        found.append(Disturbance(f"{whole}_turn", skew(_arms(model, values)), of_pose))
     return tuple(found)
 
 
@@ -153,17 +156,13 @@ def _joint_effect(model: Model, values: Values) -> Array:
     return np.stack(slopes, axis=-1)
 
 
-def _arms(model: Model, values: Values, whole: str) -> Array:
-    """From the centre that a pose's error turns about to each point, (m, 3) [m]."""
-    of_pose, bend = model.dataset.points.pose, model.bend(values)
-    T_base_flange = model.flange(values, bend)
+def _arms(model: Model, values: Values) -> Array:
+    """From the middle of each pose's points to each point, (m, 3) [m]."""
+    of_pose = model.dataset.points.pose
     if isinstance(model.sensor, Stripe):
-        arms: Array = (model.sensor.in_base(values, T_base_flange, bend) - T_base_flange[:, of_pose, :3, 3])[0]
-        return arms
-    measured = model.dataset.points.xyz
-    assert measured is not None  # sockets have one row a pose, and nothing turns
-    if whole == "probe":
-        centre: Array = group_sums(measured, of_pose) / np.maximum(np.bincount(of_pose), 1)[:, None]
+        points: Array = model.sensor.target(values, model.bend(values))[0]
     else:
-        centre = (motion(values, "base")[:, None] @ T_base_flange)[0, :, :3, 3]
-    return measured - centre[of_pose]
+        assert model.dataset.points.xyz is not None  # sockets have one row a pose, and nothing turns
+        points = model.dataset.points.xyz
+    middle: Array = group_sums(points, of_pose) / np.bincount(of_pose).clip(min=1)[:, None]
+    return points - middle[of_pose]

@@ -20,6 +20,9 @@ FLOOR_M = 1e-6
 MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
+LEAST = {"target": 1e-5}
+"""Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
+their rays by the way they are made, would else seem to know everything across them."""
 LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
 GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
 
@@ -100,10 +103,12 @@ def noise_of(model: Model, x: Array, jacobian: Array | None = None) -> NoiseMode
     Args:
         model: The model that was fitted.
         x: The optimum, (d,).
-        jacobian: Of the residuals by the parameters, (3m, d); computed when absent.
+        jacobian: Of the residuals by all parameters, (3m, d); computed when absent. Parameters on a bound are taken
+            as not fitted: what they could not mend is left in the residuals.
     """
     J = jacobian_of(model, x) if jacobian is None else jacobian
-    return noise_from(model.dataset, disturbances(model, x), model.residuals(x[None])[0], J)
+    inside = (x > model.parameters.lower) & (x < model.parameters.upper)
+    return noise_from(model.dataset, disturbances(model, x), model.residuals(x[None])[0], J[:, inside])
 
 
 def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:
@@ -152,7 +157,8 @@ def _from_residuals(
             base = base + known[source.name] ** 2 * C
         else:
             unit[source.name] = C
-    found = reml.estimate(base, list(unit.values()), e, slopes)
+    least = np.array([LEAST.get(name, 0.0) for name in unit])
+    found = reml.estimate(base, list(unit.values()), e, slopes, least)
     return dict(zip(unit, found.tolist(), strict=True))
 
 

@@ -13,6 +13,8 @@ from robolaser.arrays import Array, Ints
 
 SPAN = (1e-4, 1e2)
 """Search range of a standard deviation, in units of the one that alone would explain the residuals."""
+STARTS = (1.0, 0.1)
+"""Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
 CALM_STEPS = 12
 """Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before a quasi-Newton search ends the
 work: from afar that one leaps to where a source is nothing, and there the slope is nothing too."""
@@ -70,7 +72,7 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
     return float(value), np.array(expected), np.array(there)
 
 
-def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
+def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Array) -> Array:
     """The standard deviations that make the residuals likeliest.
 
     Args:
@@ -78,9 +80,10 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s); zero for absent rows.
         e: Residuals, (n, s) [m].
         J: Their derivatives by the fitted numbers, (n, s, d); null directions are welcome.
+        least: What no source can be below, (k,).
 
     Returns:
-        (k,), each in the unit of its source; next to nothing where the residuals ask for none.
+        (k,), each in the unit of its source; its least or next to nothing where the residuals ask for none.
     """
     n, s, d = J.shape
     flat = J.reshape(n * s, d)
@@ -90,21 +93,30 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array) -> Array:
     total = float((e**2).sum())
     alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
     if total == 0.0:
-        return np.zeros(len(unit))
+        return least
 
     def objective(log_sigma: Array) -> tuple[float, Array]:
         value, expected, there = restricted(log_sigma, known, unit, e, Q)
         return value / e.size, (expected - there) / e.size
 
-    lowest, highest = (np.log(share * alone) for share in SPAN)
-    log_sigma = np.log(alone / np.sqrt(len(unit)))
-    for _ in range(CALM_STEPS):
-        _, expected, there = restricted(log_sigma, known, unit, e, Q)
-        tiny = np.finfo(float).tiny
-        log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
-        log_sigma = np.clip(log_sigma, lowest, highest)
-    bounds = list(zip(lowest, highest, strict=True))
-    found = minimize(
-        objective, log_sigma, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": ENOUGH, "gtol": ENOUGH}
-    )
-    return np.exp(np.asarray(found.x))
+    lowest = np.log(np.maximum(SPAN[0] * alone, least))
+    highest = np.maximum(np.log(SPAN[1] * alone), lowest)
+    found = []
+    for share in STARTS:
+        log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
+        for _ in range(CALM_STEPS):
+            _, expected, there = restricted(log_sigma, known, unit, e, Q)
+            tiny = np.finfo(float).tiny
+            log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
+            log_sigma = np.clip(log_sigma, lowest, highest)
+        found.append(
+            minimize(
+                objective,
+                log_sigma,
+                jac=True,
+                method="L-BFGS-B",
+                bounds=list(zip(lowest, highest, strict=True)),
+                options={"ftol": ENOUGH, "gtol": ENOUGH},
+            )
+        )
+    return np.exp(np.asarray(min(found, key=lambda end: float(end.fun)).x))

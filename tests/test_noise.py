@@ -205,3 +205,26 @@ def test_likelihood_slopes_are_those_of_finite_differences(repeated):
     _, expected, there = restricted(at, known, unit, e, Q)
     up, down = ([restricted(at + way * step * axis, known, unit, e, Q)[0] for axis in np.eye(2)] for way in (1, -1))
     np.testing.assert_allclose(expected - there, (np.array(up) - np.array(down)) / (2 * step), rtol=1e-6)
+
+
+def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():
+    cell = tracker_cell(np.random.default_rng(16), poses=20, robot="scorbot_er7").shaken(
+        np.random.default_rng(17), point=1e-4
+    )
+    column = cell.model().parameters.names.index("base.x")
+    item = cell.dataset.parameters["base.x"]
+    at = replace(item, lower=item.nominal + 0.01, nominal=item.nominal + 0.01)  # 10 mm beside the truth
+    bounded = Cell(replace(cell.dataset, parameters={**cell.dataset.parameters, "base.x": at}))
+    x = cell.truth(cell.model())
+    free = noise_of(cell.model(), x)
+    x[column] = at.lower
+    kept = noise_of(bounded.model(), x)
+    rms = [np.sqrt(np.trace(noise.covariances.mean(axis=0))) for noise in (free, kept)]
+    assert rms[0] < 1e-3
+    assert rms[1] > 5e-3
+
+
+def test_a_printed_target_is_never_taken_for_perfect():
+    cell = board_cell(np.random.default_rng(18), poses=12, points=8).shaken(np.random.default_rng(19), pixel=0.2)
+    model = cell.model()
+    assert noise_of(model, cell.truth(model)).sigmas["target"] == pytest.approx(1e-5)
