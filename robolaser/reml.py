@@ -15,7 +15,7 @@ SPAN = (1e-4, 1e2)
 """Search range of a standard deviation, in units of the one that alone would explain the residuals."""
 STARTS = (1.0, 0.1)
 """Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
-CALM_STEPS = 12
+CALM_STEPS = 6
 """Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before a quasi-Newton search ends the
 work: from afar that one leaps to where a source is nothing, and there the slope is nothing too."""
 ENOUGH = 1e-6
