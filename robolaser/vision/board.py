@@ -14,9 +14,11 @@ Image = NDArray[np.uint8]
 
 SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
+STRIPE_SHARES = (1 / 40, 1 / 20)
+"""Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
 CELL_PX = 8
 """Side [px] of a square in the image straightened to look at the squares' colours."""
-LEAST_ALTERNATING = 0.9
+LEAST_ALTERNATING = 0.8
 """Share of squares that must differ from their neighbours as a checkerboard's do; a stripe may hide some."""
 LARGEST_UNEVENNESS = 0.15
 """Corners off a plane's perspective, median [squares]: beyond any lens, within a false grid's disorder."""
@@ -89,18 +91,26 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
-    """Give the image reduced by several scales, as it is and with its contrast spread below the stripe."""
+    """Give the image reduced by several scales, as it is, with its contrast spread below the stripe, and without stripe."""
     sample = image[::4, ::4]
     dark, light = np.percentile(sample, (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
-    for source in (image, spread):
+    for source in (image, spread, *_wiped(image)):
         for side in SEARCHED_PX:
             scale = min(1.0, side / max(image.shape))
             size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
             yield np.asarray(cv2.resize(source, size, interpolation=cv2.INTER_AREA), np.uint8), scale
     if max(image.shape) > max(SEARCHED_PX):
         yield image, 1.0
+
+
+def _wiped(image: Image) -> Iterator[Image]:
+    """Give the image without what is bright and narrow, across either axis."""
+    for share in STRIPE_SHARES:
+        breadth = round(share * max(image.shape))
+        for kernel in (np.ones((1, breadth), np.uint8), np.ones((breadth, 1), np.uint8)):
+            yield np.asarray(cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), np.uint8)
 
 
 def _sharpen(image: Image, grid: Array) -> Array:
@@ -141,14 +151,14 @@ def _pattern(grid: Array) -> tuple[Array, Bools]:
 
 
 def _shades(image: Image, H_lattice_pixel: Array, columns: int, rows: int) -> Array:
-    """Mean grey of the squares between the corners, (rows - 1, columns - 1)."""
+    """Median grey of the squares between the corners, (rows - 1, columns - 1)."""
     half = 0.5 / CELL_PX
     into_cells = CELL_PX * np.array([[1, 0, -half], [0, 1, -half], [0, 0, 1 / CELL_PX]])
     size = ((columns - 1) * CELL_PX, (rows - 1) * CELL_PX)
     straight = np.asarray(cv2.warpPerspective(image, into_cells @ H_lattice_pixel, size), dtype=np.float64)
     squares = straight.reshape(rows - 1, CELL_PX, columns - 1, CELL_PX)
     core = slice(CELL_PX // 4, CELL_PX - CELL_PX // 4)
-    return np.asarray(squares[:, core, :, core].mean(axis=(1, 3)))
+    return np.asarray(np.median(squares[:, core, :, core], axis=(1, 3)))
 
 
 def _alternates(shades: Array) -> bool:

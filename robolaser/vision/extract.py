@@ -106,7 +106,7 @@ def extract_points(
         step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
             POINTS_PER_IMAGE.
         R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
-            several frames; without it the frame is followed by sight from image to image.
+            several frames; where a pose is missing the frame is followed by sight from image to image.
         progress: Called with images done and images in all.
 
     Returns:
@@ -166,9 +166,10 @@ def _settle(
     boards: Sequence[tuple[str, tuple[Array, ...]]], R_base_flange: Mapping[str, Array] | None, lens: Lens
 ) -> list[Array]:
     layings = [ways for _, ways in boards]
-    if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in layings):
+    turns = R_base_flange or {}
+    if not lens.known or any(pose not in turns for pose, _ in boards) or all(len(ways) == 1 for ways in layings):
         return settle_by_sight(layings)
-    return settle_by_robot(layings, np.stack([R_base_flange[pose] for pose, _ in boards]), lens)
+    return settle_by_robot(layings, np.stack([turns[pose] for pose, _ in boards]), lens)
 
 
 @final
