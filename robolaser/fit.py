@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from robolaser.algorithms.gauss_newton import Polished
 from robolaser.algorithms.names import POLISH_ONLY, algorithm_named
@@ -75,9 +76,14 @@ def calibrate(
         TooFewPoses, TargetUnseen, NothingFound: The data cannot be calibrated from.
         EffectUnknown, PlaceUnknown, EffectSenseless, AlgorithmUnknown: Something asked for is not there.
     """
+    # Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it
+    # waits for its turn, made a calibration ten times as long.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _calibrate(dataset, plan or Plan(), state, resume, progress or (lambda what, share: None))
+
+
+def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, tell: Progress) -> Calibration:  # noqa: FBT001
     began = time.perf_counter()
-    plan = plan or Plan()
-    tell = progress or (lambda what, share: None)
     model = Model(dataset, suspects(plan.effects, dataset))
     box = Box.of(model)
     check_target(model)

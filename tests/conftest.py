@@ -1,0 +1,13 @@
+"""What all tests share."""
+
+from collections.abc import Iterator
+
+import pytest
+from threadpoolctl import threadpool_limits
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_thread() -> Iterator[None]:
+    """Linear algebra on one thread: small matrices are slower on two, and far slower on a busy machine."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
