@@ -29,11 +29,11 @@ def with_unit(number: str, unit: str) -> str:
 
 
 def measured(value: float, std: float, unit: str) -> str:
-    """A value in SI, its digits following its standard deviation; a value without one keeps six digits."""
+    """A value in SI, its digits following its standard deviation; a value without one keeps five digits."""
     shown, label = human(value, unit)
     error, _ = human(std, unit)
     if not (math.isfinite(error) and error > 0):
-        return with_unit(_plain(shown, 6), label)
+        return with_unit(_plain(shown, 5), label)
     last = math.floor(math.log10(error)) - 1
     if -6 <= last <= 3:
         return with_unit(f"{_rounded(shown, last)} ± {_rounded(error, last)}", label)

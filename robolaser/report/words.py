@@ -3,9 +3,11 @@
 import importlib.metadata
 import shlex
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 
 import numpy as np
 
+from robolaser.fit import GENERATIONS
 from robolaser.report.digits import millimetres, plain, times
 from robolaser.report.evidence import Evidence
 
@@ -62,7 +64,7 @@ def judgement(evidence: Evidence) -> str:
     error = calibration.held_out_rms_m
     said = []
     if noise is None:
-        said.append("State what is known of it under [noise] in dataset.toml, and this report can tell them apart.")
+        said.append("State what is known of it under `[noise]` in `dataset.toml`, and this report can tell them apart.")
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:
@@ -135,9 +137,19 @@ def command(evidence: Evidence) -> str:
     words += ["--output", "result", "--algorithm", calibration.algorithm, "--seed", str(calibration.seed)]
     if calibration.weights != "plain":
         words += ["--weights", calibration.weights]
-    for suspect in calibration.model.suspects:
-        words += ["--with", f"{suspect.kind.name}:{suspect.where}"]
-    return shlex.join(words)
+    history = calibration.history
+    if history is not None and len(history.best) != GENERATIONS:
+        words += ["--generations", str(len(history.best))]
+    return shlex.join([*words, *(word for effect in _asked_for(evidence) for word in ("--with", effect))])
+
+
+def _asked_for(evidence: Evidence) -> Iterator[str]:
+    """The effects as the command line names them, without places where an effect is at all of its own."""
+    model = evidence.calibration.model
+    for kind, group in groupby(model.suspects, key=lambda suspect: suspect.kind):
+        places = [suspect.where for suspect in group]
+        everywhere = places == list(kind.places(model.dataset))
+        yield from [kind.name] if everywhere else [f"{kind.name}:{place}" for place in places]
 
 
 def version() -> str:

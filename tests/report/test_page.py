@@ -14,7 +14,7 @@ from calibrated import arm, point, stripe
 from robolaser.report import write_report
 from robolaser.report.evidence import Evidence
 from robolaser.report.page import page
-from robolaser.report.words import judgement
+from robolaser.report.words import command, judgement
 
 HOSTILE = "<script>alert('$x_$')</script> & \"quotes\" $\\frac$ 測定\x07"
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -94,10 +94,10 @@ def test_tables_name_their_columns_and_rows(text):
         assert 'scope="row"' in table
 
 
-def test_every_parameter_is_named(calibration):
-    said = " ".join(Reader(page(calibration)).texts)
-    for name in calibration.model.parameters.names:
-        assert name in said
+def test_every_parameter_is_named(calibrations, pages):
+    for kind, calibration in calibrations.items():
+        said = " ".join(Reader(pages[kind]).texts)
+        assert all(name in said for name in calibration.model.parameters.names)
 
 
 def test_the_first_figure_is_the_error_on_new_poses_and_the_second_the_noise(text):
@@ -156,3 +156,9 @@ def test_few_poses_for_many_parameters_are_named():
 def test_reporting_leaves_the_global_state_of_pyplot_alone():
     program = "import sys, robolaser.report, robolaser.report.pictures;sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_the_command_that_repeats_a_run_names_its_effects_and_its_length():
+    everywhere = command(Evidence(stripe(robot=arm(), effects=("joint_offset", "laser_roll"))))
+    assert everywhere.endswith("--generations 20 --with joint_offset --with laser_roll")
+    assert command(Evidence(stripe(robot=arm(), effects=("joint_offset:bend",)))).endswith("--with joint_offset:bend")

@@ -10,7 +10,7 @@ from robolaser.report.evidence import Evidence
 
 
 def convergence(evidence: Evidence) -> Picture | None:
-    """Best error so far over the generations, and where the polish took it."""
+    """Best error so far over the generations, and that of the result."""
     calibration, history = evidence.calibration, evidence.calibration.history
     if history is None or len(history.best) < 2:
         return None
@@ -25,7 +25,7 @@ def convergence(evidence: Evidence) -> Picture | None:
         ax.plot(generation, best_mm, color=FITTED, drawstyle="steps-post")
         ax.axhline(final_mm, color=HELD_OUT, linestyle=(0, (4, 3)))
         at = (1.0, final_mm)
-        ax.annotate("after the polish", at, (-2, 4), textcoords="offset points", ha="right", color=HELD_OUT,
+        ax.annotate("result", at, (-2, 4), textcoords="offset points", ha="right", color=HELD_OUT,
                     xycoords=ax.get_yaxis_transform())  # fmt: skip
         reached = ax.annotate("best candidate", (generation[len(generation) // 3], best_mm[len(best_mm) // 3]), (4, 6),
                               textcoords="offset points", color=FITTED)  # fmt: skip
@@ -38,8 +38,9 @@ def convergence(evidence: Evidence) -> Picture | None:
     before, after = millimetres(best_mm[-1] / 1e3), millimetres(calibration.rms_m)
     return picture(
         "Convergence",
-        f"Best error so far in each generation of {calibration.algorithm}, and the error after the polish. A curve"
-        " that is still falling at the right edge stopped too early; a polish far below found what the search missed.",
-        f"The best error falls to {before} in {len(best_mm)} generations; after the polish it is {after}.",
+        f"Best error so far in each generation of {calibration.algorithm}, and that of the result, polished unless"
+        " told otherwise. A curve that is still falling at the right edge stopped too early; a result far below it is"
+        " what the polish found and the search had missed.",
+        f"The best error falls to {before} in {len(best_mm)} generations; the result has {after}.",
         paint,
     )

@@ -28,7 +28,7 @@ def points(evidence: Evidence) -> Picture | None:
     def paint(figure: Figure) -> None:
         ax = figure.subplots()
         lines = LineCollection(list(np.stack([start, end], axis=1)), colors=HELD_OUT, linewidths=0.8)
-        dots = ax.plot(*start.T, "o", ms=2.2, color=FITTED)[0]
+        dots = ax.plot(*start.T, "o", ms=2.2, color=FITTED, zorder=3)[0]
         ax.add_collection(lines)
         ax.set_aspect("equal", adjustable="datalim")
         ax.autoscale_view()
