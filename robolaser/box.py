@@ -59,8 +59,3 @@ class Box:
     def on_bound(self, x: Array) -> Bools:
         """Parameters with room that stand on one of their bounds, (d,)."""
         return ~self.held & ((x <= self.lower) | (x >= self.upper))
-
-    def jacobian(self, residuals: Callable[[Array], Array], x: Array) -> Array:
-        """Derivatives of the residuals at x, those by held parameters too, (k, d)."""
-        low, high = np.minimum(x - self.scale, self.lower), np.maximum(x + self.scale, self.upper)
-        return gauss_newton(residuals, x, low, high, scale=self.scale, max_iterations=0).jacobian

@@ -2,7 +2,6 @@
 
 import hashlib
 import time
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import final
@@ -19,6 +18,7 @@ from robolaser.dataset import Dataset
 from robolaser.effects import suspects
 from robolaser.errors import NothingFound
 from robolaser.held_out import held_out
+from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel, noise_of
 from robolaser.readiness import check_poses, check_target
 from robolaser.scanner import Model
@@ -96,7 +96,7 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
         found, starts = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
     evaluations = found.evaluations if found else 0
     x = starts[0]
-    noise: NoiseModel | None = None
+    weights: NoiseModel | None = None
     residuals = Residuals(model)
     if plan.polish:
         tell("polishing", 0.0)
@@ -104,8 +104,8 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
         end = box.polish(residuals, best.x)
         evaluations += tried + end.evaluations
         for _ in range(REWEIGHTINGS if plan.weights == "noise" else 0):
-            noise = noise_of(model, end.x)
-            residuals = Residuals(model, noise)
+            weights = noise_of(model, end.x).for_weights()
+            residuals = Residuals(model, weights)
             end = box.polish(residuals, end.x)
             evaluations += end.evaluations
         x = end.x
@@ -115,10 +115,10 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
 
     tell("holding poses out", 0.5)
     unseen, tried = held_out(residuals, x, box, seed=plan.seed)
-    noise = noise_of(model, x)
     on_bound = box.on_bound(x)
-    J = box.jacobian(Residuals(model), x)
-    std = standard_errors(J, noise, held=box.held | on_bound, weighted=plan.weights == "noise")
+    J = jacobian(model, x)
+    noise = noise_of(model, x, J)
+    std = standard_errors(J, noise, held=box.held, weights=weights, on_bound=on_bound)
     parameters = model.parameters
     return Calibration(
         model=model,
@@ -128,7 +128,7 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
         x=x,
         std=std,
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(J, parameters.names, parameters.width, noise)),
+        unidentifiable=tuple(unidentifiable(J, parameters.names, parameters.width, noise, weights=weights)),
         residuals=E,
         held_out=unseen,
         noise=noise.sigmas,

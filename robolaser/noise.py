@@ -24,6 +24,7 @@ LEAST = {"target": 1e-5}
 """Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
 their rays by the way they are made, would else seem to know everything across them."""
 LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+OF_POSES = ("joint", "probe", "probe_turn", "flange", "flange_turn")
 GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
 
 
@@ -46,6 +47,13 @@ class NoiseModel:
         """The same sources with other sizes; those not named keep theirs."""
         return replace(self, sigmas={**self.sigmas, **sigmas})
 
+    def for_weights(self) -> "NoiseModel":
+        """The noise that weights may rest on: all but estimated errors of whole poses.
+
+        Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
+        """
+        return self.at({name: 0.0 for name in self.estimated if name in OF_POSES})
+
     @cached_property
     def _whitener(self) -> Whitener:
         own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
@@ -67,6 +75,10 @@ class NoiseModel:
     def whiten(self, residuals: Array) -> Array:
         """Make residuals independent and of unit variance, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
         return self._whitener(residuals)
+
+    def weigh(self, residuals: Array) -> Array:
+        """Σ⁻¹ times residuals, (c, 3m) [m] -> (c, 3m) [1/m]."""
+        return self._whitener.back(self._whitener(residuals))
 
     def seen_through(self, J: Array) -> Array:
         """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from robolaser.box import Box, Residuals
+from robolaser.box import Box
 from robolaser.errors import TargetUnseen, TooFewPoses
+from robolaser.jacobian import jacobian
 from robolaser.scanner import Model
 from robolaser.se3 import apply, inverse
 from robolaser.sensors.stripe import Stripe
@@ -20,7 +21,7 @@ def check_poses(model: Model, box: Box) -> None:
     Raises:
         TooFewPoses: Says how many are needed.
     """
-    J = box.jacobian(Residuals(model), model.parameters.nominal)[:, ~box.held] * box.scale[~box.held]
+    J = jacobian(model, model.parameters.nominal)[:, ~box.held] * box.scale[~box.held]
     pose_of_row = np.repeat(model.dataset.points.pose, 3)
     poses = np.unique(pose_of_row)
     J = np.nan_to_num(J)

@@ -41,35 +41,33 @@ class Unidentifiable:
     reason: str
 
 
-def covariance(J: Array, noise: NoiseModel, *, weighted: bool) -> Array:
-    """Covariance of the fitted parameters, whatever the plain fit took for granted.
+def covariance(J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None) -> Array:
+    """Covariance of the fitted parameters, whatever the fit took for granted.
 
-    Plain least squares weighs all rows alike, which they are not: (JᵀJ)⁻¹ JᵀΣJ (JᵀJ)⁻¹. Weighted by the noise it is
-    (JᵀΣ⁻¹J)⁻¹. Inverses leave null directions out, so parameters that take part in one seem exact here: see
-    `standard_errors`.
+    Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: plain least squares weighs all rows alike, which they
+    are not, and weighted by the noise itself it is (JᵀΣ⁻¹J)⁻¹. Inverses leave null directions out, so parameters that
+    take part in one seem exact here: see `standard_errors`.
 
     Args:
         J: Plain residuals by the parameters that were free, (3m, d).
         noise: Of the residuals.
-        weighted: Whether the fit minimised the whitened residuals.
+        weights: The noise by which the minimised residuals were whitened; None for plain ones.
 
     Returns:
         (d, d).
     """
-    if weighted:
-        J = noise.whiten(J.T).T
-    scale = _lengths(J)
+    scale = _lengths(J if weights is None else weights.whiten(J.T).T)
     unit = J / scale
-    _, s, Vt = np.linalg.svd(unit, full_matrices=False)
+    white, weighed = (unit, unit) if weights is None else (weights.whiten(unit.T).T, weights.weigh(unit.T).T)
+    _, s, Vt = np.linalg.svd(white, full_matrices=False)
     real = s > NULL * s.max(initial=0.0)
     inverse = (Vt[real].T / s[real] ** 2) @ Vt[real]
-    between = inverse if weighted else inverse @ noise.seen_through(unit) @ inverse
-    found: Array = between / scale / scale[:, None]
+    found: Array = inverse @ noise.seen_through(weighed) @ inverse / scale / scale[:, None]
     return found
 
 
 def standard_errors(
-    J: Array, noise: NoiseModel, *, held: Bools, weighted: bool, on_bound: Bools | None = None
+    J: Array, noise: NoiseModel, *, held: Bools, weights: NoiseModel | None = None, on_bound: Bools | None = None
 ) -> Array:
     """One standard deviation of each parameter, the held ones taken as known, (d,).
 
@@ -80,7 +78,7 @@ def standard_errors(
         J: Plain residuals by all parameters, (3m, d).
         noise: Of the residuals.
         held: Parameters whose values are a convention, as one of a gauge's is, (d,).
-        weighted: Whether the fit minimised the whitened residuals.
+        weights: The noise by which the minimised residuals were whitened; None for plain ones.
         on_bound: Parameters that ended on a bound, (d,).
 
     Returns:
@@ -88,7 +86,7 @@ def standard_errors(
     """
     free = np.flatnonzero(~held)
     std = np.full(J.shape[1], np.nan)
-    std[free] = np.sqrt(np.diag(covariance(J[:, free], noise, weighted=weighted)))
+    std[free] = np.sqrt(np.diag(covariance(J[:, free], noise, weights=weights)))
     for direction in null_directions(J[:, free]):
         std[free[direction != 0.0]] = np.nan
     if on_bound is not None:
@@ -130,7 +128,7 @@ def unidentifiable(
     width: Array,
     noise: NoiseModel,
     *,
-    weighted: bool = False,
+    weights: NoiseModel | None = None,
 ) -> list[Unidentifiable]:
     """What the data cannot tell: null directions first, then those that they fix no better than the bounds do.
 
@@ -139,7 +137,7 @@ def unidentifiable(
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
         noise: Of the residuals.
-        weighted: Whether the fit minimised the whitened residuals.
+        weights: The noise by which the minimised residuals were whitened; None for plain ones.
     """
     found, free = [], np.ones(len(names), dtype=bool)
     involved = null_directions(J) != 0.0
@@ -147,7 +145,7 @@ def unidentifiable(
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
     columns = np.flatnonzero(free)
-    spread = covariance(J[:, columns], noise, weighted=weighted) / width[columns] / width[columns][:, None]
+    spread = covariance(J[:, columns], noise, weights=weights) / width[columns] / width[columns][:, None]
     std = np.sqrt(np.diag(spread)) * width[columns]
     variances, directions = np.linalg.eigh(spread)
     for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):

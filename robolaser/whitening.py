@@ -90,3 +90,11 @@ class Whitener:
         for stage in self.stages:
             rows = stage(rows)
         return rows.reshape(-1, c).T
+
+    def back(self, white: Array) -> Array:
+        """Wᵀ: after W it makes Σ⁻¹, (c, 3m) -> (c, 3m)."""
+        c = len(white)
+        rows = np.ascontiguousarray(white.T).reshape(-1, 3, c)
+        for stage in reversed(self.stages):
+            rows = stage(rows)
+        return (np.swapaxes(self.root, -1, -2) @ rows).reshape(-1, c).T

@@ -74,6 +74,10 @@ def twice(file: str, line: int) -> Callable[[Path], None]:
     return change
 
 
+def first_lines(path: Path, count: int) -> None:
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:count]))
+
+
 MISTAKES = {
     "no dataset.toml": (lambda f: (f / "dataset.toml").unlink(), ["has no dataset.toml", "poses.csv"]),
     "no poses": (lambda f: (f / "poses.csv").unlink(), ["poses.csv", "No such file"]),
@@ -95,7 +99,10 @@ MISTAKES = {
     "nominal outside": (replaced("dataset.toml", "nominal = 0.008", "nominal = 0.08"), ["nominal 0.08", "between"]),
     "no upper": (replaced("dataset.toml", ", upper = 0.01 ", ""), ["[parameters] f.upper"]),
     "bound not finite": (replaced("dataset.toml", "upper = 0.01 ", "upper = inf "), ["f.upper", "finite"]),
-    "degrees in bounds": (replaced("dataset.toml", "lower = 0.0, upper = 0.785", "lower = 0.0, upper = 45.785"), ["theta", "degrees"]),
+    "degrees in bounds": (
+        replaced("dataset.toml", "lower = 0.0, upper = 0.785", "lower = 0.0, upper = 45.785"),
+        ["theta", "degrees"],
+    ),
     "parameter missing": (replaced("dataset.toml", "theta =", "# theta ="), ["lacks theta", "stripe"]),
     "unknown parameter": (replaced("dataset.toml", "theta =", "thetta ="), ["thetta", "theta"]),
     "quaternion": (replaced("dataset.toml", "[0.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 1.0, 1.0]"), ["bracket_quat", "1.414"]),
@@ -131,10 +138,7 @@ MISTAKES = {
         written("robot.urdf", '<!DOCTYPE r [<!ENTITY a "b">]><robot name="r"><link name="&a;"/></robot>'),
         ["robot.urdf"],
     ),
-    "one pose": (
-        lambda f: (f / "points.csv").write_text("".join((f / "points.csv").read_text().splitlines(keepends=True)[:6])),
-        ["1 pose with points", "at least"],
-    ),
+    "one pose": (lambda f: first_lines(f / "points.csv", 6), ["1 pose with points", "at least"]),
     "target behind the camera": (
         lambda f: (f / "dataset.toml").write_text(
             (f / "dataset.toml").read_text().replace("[0.0, 0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0, 0.0]")

@@ -38,7 +38,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
         found = noise_from(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
         white = found.whiten(free.T).T * scale
         weighted = -scale * np.linalg.lstsq(white, found.whiten(e[None])[0])[0]
-        both = (standard_errors(J, found, held=held, weighted=way)[~held] for way in (False, True))
+        both = (standard_errors(J, found, held=held, weights=way)[~held] for way in (None, found))
         hits.append([np.abs(x) < 1.96 * std for x, std in zip((step, weighted), both, strict=True)])
     plain_share, weighted_share = np.mean(hits, axis=(0, 2))
     return float(plain_share), float(weighted_share)
@@ -91,7 +91,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
 
         end = gauss_newton(residuals, truth, model.parameters.lower, model.parameters.upper, tol=1e-9)
         noise = noise_from(model.dataset, sources, residuals(end.x[None]).reshape(-1, 3), end.jacobian)
-        std = standard_errors(end.jacobian, noise, held=np.zeros(len(truth), dtype=bool), weighted=False)
+        std = standard_errors(end.jacobian, noise, held=np.zeros(len(truth), dtype=bool))
         hits.append(np.abs(end.x - truth) < 1.96 * std)
     assert 0.90 <= np.mean(hits) <= 0.98
 
@@ -111,7 +111,7 @@ def tracked():
 def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=3e-4)
-    plain, best = (covariance(J, noise, weighted=weighted) for weighted in (False, True))
+    plain, best = (covariance(J, noise, weights=weights) for weights in (None, noise))
     assert np.linalg.eigvalsh((plain - best) / model.parameters.width / model.parameters.width[:, None]).min() > -1e-9
     assert np.trace(best) < 0.9 * np.trace(plain)
 
@@ -119,7 +119,7 @@ def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
 def test_with_rows_alike_both_estimates_are_one(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
-    plain, best = (covariance(J, noise, weighted=weighted) for weighted in (False, True))
+    plain, best = (covariance(J, noise, weights=weights) for weights in (None, noise))
     np.testing.assert_allclose(plain, best, rtol=1e-6, atol=1e-12 * np.abs(best).max())
 
 
@@ -127,8 +127,7 @@ def test_errors_shared_by_a_pose_count_for_more_than_errors_of_rows(tracked):
     model, x, J = tracked
     base = [name.startswith("base.x") for name in model.parameters.names]
     alone, shared = (
-        covariance(J, known_noise(model, x, **{name: 1e-4}), weighted=False)[base][:, base][0, 0]
-        for name in ("point", "probe")
+        covariance(J, known_noise(model, x, **{name: 1e-4}))[base][:, base][0, 0] for name in ("point", "probe")
     )
     assert shared > 2.0 * alone
 
@@ -137,8 +136,8 @@ def test_units_of_the_parameters_do_not_matter(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=1e-4)
     factor = 10.0 ** np.random.default_rng(24).uniform(-6, 6, J.shape[1])
-    std = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool), weighted=False)
-    scaled = standard_errors(J / factor, noise, held=np.zeros(len(x), dtype=bool), weighted=False)
+    std = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool))
+    scaled = standard_errors(J / factor, noise, held=np.zeros(len(x), dtype=bool))
     np.testing.assert_allclose(scaled, std * factor, rtol=1e-6)
 
 
@@ -211,7 +210,7 @@ def test_zyz_angles_near_their_pole_are_named(phi):
     J = jacobian(model, x)
     found = unidentifiable(J, model.parameters.names, model.parameters.width, noise)
     assert ("w", "psi") in [each.parameters for each in found]
-    std = standard_errors(J, noise, held=np.isin(model.parameters.names, ["f"]), weighted=False)
+    std = standard_errors(J, noise, held=np.isin(model.parameters.names, ["f"]))
     angles = std[model.parameters.columns(["w", "psi"])]
     assert np.all(np.isnan(angles) | (angles > 0.1))
 
@@ -220,8 +219,8 @@ def test_no_parameter_of_a_null_direction_has_a_standard_error(tracked):
     model, x, J = tracked
     twin = np.column_stack([J, J[:, 0] + 2.0 * J[:, 1], np.zeros(len(J))])
     noise = known_noise(model, x, point=2e-5)
-    std = standard_errors(twin, noise, held=np.zeros(twin.shape[1], dtype=bool), weighted=False)
-    alone = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool), weighted=False)
+    std = standard_errors(twin, noise, held=np.zeros(twin.shape[1], dtype=bool))
+    alone = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool))
     assert np.isnan(std[[0, 1, -2, -1]]).all()
     np.testing.assert_allclose(std[2:-2], alone[2:], rtol=1e-6)
 
@@ -237,9 +236,9 @@ def test_held_parameters_are_known_and_those_on_a_bound_are_not(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
     none, one = np.zeros(len(x), dtype=bool), np.arange(len(x)) == 3
-    free = standard_errors(J, noise, held=none, weighted=False)
-    held = standard_errors(J, noise, held=one, weighted=False)
-    bound = standard_errors(J, noise, held=none, on_bound=one, weighted=False)
+    free = standard_errors(J, noise, held=none)
+    held = standard_errors(J, noise, held=one)
+    bound = standard_errors(J, noise, held=none, on_bound=one)
     assert np.isnan(held[3])
     assert np.isnan(bound[3])
     assert np.all(held[~one] <= free[~one] * (1 + 1e-9))
