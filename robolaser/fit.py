@@ -118,7 +118,7 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
     on_bound = box.on_bound(x)
     J = jacobian(model, x)
     noise = noise_of(model, x, J)
-    std = standard_errors(J, noise, held=box.held, weights=weights, on_bound=on_bound)
+    std = standard_errors(J, noise, held=box.held, weights=weights, bounded=np.where(on_bound, box.scale, 0.0))
     parameters = model.parameters
     return Calibration(
         model=model,

@@ -26,6 +26,9 @@ bounds: that of anything between them alike."""
 WEAK_LOADING = 0.2
 """Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
 
+UNIFORM = 12**-0.5
+"""Standard deviation of a number that lies anywhere in an interval, as a share of its width."""
+
 
 @final
 @dataclass(frozen=True)
@@ -56,41 +59,48 @@ def covariance(J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None
     Returns:
         (d, d).
     """
-    scale = _lengths(J if weights is None else weights.whiten(J.T).T)
-    unit = J / scale
-    white, weighed = (unit, unit) if weights is None else (weights.whiten(unit.T).T, weights.weigh(unit.T).T)
-    _, s, Vt = np.linalg.svd(white, full_matrices=False)
-    real = s > NULL * s.max(initial=0.0)
-    inverse = (Vt[real].T / s[real] ** 2) @ Vt[real]
-    found: Array = inverse @ noise.seen_through(weighed) @ inverse / scale / scale[:, None]
+    inverse, weighed = _solved(J, weights)
+    found: Array = inverse @ noise.seen_through(weighed) @ inverse
     return found
 
 
+def _solved(J: Array, weights: NoiseModel | None) -> tuple[Array, Array]:
+    """(JᵀWJ)⁺, (d, d), and WJ, (3m, d): the fit's answer to errors e is their product with e."""
+    white, weighed = (J, J) if weights is None else (weights.whiten(J.T).T, weights.weigh(J.T).T)
+    scale = _lengths(white)
+    _, s, Vt = np.linalg.svd(white / scale, full_matrices=False)
+    real = s > NULL * s.max(initial=0.0)
+    return (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None], weighed
+
+
 def standard_errors(
-    J: Array, noise: NoiseModel, *, held: Bools, weights: NoiseModel | None = None, on_bound: Bools | None = None
+    J: Array, noise: NoiseModel, *, held: Bools, weights: NoiseModel | None = None, bounded: Array | None = None
 ) -> Array:
     """One standard deviation of each parameter, the held ones taken as known, (d,).
 
     A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
-    the others would seem far surer than they are. So it counts as free for them.
+    the others would seem far surer than they are. To them it counts as lying anywhere within its bounds.
 
     Args:
         J: Plain residuals by all parameters, (3m, d).
         noise: Of the residuals.
         held: Parameters whose values are a convention, as one of a gauge's is, (d,).
         weights: The noise by which the minimised residuals were whitened; None for plain ones.
-        on_bound: Parameters that ended on a bound, (d,).
+        bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
 
     Returns:
         NaN for the held ones, for those on a bound and for all that take part in a null direction of the rest.
     """
-    free = np.flatnonzero(~held)
+    bounded = np.zeros(J.shape[1]) if bounded is None else bounded
+    on_bound = bounded > 0
+    free = np.flatnonzero(~held & ~on_bound)
     std = np.full(J.shape[1], np.nan)
-    std[free] = np.sqrt(np.diag(covariance(J[:, free], noise, weights=weights)))
-    for direction in null_directions(J[:, free]):
-        std[free[direction != 0.0]] = np.nan
-    if on_bound is not None:
-        std[on_bound] = np.nan
+    inverse, weighed = _solved(J[:, free], weights)
+    of_bounded = inverse @ (weighed.T @ J[:, on_bound]) * (bounded[on_bound] * UNIFORM)
+    variance = np.diag(inverse @ noise.seen_through(weighed) @ inverse) + (of_bounded**2).sum(axis=1)
+    std[free] = np.sqrt(variance)
+    for direction in null_directions(J[:, ~held]):
+        std[np.flatnonzero(~held)[direction != 0.0]] = np.nan
     return std
 
 

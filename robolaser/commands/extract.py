@@ -3,11 +3,15 @@
 import argparse
 import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, count, make_folder, progress_bar, warn
 from robolaser.errors import FileUnwritable, OutputExists
+
+if TYPE_CHECKING:
+    from robolaser.dataset import Dataset
 
 POINTS = "points.csv"
 
@@ -54,12 +58,19 @@ class Extract(Command):
             save_points(dataset, folder)
         else:
             _copy_images(args.recording, folder, dataset.poses.image or ())
-            save(dataset, folder, overwrite=args.force)
+            save(_with_noise_stated(dataset, found.pixel_noise_px), folder, overwrite=args.force)
         skipped = sum(bool(frame.skipped) for frame in found.frames)
         print(
             f"{len(found)} points from {len(found.frames) - skipped} images, {skipped} skipped; "
             f"stripe noise {found.pixel_noise_px:.2f} px. Wrote {folder / POINTS}"
         )
+
+
+def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
+    """The data set with the scatter of the stripe's middle as its pixel noise, unless it states one."""
+    if dataset.noise.pixel_px is not None or not pixel_px > 0:
+        return dataset
+    return replace(dataset, noise=replace(dataset.noise, pixel_px=pixel_px))
 
 
 def _copy_images(source: Path, folder: Path, images: Sequence[str]) -> None:
