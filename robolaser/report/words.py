@@ -96,11 +96,11 @@ def _against_noise(over: float, chance: float, ratio: float) -> str:
     if over < UNMODELLED:
         return (
             f"That is {times(ratio)} times the noise: a little is unmodelled, or the noise is larger than stated."
-            " `robolaser diagnose` can look for the cause."
+            " Effects added with `--with` may close it."
         )
     return (
         f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
-        " mends it. `robolaser diagnose` looks for the cause."
+        " mends it. Effects added with `--with` may: `robolaser list effects` shows them."
     )
 
 
