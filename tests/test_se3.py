@@ -1,0 +1,90 @@
+"""Rigid motions: laws, and agreement with SciPy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from robolaser.se3 import (
+    apply,
+    exp_so3,
+    from_angles,
+    from_quaternion,
+    inverse,
+    pose,
+    rigid_fit,
+    skew,
+    to_angles,
+    to_quaternion,
+)
+
+RNG = np.random.default_rng(11)
+
+
+def motions(*shape: int) -> np.ndarray:
+    return pose(
+        Rotation.random(int(np.prod(shape)), random_state=5).as_matrix().reshape(*shape, 3, 3),
+        RNG.normal(size=(*shape, 3)),
+    )
+
+
+def test_a_motion_and_its_inverse_undo_each_other() -> None:
+    T = motions(4, 5)
+    np.testing.assert_allclose(T @ inverse(T), np.broadcast_to(np.eye(4), T.shape), atol=1e-14)
+
+
+def test_frames_chain() -> None:
+    T_a_b, T_b_c, P = motions(6), motions(6), RNG.normal(size=(6, 3))
+    np.testing.assert_allclose(apply(T_a_b @ T_b_c, P), apply(T_a_b, apply(T_b_c, P)), atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-12, 1e-4, 1.0, np.pi, 5.0])
+def test_turn_vectors_agree_with_scipy(size: float) -> None:
+    axis = RNG.normal(size=(20, 3))
+    turn = size * axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    np.testing.assert_allclose(exp_so3(turn), Rotation.from_rotvec(turn).as_matrix(), atol=1e-14)
+
+
+def test_quaternions_agree_with_scipy_and_come_back() -> None:
+    R = motions(30)[:, :3, :3]
+    q = to_quaternion(R)
+    assert (q[:, 3] >= 0).all()
+    np.testing.assert_allclose(Rotation.from_quat(q).as_matrix(), R, atol=1e-14)
+    np.testing.assert_allclose(from_quaternion(3.0 * q), R, atol=1e-14)
+
+
+def test_angles_agree_with_scipy_and_come_back() -> None:
+    w, phi, psi = RNG.uniform(-1.5, 1.5, (3, 40))
+    R = from_angles(w, phi, psi)
+    np.testing.assert_allclose(R, Rotation.from_euler("XYZ", np.stack([w, phi, psi], 1)).as_matrix(), atol=1e-14)
+    np.testing.assert_allclose(np.stack(to_angles(R)), np.stack([w, phi, psi]), atol=1e-12)
+    R = from_angles(w, phi, psi, order="zyz")
+    np.testing.assert_allclose(R, Rotation.from_euler("ZYZ", np.stack([w, phi, psi], 1)).as_matrix(), atol=1e-14)
+
+
+def test_skew_is_the_cross_product() -> None:
+    a, b = RNG.normal(size=(2, 10, 3))
+    np.testing.assert_allclose((skew(a) @ b[..., None])[..., 0], np.cross(a, b), atol=1e-15)
+
+
+def test_a_rigid_fit_finds_the_motion() -> None:
+    T, P = motions(7), RNG.normal(size=(7, 12, 3))
+    np.testing.assert_allclose(rigid_fit(P, apply(T[:, None], P)), T, atol=1e-13)
+
+
+def test_a_rigid_fit_of_a_flat_target_is_no_reflection() -> None:
+    T, P = motions(7), RNG.normal(size=(7, 12, 3)) * [1.0, 1.0, 0.0]
+    np.testing.assert_allclose(rigid_fit(P, apply(T[:, None], P)), T, atol=1e-13)
+
+
+def test_no_motion_fits_better_than_the_fit() -> None:
+    P = RNG.normal(size=(12, 3))
+    Q = apply(motions(1)[0], P) + 0.1 * RNG.normal(size=(12, 3))
+    weights = RNG.uniform(0.5, 2.0, 12)
+
+    def misfit(T: np.ndarray) -> float:
+        return float((weights[:, None] * (apply(T, P) - Q) ** 2).sum())
+
+    T = rigid_fit(P, Q, weights)
+    for _ in range(50):
+        step = pose(exp_so3(1e-3 * RNG.normal(size=3)), 1e-3 * RNG.normal(size=3))
+        assert misfit(T @ step) >= misfit(T)
