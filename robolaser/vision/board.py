@@ -16,6 +16,8 @@ SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
 STRIPE_SHARES = (1 / 40, 1 / 20)
 """Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
+GLARE = 1.3
+"""Grey of the stripe at least, against the image's light parts."""
 CELL_PX = 8
 """Side [px] of a square in the image straightened to look at the squares' colours."""
 LEAST_ALTERNATING = 0.8
@@ -91,12 +93,12 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
-    """Give the image reduced by several scales, as it is, with its contrast spread below the stripe, and without stripe."""
+    """Give the image by several scales: as it is, with its contrast spread below the stripe, and without stripe."""
     sample = image[::4, ::4]
     dark, light = np.percentile(sample, (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
-    for source in (image, spread, *_wiped(image)):
+    for source in (image, spread, *_wiped(image, float(light))):
         for side in SEARCHED_PX:
             scale = min(1.0, side / max(image.shape))
             size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
@@ -105,12 +107,14 @@ def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
         yield image, 1.0
 
 
-def _wiped(image: Image) -> Iterator[Image]:
-    """Give the image without what is bright and narrow, across either axis."""
+def _wiped(image: Image, light: float) -> Iterator[Image]:
+    """Give the image with what is brighter than paper and narrow taken for what lies beside it, across either axis."""
+    bright = (image > GLARE * light).astype(np.uint8)
+    glare = np.asarray(cv2.dilate(bright, np.ones((5, 5), np.uint8))) > 0
     for share in STRIPE_SHARES:
         breadth = round(share * max(image.shape))
         for kernel in (np.ones((1, breadth), np.uint8), np.ones((breadth, 1), np.uint8)):
-            yield np.asarray(cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), np.uint8)
+            yield np.where(glare, cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), image).astype(np.uint8)
 
 
 def _sharpen(image: Image, grid: Array) -> Array:

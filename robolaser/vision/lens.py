@@ -17,6 +17,10 @@ FREER_GAIN = 0.2
 """Share by which a freer lens must lower the corners' RMS: less is the board's print, not the lens."""
 FOCAL_RANGE = (0.3, 30.0)
 """Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
+STRAY_MEDIANS = 5.0
+"""Distance of a corner from where the plane puts it, in medians of all, beyond which the stripe has dragged it off."""
+STRAY_LEAST_PX = 0.3
+"""The same at least [px]."""
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 MODELS = (
     _ALWAYS | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT,
@@ -123,15 +127,25 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> View:
     """
     board, pixel = _seen(grid, square_m)
     straight = lens.straighten(pixel)
-    H_pixel_board, R = _rigid(board, straight, lens) if lens.known else _loose(board, straight)
-    off = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2) - straight
+    lay = _rigid if lens.known else _loose
+    H_pixel_board, R = lay(board, straight, lens)
+    off = _misfit(H_pixel_board, board, straight)
+    near = off <= max(STRAY_MEDIANS * float(np.median(off)), STRAY_LEAST_PX)
+    if not near.all():
+        H_pixel_board, R = lay(board[near], straight[near], lens)
+        off = _misfit(H_pixel_board, board[near], straight[near])
     H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)
-    return View(H_board_pixel, R, float(np.sqrt(np.mean(np.sum(off**2, axis=-1)))))
+    return View(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
 
 
-def _loose(board: Array, straight: Array) -> tuple[Array, Array]:
-    H, _ = cv2.findHomography(board, straight)
-    return np.asarray(H, dtype=np.float64), np.full((3, 3), np.nan)
+def _misfit(H_pixel_board: Array, board: Array, straight: Array) -> Array:
+    shown = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
+    return np.asarray(np.linalg.norm(shown - straight, axis=-1))
+
+
+def _loose(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
+    H = cv2.findHomography(board, straight)[0]
+    return np.asarray(H, dtype=np.float64), np.full_like(lens.matrix, np.nan)
 
 
 def _rigid(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:

@@ -65,7 +65,7 @@ def test_a_board_with_light_corner_squares_still_gets_a_frame(columns, rows):
 
 
 def test_no_board_is_found_where_none_is():
-    noise = np.random.default_rng(0).normal(60, 15, (HEIGHT, WIDTH)).clip(0, 255).astype(np.uint8)
+    noise = np.random.default_rng(0).normal(60, 15, (120, 160)).clip(0, 255).astype(np.uint8)
     assert find_board(noise, columns=7, rows=6) is None
     assert find_board(np.zeros((HEIGHT, WIDTH), np.uint8), columns=7, rows=6) is None
 

@@ -112,6 +112,15 @@ def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
         assert np.abs(one.above_sheet(found.pixel[here])).max() < 1e-4
 
 
+def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
+    tilts = [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]
+    crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in tilts]
+    found = extracted(written(crossed, tmp_path))
+    for error in misplaced(found, crossed):
+        assert len(error) > 20
+        assert error.max() < 2e-4
+
+
 def test_squares_under_the_stripe_bias_no_point(tmp_path):
     """The stripe runs through the corners; what the squares' edges bite is left out."""
     tilts = [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]
