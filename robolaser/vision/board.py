@@ -93,12 +93,12 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
-    """Give the image by several scales: as it is, with its contrast spread below the stripe, and without stripe."""
+    """Give the image by several scales: as it is, without stripe, and with its contrast spread."""
     sample = image[::4, ::4]
     dark, light = np.percentile(sample, (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
-    for source in (image, spread, *_wiped(image, float(light))):
+    for source in (image, *_wiped(image, float(light)), spread):
         for side in SEARCHED_PX:
             scale = min(1.0, side / max(image.shape))
             size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
