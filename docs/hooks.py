@@ -1,0 +1,35 @@
+"""Pages of the site that live elsewhere in the repository: CONTRIBUTING.md, CHANGELOG.md and the benchmarks' own."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).parents[1]
+GUESTS = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+BENCHMARKS = "<!-- the READMEs of the benchmarks come here -->"
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Take the guests in, their links to pages turned the way they lead from here."""
+    for page, source in GUESTS.items():
+        text = (ROOT / source).read_text(encoding="utf-8")
+        files.append(File.generated(config, page, content=re.sub(r"\]\(docs/", "](", text)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
+    """Turn links to the guests; gather what each benchmark says of itself."""
+    for name, source in GUESTS.items():
+        markdown = markdown.replace(f"](../{source}", f"]({name}")
+    if BENCHMARKS not in markdown:
+        return markdown
+    texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
+    return markdown.replace(BENCHMARKS, "\n\n".join(map(_below, texts)))
+
+
+def _below(text: str) -> str:
+    """Headings one level down; links to files beside it, which the site does not have, become their text."""
+    text = re.sub(r"^(#+ )", r"#\1", text, flags=re.MULTILINE)
+    return re.sub(r"!?\[([^\]]+)\]\((?!https?:)[^)]+\)", r"\1", text)

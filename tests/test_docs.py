@@ -1,0 +1,74 @@
+"""What the docs promise is there, and what is there the docs mention; their code blocks run in `make docs`."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+import robolaser.operators
+from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY
+from robolaser.cli import COMMANDS
+from robolaser.effects import EFFECTS
+from robolaser.robots import known_robots
+from robolaser.settings import UNITS
+
+ROOT = Path(__file__).parents[1]
+GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}
+PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").glob("*.md")}
+TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
+LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
+
+
+@pytest.fixture(params=TEXTS.values(), ids=TEXTS.keys())
+def text(request: pytest.FixtureRequest) -> Path:
+    path: Path = request.param
+    return path
+
+
+def missing(names: Iterable[str], page: str) -> list[str]:
+    said = PAGES[f"docs/{page}"].read_text(encoding="utf-8")
+    return [name for name in names if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", said)]
+
+
+def slug(heading: str) -> str:
+    return re.sub(r"\s+", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower())
+
+
+def test_the_first_screen_names_the_two_commands_and_shows_the_result() -> None:
+    first_screen = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## ")[0]
+    assert "make demo" in first_screen
+    assert "make test" in first_screen
+    assert (ROOT / re.findall(r"!\[.*\]\((.*)\)", first_screen)[0]).is_file()
+
+
+def test_every_page_of_the_site_is_there_and_every_page_is_in_the_site() -> None:
+    named = set(re.findall(r"^ {2}- .*: (\S+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
+    assert named == {page.name for page in PAGES.values()} | GUESTS.keys()
+    assert all(guest.is_file() for guest in GUESTS.values())
+
+
+def test_every_link_leads_to_a_file_and_to_a_heading_of_it(text: Path) -> None:
+    for file, anchor in LINK.findall(text.read_text(encoding="utf-8")):
+        there = text.parent / file if file else text
+        assert there.exists(), file
+        if anchor:
+            headings = re.findall(r"^#+ (.*)$", there.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor[1:] in map(slug, headings), file + anchor
+
+
+def test_no_text_knows_the_machine_it_was_written_on(text: Path) -> None:
+    assert not re.search(r"/(home|Users|work|tmp|root)/|shared/", text.read_text(encoding="utf-8"))
+
+
+def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
+    assert missing((effect.name for effect in EFFECTS), "effects.md") == []
+    assert missing((number for effect in EFFECTS for number, *_ in effect.declared()), "effects.md") == []
+    assert missing(robolaser.operators.__all__, "operators.md") == []
+    assert missing([*ALGORITHMS, POLISH_ONLY], "operators.md") == []
+    assert missing((robot.name for robot in known_robots()), "your-robot.md") == []
+    assert missing((f"robolaser {command.name}" for command in COMMANDS), "commands.md") == []
+
+
+def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
+    assert missing((name for name in UNITS if name not in "xyz"), "conventions.md") == []
