@@ -35,7 +35,7 @@ test: lint
 	touch $@
 
 docs: .venv/documenting
-	.venv/bin/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict
 	.venv/bin/python docs/run_code_blocks.py
 
 bench: .venv/developing
