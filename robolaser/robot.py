@@ -11,7 +11,7 @@ import numpy as np
 from robolaser import se3, urdf
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
-from robolaser.tree import MOVING, Joint, Tree
+from robolaser.urdf.tree import MOVING, Joint, Tree
 
 _DOWN = (0.0, 0.0, -9.81)
 

@@ -5,10 +5,10 @@ import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
 from robolaser.dataset import Noise
-from robolaser.disturbances import disturbances, pixel_effect
 from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
-from robolaser.reml import restricted
+from robolaser.noise.disturbances import disturbances, pixel_effect
+from robolaser.noise.reml import restricted
 from robolaser.sensors.stripe import Stripe
 
 

@@ -15,12 +15,12 @@ from robolaser.errors import (
     TargetOutOfSight,
 )
 from robolaser.folder import load
-from robolaser.nominal import DRAWN
 from robolaser.robot import Robot
 from robolaser.robots import find_robot, known_robots
 from robolaser.saving import save
 from robolaser.scanner import Model
 from robolaser.simulate import Simulated, paper, simulate, sizes_of
+from robolaser.simulate.nominal import DRAWN
 
 KINDS = ("stripe", "point", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}

@@ -6,11 +6,11 @@ from cells import TRUTH, Cell, board_cell, given, stripe_cell, tracker_cell
 
 from robolaser.algorithms.gauss_newton import gauss_newton
 from robolaser.dataset import Noise
-from robolaser.disturbances import disturbances
 from robolaser.effects.effect import Suspect
 from robolaser.effects.joint_offset import JointOffset
 from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel, noise_from, noise_of
+from robolaser.noise.disturbances import disturbances
 from robolaser.scanner import Model
 from robolaser.sensors.stripe import SCANNER
 from robolaser.uncertainty import covariance, null_directions, standard_errors, unidentifiable

@@ -9,8 +9,8 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration import Calibration, rms
 from robolaser.dataset import Dataset
-from robolaser.disturbances import disturbances
 from robolaser.noise import NoiseModel, pixel_from_repeats
+from robolaser.noise.disturbances import disturbances
 from robolaser.parameters import Values
 from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import vector

@@ -10,12 +10,12 @@ from robolaser.dataset import Dataset, Points
 from robolaser.effects.effect import Suspect
 from robolaser.parameters import Values
 from robolaser.poses import View
-from robolaser.reaching import touching
 from robolaser.scanner import Model
 from robolaser.se3 import apply, inverse
 from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import motion, vector
 from robolaser.sensors.stripe import Stripe
+from robolaser.simulate.reaching import touching
 
 EXACT_M = 1e-12
 SECANT_STEPS = 40

@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
-from robolaser import reml
 from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset
-from robolaser.disturbances import Disturbance, disturbances
 from robolaser.jacobian import jacobian as jacobian_of
+from robolaser.noise import reml
+from robolaser.noise.disturbances import Disturbance, disturbances
+from robolaser.noise.whitening import Whitener, group_sums
 from robolaser.scanner import Model
-from robolaser.whitening import Whitener, group_sums
 
 FLOOR_M = 1e-6
 """Of every row and axis, added to all: no cell is better, and no covariance becomes singular."""
@@ -34,7 +34,7 @@ class NoiseModel:
     """The errors of a data set's rows: independent between poses, correlated within.
 
     Attributes:
-        sources: What shakes the rows, see `robolaser.disturbances`.
+        sources: What shakes the rows, see `robolaser.noise.disturbances`.
         sigmas: Standard deviation of each source, by name [px, m or rad].
         estimated: Those that the residuals or repeats gave rather than the data set.
     """

@@ -12,12 +12,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset, Poses
+from robolaser.noise.whitening import group_sums
 from robolaser.parameters import Values
 from robolaser.scanner import Model
 from robolaser.se3 import skew
 from robolaser.sensors.sensor import motion
 from robolaser.sensors.stripe import Stripe
-from robolaser.whitening import group_sums
 
 PIXEL_STEP_PX = 0.25  # far above rounding, far below the lens's curvature
 JOINT_STEP = 1e-5  # [rad or m]

@@ -11,14 +11,14 @@ from robolaser.dataset import Dataset, Noise, Points, Poses
 from robolaser.effects import suspects
 from robolaser.effects.effect import Suspect
 from robolaser.errors import BentOutOfSight, DemandSenseless, EffectSizeUnclear, EffectTooLarge, PlaceUnknown
-from robolaser.exact import seated, stripe_points, tracker_points
-from robolaser.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
 from robolaser.poses import View, anywhere, limits, looking_down
-from robolaser.reaching import reaching, within_reach
 from robolaser.robot import Robot
 from robolaser.se3 import from_angles, from_quaternion, pose
 from robolaser.sensors import SENSORS
 from robolaser.sensors.sensor import SIX
+from robolaser.simulate.exact import seated, stripe_points, tracker_points
+from robolaser.simulate.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
+from robolaser.simulate.reaching import reaching, within_reach
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]

@@ -1,0 +1,110 @@
+"""Searches that cannot begin, go on or end."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from robolaser.errors.base import RobolaserError, near
+
+
+class AlgorithmUnknown(RobolaserError):
+    """No algorithm of that name."""
+
+    def __init__(self, name: str, known: Iterable[str]) -> None:
+        super().__init__(f"No algorithm '{name}'.{near(name, known)}")
+
+
+class NothingFound(RobolaserError):
+    """No candidate had a finite misfit."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "No set of parameters within the bounds puts the points at finite places. "
+            "Check the bounds in [parameters], stripe_axis and the units."
+        )
+
+
+class OperatorSetting(RobolaserError):
+    """An operator or algorithm was given a setting that has no meaning."""
+
+    def __init__(self, where: str, setting: str, value: object, expected: str) -> None:
+        super().__init__(f"{where}: {setting} is {value!r}, expected {expected}.")
+
+
+class ProgressUnknown(RobolaserError):
+    """An operator that depends on time runs where nobody tells the time."""
+
+    def __init__(self, operator: str) -> None:
+        super().__init__(
+            f"{operator} does not know how far the run has come: its algorithm does not pass itself on to"
+            f" its operators (MOEAD and differential evolution do not). Tell it: {operator}(progress=...), a share"
+            " of the run from 0 to 1 or a function without arguments that returns it."
+        )
+
+
+class BoundsMissing(RobolaserError):
+    """Variables without finite bounds where an operator measures its steps by them."""
+
+    def __init__(self, operator: str, variables: Iterable[int]) -> None:
+        super().__init__(
+            f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
+            f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
+        )
+
+
+class ManyObjectives(RobolaserError):
+    """A search for one objective met a problem with several."""
+
+    def __init__(self, where: str, objectives: int) -> None:
+        super().__init__(
+            f"{where} minimises one objective, but the problem has {objectives}."
+            " Take NSGA2 or another multi-objective algorithm; robolaser's operators work in it."
+        )
+
+
+class CheckpointUnreadable(RobolaserError):
+    """A file that is no checkpoint, or a damaged one."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"{path} is not a whole checkpoint: {reason}. Delete it to start the run anew.")
+
+
+class CheckpointForeign(RobolaserError):
+    """A checkpoint of another run than the one to be resumed."""
+
+    def __init__(self, path: Path, what: str, found: object, expected: object) -> None:
+        super().__init__(
+            f"{path} belongs to another run: {what} is {found}, here it is {expected}."
+            " Resume with what the run was started with, or delete the checkpoint to start anew."
+        )
+
+
+class CheckpointImpossible(RobolaserError):
+    """A run of which no checkpoint can be taken."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(f"No checkpoint can be taken: {reason}.")
+
+
+class ResidualsShape(RobolaserError):
+    """A residual function that does not return one row for each candidate."""
+
+    def __init__(self, candidates: int, shape: tuple[int, ...]) -> None:
+        super().__init__(
+            f"The residuals of {candidates} candidates have shape {shape}, expected ({candidates}, k):"
+            " one row of k residuals for each candidate, the same k in every call."
+        )
+
+
+class Interrupted(RobolaserError):
+    """Ctrl-C."""
+
+    def __init__(self, folder: Path | None) -> None:
+        kept = f" The search's state is in {folder}: go on with --resume." if folder else " Nothing was written."
+        super().__init__(f"Stopped.{kept}")
+
+
+class SearchStopped(RobolaserError):
+    """A stopped search would be overwritten."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder} holds a search that was stopped. Go on with --resume, or begin anew with --force.")

@@ -1,0 +1,5 @@
+"""How much of a residual is measurement error."""
+
+from robolaser.noise.model import NoiseModel, noise_from, noise_of, pixel_from_repeats
+
+__all__ = ["NoiseModel", "noise_from", "noise_of", "pixel_from_repeats"]
