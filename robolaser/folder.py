@@ -243,5 +243,3 @@ def _not_too_far(table: Table, xyz: Array) -> None:
 
 def _some(names: list[str]) -> str:
     return ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
-
-

@@ -13,4 +13,5 @@ def sensor_of(dataset: Dataset) -> Sensor:
     """The sensor that a data set was measured with."""
     return {kind.kind: kind for kind in SENSORS}[dataset.kind](dataset)
 
+
 __all__ = ["SENSORS", "Point", "Sensor", "Socket", "Stripe", "sensor_of"]
