@@ -156,13 +156,11 @@ def unidentifiable(
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
     columns = np.flatnonzero(free)
     spread = covariance(J[:, columns], noise, weights=weights) / width[columns] / width[columns][:, None]
-    std = np.sqrt(np.diag(spread)) * width[columns]
     variances, directions = np.linalg.eigh(spread)
     for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):
         if variance >= WEAK**2:
             parts = columns[np.abs(direction) > WEAK_LOADING * np.abs(direction).max()]
-            errors = std[np.searchsorted(columns, parts)]
-            found.append(_weak([names[i] for i in parts], errors, width[parts], float(np.sqrt(variance))))
+            found.append(_weak([names[i] for i in parts], float(np.sqrt(variance))))
     return found
 
 
@@ -176,13 +174,12 @@ def _null(names: list[str]) -> Unidentifiable:
     )
 
 
-def _weak(names: list[str], std: Array, width: Array, spread: float) -> Unidentifiable:
-    of_each = [f"{name} ± {s:.2g} within bounds {w:.2g} apart" for name, s, w in zip(names, std, width, strict=True)]
+def _weak(names: list[str], spread: float) -> Unidentifiable:
     what = names[0] if len(names) == 1 else f"a combination of {_listed(names)}"
     return Unidentifiable(
         tuple(names),
-        f"These data fix {what} no better than the bounds do: its standard error is {spread:.2g} of the bounds' "
-        f"width ({', '.join(of_each)}, SI). More poses that differ, above all in tilt and distance, would.",
+        f"These data fix {what} no better than the bounds do: its standard error is {spread:.2g} of the bounds' width. "
+        "More poses that differ, above all in tilt and distance, would.",
     )
 
 
