@@ -2,6 +2,8 @@
 
 import hashlib
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import final
@@ -55,6 +57,18 @@ class Plan:
     generations: int = GENERATIONS
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Linear algebra on one thread.
+
+    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it waits
+    for its turn, it made a calibration ten times as long.
+    """
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+@_one_thread()
 def calibrate(
     dataset: Dataset,
     plan: Plan | None = None,
@@ -76,14 +90,9 @@ def calibrate(
         TooFewPoses, TargetUnseen, NothingFound: The data cannot be calibrated from.
         EffectUnknown, PlaceUnknown, EffectSenseless, AlgorithmUnknown: Something asked for is not there.
     """
-    # Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it
-    # waits for its turn, made a calibration ten times as long.
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _calibrate(dataset, plan or Plan(), state, resume, progress or (lambda what, share: None))
-
-
-def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, tell: Progress) -> Calibration:  # noqa: FBT001
     began = time.perf_counter()
+    plan = plan or Plan()
+    tell = progress or (lambda what, share: None)
     model = Model(dataset, suspects(plan.effects, dataset))
     box = Box.of(model)
     check_target(model)
@@ -91,6 +100,12 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
 
     found, starts = None, model.parameters.nominal[None]
     algorithm = plan.algorithm or ("rcga" if model.sensor.own else POLISH_ONLY)
+    if algorithm != POLISH_ONLY:
+        algorithm_named(algorithm)
+    doubts = []
+    if algorithm != POLISH_ONLY and not set(model.parameters.names) - set(model.sensor.following):
+        doubts.append(f"{algorithm} had nothing to search for: every parameter follows from the data in closed form.")
+        algorithm = POLISH_ONLY
     thin = Model(dataset.thinned(SEARCH_POINTS), model.suspects)
     if algorithm != POLISH_ONLY:
         found, starts = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
@@ -100,7 +115,8 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
     residuals = Residuals(model)
     if plan.polish:
         tell("polishing", 0.0)
-        best, tried = polish_members(Residuals(thin), np.vstack([starts, model.parameters.nominal]), box)
+        members = np.insert(starts, 1, model.parameters.nominal, axis=0)
+        best, tried = polish_members(Residuals(thin), members, box)
         end = box.polish(residuals, best.x)
         evaluations += tried + end.evaluations
         for _ in range(REWEIGHTINGS if plan.weights == "noise" else 0):
@@ -135,14 +151,14 @@ def _calibrate(dataset: Dataset, plan: Plan, state: Path | None, resume: bool, t
         history=found.history if found else None,
         evaluations=evaluations + tried,
         seconds=time.perf_counter() - began,
-        warnings=(*dataset.warnings, *_doubts(model, on_bound, unseen)),
+        warnings=(*dataset.warnings, *doubts, *_doubts(model, on_bound, unseen)),
     )
 
 
 def _searched(
     thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
 ) -> tuple[Found, Array]:
-    """Search globally; the last members come back as candidates of the whole model, best first."""
+    """Search globally; candidates come back as those of the whole model, best first."""
     from robolaser.problems import ReducedCalibration  # noqa: PLC0415 - pymoo takes a second to import
 
     problem = ReducedCalibration(thin)

@@ -17,6 +17,7 @@ Progress = Callable[[str, float], None]
 
 CHECKPOINT = "search.npz"
 COURSE = "search-history.npz"
+ON_THE_WAY = 10  # of the best candidates that the search went through
 SECONDS_BETWEEN_CHECKPOINTS = 2.0  # a second run loses no more than that
 
 
@@ -41,7 +42,14 @@ class History:
 @final
 @dataclass(frozen=True)
 class Found:
-    """Where a search ended: its last candidates, best first, (k, d), and its course."""
+    """Where a search ended.
+
+    Attributes:
+        candidates: The best, those that were the best on the way there, then the last members, (k, d). The last
+            members are each other's kin; those on the way lay elsewhere.
+        history: The course of the search.
+        evaluations: Candidates evaluated.
+    """
 
     candidates: Array
     history: History
@@ -99,8 +107,8 @@ def search(
             saved = time.monotonic()
     X, F = algorithm.pop.get("X"), algorithm.pop.get("F")[:, 0]
     last = np.asarray(X, dtype=np.float64)[np.argsort(F, kind="stable")]
-    best = course.x[-1] if course.x else last[0]
-    return Found(np.vstack([best, last]), course.history, int(algorithm.evaluator.n_eval))
+    on_the_way = course.x[:: -max(1, len(course.x) // ON_THE_WAY)]
+    return Found(np.vstack([*on_the_way, last]), course.history, int(algorithm.evaluator.n_eval))
 
 
 class _Course:
