@@ -18,6 +18,7 @@ INSIDE = 0.02  # of a joint's range: stay clear of its limits
 TURN = float(np.pi)  # a joint that turns for ever is used within ± this
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
 MARGIN = 0.08  # of the image, left free on each side
+ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
 PATCH = 0.3  # radius of the target over the arm's reach
 CLEAR = 0.3  # the middle of the stripe keeps this far from the base's axis, over the arm's reach
 LEVEL_STEP_M = 0.05
@@ -82,7 +83,8 @@ class View:
     def holds(self, pixel: Array, margin: float = MARGIN) -> Bools:
         """Whether pixels (..., 2) lie in the image, a margin (a share of it) left free."""
         size = np.array(self.image_px) - 1.0
-        return np.asarray(((pixel >= margin * size) & (pixel <= (1 - margin) * size)).all(axis=-1))
+        room = np.abs(pixel - size / 2) <= (0.5 - margin) * size + ROUNDING_PX
+        return np.asarray(room.all(axis=-1))
 
 
 def limits(robot: Robot) -> tuple[Array, Array]:

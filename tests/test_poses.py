@@ -137,3 +137,11 @@ def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
 def test_a_place_out_of_reach_is_said_so(robot: Robot) -> None:
     with pytest.raises(NothingReached, match=r"0 postures reach the socket at \(3.000"):
         reaching(robot, np.zeros(3), np.array([[3.0, 0.0, 0.0]]), wanted=2, rng=np.random.default_rng(1))
+
+
+def test_a_pixel_on_the_margin_itself_is_within_it_whatever_the_last_bit() -> None:
+    view = View(np.eye(4), {}, "u", (640, 480))
+    ends = np.array([[at, 240.0] for at in view.span()])
+    assert view.holds(np.nextafter(ends, -np.inf)).all()
+    assert view.holds(np.nextafter(ends, np.inf)).all()
+    assert not view.holds(ends + [[-0.01, 0.0], [0.01, 0.0]]).any()

@@ -66,10 +66,11 @@ def main() -> None:
         unit, printed = TABLE_2[name]
         scale = SHOWN[unit]
         item = model.parameters.items[i]
-        std = "held" if np.isnan(result.std[i]) else f"{result.std[i] * scale:.2g}"
+        known = f"± {result.std[i] * scale:.2g}" if np.isfinite(result.std[i]) else ""
+        known = "on its bound" if result.on_bound[i] else known or "held"
         print(
             f"| {name} | {unit} | {item.lower * scale:.4g} | {item.upper * scale:.4g} | {truth[i] * scale:.5g} "
-            f"| {result.x[i] * scale:.5g} ± {std} | {printed:g} |"
+            f"| {result.x[i] * scale:.5g} {known} | {printed:g} |"
         )
 
 
