@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -13,7 +12,6 @@ from robolaser.arrays import Array, Bools
 from robolaser.parameters import Parameter
 from robolaser.scanner import Model
 from robolaser.search import History
-from robolaser.tables import write_text
 from robolaser.uncertainty import Unidentifiable
 
 FORMAT = "robolaser-calibration/1"
@@ -151,6 +149,6 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def write_json(calibration: Calibration, path: Path) -> None:
-    """Write calibration.json."""
-    write_text(path, json.dumps(as_json(calibration), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+def json_text(calibration: Calibration) -> str:
+    """What calibration.json holds."""
+    return json.dumps(as_json(calibration), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

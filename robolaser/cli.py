@@ -1,6 +1,7 @@
 """The command line: reads what was typed, lets one command run, and turns errors into sentences."""
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -11,10 +12,11 @@ from robolaser.commands.command import Command
 from robolaser.commands.extract import Extract
 from robolaser.commands.listing import List
 from robolaser.commands.simulate import Simulate
-from robolaser.errors import Interrupted, RobolaserError
+from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
 
 COMMANDS: tuple[Command, ...] = (Calibrate(), Extract(), Simulate(), List())
 DATA_SAID_NO = 1
+WRONG_USAGE = 2
 
 
 def parser() -> argparse.ArgumentParser:
@@ -36,19 +38,39 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done. 1: the data or the robot said no, see standard error. Wrong usage exits with 2.
+        0: done. 1: the data or the robot said no, see standard error. 2: wrong usage.
     """
+    _speak_plainly()
     args = parser().parse_args(argv)
     try:
         args.run(args)
         sys.stdout.flush()
     except RobolaserError as error:
         print(f"robolaser: {error}", file=sys.stderr)
-        return DATA_SAID_NO
+        return WRONG_USAGE if isinstance(error, WrongUsage) else DATA_SAID_NO
     except KeyboardInterrupt:
         print(f"robolaser: {Interrupted(None)}", file=sys.stderr)
         return DATA_SAID_NO
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _write_nowhere()
+        return DATA_SAID_NO
+    except OSError as error:
+        print(f"robolaser: {SystemSaidNo(error)}", file=sys.stderr)
+        _write_nowhere()
         return DATA_SAID_NO
     return 0
+
+
+def _speak_plainly() -> None:
+    """Let a terminal or file that lacks a letter show "?" instead, and one that was closed swallow everything."""
+    sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - open as long as the process
+    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _write_nowhere() -> None:
+    """Send to nowhere what is still to be written when Python ends."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

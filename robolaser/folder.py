@@ -59,7 +59,7 @@ def load(folder: str | Path) -> Dataset:
     arm, sensor, scanner = (settings.section(name) for name in ("robot", "sensor", "scanner"))
     image, target, noise = (settings.section(name) for name in ("image", "target", "noise"))
     image_px = (image.count("width_px", least=1), image.count("height_px", least=1)) if kind == "stripe" else None
-    warnings: list[str] = []
+    warnings = settings.passed_over()
     poses = _poses(read_table(folder / "poses.csv"), robot, folder, warnings)
     has_points = (folder / "points.csv").is_file()
     points = _points(read_table(folder / "points.csv"), poses, kind, image_px) if has_points else _none()
@@ -102,7 +102,7 @@ def inside(folder: Path, path: str, where: str) -> Path:
         PathLeaves: It points elsewhere.
     """
     whole = folder / path
-    if Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
+    if "\0" in path or Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
         raise PathLeaves(where, path)
     return whole
 
@@ -163,6 +163,12 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
         qd_columns = [f"qd_{joint}" for joint in robot.joints]
         q = table.numbers(q_columns)
         warnings += _limits(table, q, robot)
+        unread = [column for column in table.columns if column.startswith("q_") and column not in q_columns]
+        if unread:
+            warnings.append(
+                f"poses.csv has {_some(unread)}, but [robot] joints in dataset.toml does not list "
+                f"{'that joint' if len(unread) == 1 else 'those joints'}: taken to stay at neutral."
+            )
         has_speed = any(column in table.columns for column in qd_columns)
         known |= {*q_columns, *qd_columns}
         poses = replace(poses, q=q, qd=table.numbers(qd_columns) if has_speed else None)

@@ -10,6 +10,7 @@ from robolaser.se3 import apply, inverse
 from robolaser.sensors.stripe import Stripe
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
+ALIKE = 6  # decimals [m], and of rotation matrices, in which poses that differ at all differ
 HEADER = 2  # the first row of a table stands in line 2
 
 
@@ -29,8 +30,9 @@ def check_poses(model: Model, box: Box) -> None:
     ranks = [np.linalg.matrix_rank(J[pose_of_row == pose], rtol=RANK_TOLERANCE) for pose in sample]
     parameters = J.shape[1]
     needed = int(np.ceil(parameters / max(1.0, float(np.median(ranks)))))
-    if len(poses) < needed:
-        raise TooFewPoses(len(poses), needed, parameters)
+    different = len(np.unique(model.dataset.flange()[poses].round(ALIKE), axis=0))
+    if different < needed:
+        raise TooFewPoses(len(poses), different, needed, parameters)
 
 
 def check_target(model: Model) -> None:

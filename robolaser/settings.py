@@ -1,13 +1,14 @@
 """dataset.toml: its values, each checked for presence and kind."""
 
+import sys
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
-from robolaser.errors import AngleTooLarge, BoundsWrong, NotToml, SettingMissing, SettingWrong
+from robolaser.errors import AngleTooLarge, BoundsWrong, NotPositive, NotToml, SettingMissing, SettingWrong, meant
 from robolaser.parameters import Parameter
 from robolaser.tables import read_text
 
@@ -17,6 +18,24 @@ UNITS = {
     "x": "m", "y": "m", "z": "m",
 }  # fmt: skip
 """Unit of a parameter by its name, or by the last part of a dotted name."""
+POSITIVE = ("f", "s_u", "s_v")
+"""Lengths that a camera has; b and theta may be negative."""
+LARGEST = sys.float_info.max
+BOUNDS = ("nominal", "lower", "upper")
+
+
+KNOWN = {
+    "": ("format", "name", "source", "licence", "robot", "sensor", "scanner", "image", "board", "target", "noise",
+         "parameters"),
+    "robot": ("urdf", "flange", "joints", "gravity", "time", "path"),
+    "sensor": ("kind", "stripe_axis"),
+    "scanner": ("bracket_quat", "angles"),
+    "image": ("width_px", "height_px"),
+    "board": ("columns", "rows", "square_m"),
+    "target": ("placed", "distances_m"),
+    "noise": ("pixel_px", "target_m", "joint_rad", "point_m"),
+}  # fmt: skip
+"""Keys of each section; what else is there is passed over."""
 
 
 def unit_of(name: str) -> str:
@@ -49,9 +68,16 @@ class Settings:
             raise SettingWrong(name, values, f"a section [{name}]")
         return Settings(name, values)
 
-    def keys(self) -> Sequence[str]:
-        """The keys that are given."""
-        return list(self._values)
+    def passed_over(self) -> list[str]:
+        """A sentence for each key, here and in the sections below, that nothing reads: it may be misspelt."""
+        known = KNOWN.get(self._section, self._values)
+        here = [
+            f"dataset.toml, {self.key(key)} is not known and was passed over.{meant(key, known)}"
+            for key in self._values
+            if key not in known
+        ]
+        below = [self.section(key) for key, value in self._values.items() if key in KNOWN and isinstance(value, dict)]
+        return [*here, *(sentence for section in below for sentence in section.passed_over())]
 
     def text(self, key: str, *, default: str | None = None, one_of: Sequence[str] = ()) -> str:
         """A text, from a list where one is given."""
@@ -111,20 +137,19 @@ class Settings:
         return tuple(out)
 
     def parameters(self) -> dict[str, Parameter]:
-        """Every key as a parameter with nominal value and bounds.
+        """Every key as a parameter with nominal value and bounds; `target.x = ...` and `"target.x" = ...` are one.
 
         Raises:
             BoundsWrong: Bounds are swapped, or exclude the nominal value.
             AngleTooLarge: An angle is beyond a full turn.
+            NotPositive: A length of the camera may become zero.
         """
         out = {}
-        for name in self.keys():
-            expected = "{ nominal = ..., lower = ..., upper = ... }"
-            given = self._values[name]
+        for name, given in _leaves(self._values):
             if not isinstance(given, dict):
-                raise SettingWrong(self.key(name), given, expected)
+                raise SettingWrong(self.key(name), given, "{ nominal = ..., lower = ..., upper = ... }")
             numbers = []
-            for part in ("nominal", "lower", "upper"):
+            for part in BOUNDS:
                 if part not in given:
                     raise SettingMissing(f"{self.key(name)}.{part}", "a finite number")
                 if not _is_number(given[part]):
@@ -133,6 +158,8 @@ class Settings:
             nominal, lower, upper = numbers
             if not lower < upper or not lower <= nominal <= upper:
                 raise BoundsWrong(name, nominal, lower, upper)
+            if name in POSITIVE and lower <= 0:
+                raise NotPositive(name, lower)
             unit = unit_of(name)
             largest = max(numbers, key=abs)
             if unit == "rad" and abs(largest) > 2 * np.pi:
@@ -147,8 +174,21 @@ class Settings:
         return value
 
 
+def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
+    for name, given in values.items():
+        if isinstance(given, dict) and given and not given.keys() & set(BOUNDS) and _all_tables(given):
+            yield from ((f"{name}.{rest}", value) for rest, value in _leaves(given))
+        else:
+            yield name, given
+
+
+def _all_tables(values: Mapping[str, Any]) -> bool:
+    return all(isinstance(value, dict) for value in values.values())
+
+
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def read_settings(path: Path) -> Settings:

@@ -3,8 +3,10 @@
 import csv
 import io
 import os
+import stat
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -65,6 +67,8 @@ class Table:
 
 def _finite(file: str, line: int, column: str, cell: str) -> float:
     try:
+        if "_" in cell or not cell.isascii():  # Python's own writing, and other scripts' digits
+            raise ValueError
         value = float(cell)
     except ValueError:
         raise BadCell(file, line, column, cell, "a number") from None
@@ -74,8 +78,14 @@ def _finite(file: str, line: int, column: str, cell: str) -> float:
 
 
 def read_text(path: Path) -> str:
-    """A text file, its byte order mark taken off."""
+    """A text file, its byte order mark taken off.
+
+    Raises:
+        FileUnreadable: It is not there, no plain file (a pipe would never end), or not UTF-8.
+    """
     try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise FileUnreadable(path, "it is no plain file")
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise FileUnreadable(path, error.strerror or str(error)) from None
@@ -138,16 +148,46 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, data: bytes) -> None:
     """As `write_text`, for bytes."""
-    temporary = None
+    write_together({path: data})
+
+
+def write_together(files: Mapping[Path, bytes]) -> None:
+    """Write files that belong together: all, or none where the disk has no room for them.
+
+    Raises:
+        FileUnwritable: The disk or the rights say no.
+    """
+    staged: dict[Path, str] = {}
     try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        for path, data in files.items():
+            with _naming(path):
+                staged[path] = _staged(path, data)
+        for path, temporary in staged.items():
+            with _naming(path):
+                os.replace(temporary, path)
+    finally:
+        for temporary in staged.values():
+            Path(temporary).unlink(missing_ok=True)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FileUnwritable(path, error.strerror or str(error)) from None
+
+
+def _staged(path: Path, data: bytes) -> str:
+    """The data, safe on the disk, under a name of its own beside the file that it will become."""
+    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
-        raise FileUnwritable(path, error.strerror or str(error)) from None
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return temporary

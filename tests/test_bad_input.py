@@ -1,5 +1,6 @@
 """Every mistake in a data set gets a sentence that says what is wrong, where, and what was expected."""
 
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -74,6 +75,23 @@ def twice(file: str, line: int) -> Callable[[Path], None]:
     return change
 
 
+def as_pipe(file: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        (folder / file).unlink()
+        os.mkfifo(folder / file)
+
+    return change
+
+
+def all_rows_as_the_first(file: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        header, first, *rest = (folder / file).read_text().splitlines()
+        alike = [row.split(",", 1)[0] + "," + first.split(",", 1)[1] for row in (first, *rest)]
+        (folder / file).write_text("\n".join([header, *alike]) + "\n")
+
+    return change
+
+
 def first_lines(path: Path, count: int) -> None:
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:count]))
 
@@ -105,11 +123,20 @@ MISTAKES = {
     ),
     "parameter missing": (replaced("dataset.toml", "theta =", "# theta ="), ["lacks theta", "stripe"]),
     "unknown parameter": (replaced("dataset.toml", "theta =", "thetta ="), ["thetta", "theta"]),
+    "bound beyond all numbers": (
+        replaced("dataset.toml", "upper = 0.01 ", f"upper = 1{'0' * 400} "),
+        ["f.upper", "finite"],
+    ),
+    "focal length of zero": (
+        replaced("dataset.toml", "lower = 0.006", "lower = 0.0"),
+        ["[parameters] f: lower is 0", "above zero"],
+    ),
     "quaternion": (replaced("dataset.toml", "[0.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 1.0, 1.0]"), ["bracket_quat", "1.414"]),
     "noise negative": (added("dataset.toml", "\n[noise]\npixel_px = -1\n"), ["[noise] pixel_px", "positive"]),
     "urdf elsewhere": (replaced("dataset.toml", '"robot.urdf"', '"../robot.urdf"'), ["../robot.urdf", "leaves"]),
     "urdf absolute": (replaced("dataset.toml", '"robot.urdf"', '"/etc/passwd"'), ["/etc/passwd", "leaves"]),
     "urdf missing": (replaced("dataset.toml", '"robot.urdf"', '"rob.urdf"'), ["rob.urdf", "no such file"]),
+    "urdf no path": (replaced("dataset.toml", '"robot.urdf"', '"a\\u0000b.urdf"'), ["[robot] urdf", "leaves"]),
     "unknown flange": (replaced("dataset.toml", '"flange"', '"flangge"'), ["flangge", "Did you mean 'flange'"]),
     "unknown joint": (replaced("dataset.toml", '"joint_1"', '"joint_9"'), ["joint_9", "joint_1"]),
     "joint twice": (replaced("dataset.toml", '"joint_1"', '"joint_2"'), ["joints"]),
@@ -120,6 +147,9 @@ MISTAKES = {
     "NaN": (cell("points.csv", 4, "u_px", "nan"), ["points.csv, row 4, column u_px", "finite"]),
     "infinite": (cell("points.csv", 5, "x_m", "-inf"), ["points.csv, row 5, column x_m", "finite"]),
     "not a number": (cell("poses.csv", 3, "q_joint_2", "abc"), ["poses.csv, row 3, column q_joint_2: 'abc'"]),
+    "Python's digits": (cell("points.csv", 3, "u_px", "1_0"), ["points.csv, row 3, column u_px: '1_0'", "a number"]),
+    "other digits": (cell("points.csv", 3, "u_px", "\u0663\u0664"), ["points.csv, row 3, column u_px", "a number"]),
+    "a pipe": (as_pipe("poses.csv"), ["poses.csv", "no plain file"]),
     "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
@@ -139,6 +169,7 @@ MISTAKES = {
         ["robot.urdf"],
     ),
     "one pose": (lambda f: first_lines(f / "points.csv", 6), ["1 pose with points", "at least"]),
+    "poses all alike": (all_rows_as_the_first("poses.csv"), ["5 poses", "only 1 differs", "at least"]),
     "target behind the camera": (
         lambda f: (f / "dataset.toml").write_text(
             (f / "dataset.toml").read_text().replace("[0.0, 0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0, 0.0]")
@@ -202,3 +233,30 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
     replaced("dataset.toml", "[target]", '[target]\ndistances_m = [["nowhere", "elsewhere", 0.05]]')(tmp_path / "s")
     with pytest.raises(RobolaserError, match=r"distances_m.*nowhere.*another socket"):
         load(tmp_path / "s")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("placed = true", "plcaed = true", "[target] plcaed is not known and was passed over. Did you mean 'placed'?"),
+        ("[scanner]", "[scaner]", "scaner is not known and was passed over. Did you mean 'scanner'?"),
+    ],
+)
+def test_a_misspelt_setting_is_not_passed_over_in_silence(folder: Path, old: str, new: str, expected: str) -> None:
+    assert load(folder).warnings == ()
+    replaced("dataset.toml", old, new)(folder)
+    (warning,) = load(folder).warnings
+    assert warning == f"dataset.toml, {expected}"
+
+
+def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> None:
+    replaced("dataset.toml", ', "joint_5"]', "]")(folder)
+    (warning,) = load(folder).warnings
+    assert "q_joint_5" in warning
+    assert "neutral" in warning
+
+
+@pytest.mark.parametrize("key", ["target.x", '"target.x"'])
+def test_a_name_with_a_dot_is_read_with_and_without_quotes(folder: Path, key: str) -> None:
+    added("dataset.toml", f"\n{key} = {{ nominal = 0.1, lower = -1.0, upper = 1.0 }}\n")(folder)
+    assert load(folder).parameters["target.x"].nominal == 0.1

@@ -1,6 +1,8 @@
 """What every command keeps to: exit codes, one-line messages, results that are never lost."""
 
+import errno
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -112,18 +114,73 @@ def test_a_file_where_the_output_folder_should_be_is_said(
 
 
 @pytest.mark.parametrize(
-    ("more", "expected"),
+    ("more", "code", "expected"),
     [
-        (["--with", "laser_rol"], "Did you mean 'laser_roll'"),
-        (["--with", "joint_offset:joint_9"], "joint_1"),
-        (["--algorithm", "rgca"], "Did you mean 'rcga'"),
+        (["--with", "laser_rol"], 2, "Did you mean 'laser_roll'"),
+        (["--with", "joint_offset:joint_9"], 1, "joint_1"),
+        (["--algorithm", "rgca"], 2, "Did you mean 'rcga'"),
     ],
 )
-def test_an_unknown_name_gets_the_near_ones(
-    dataset: Path, tmp_path: Path, more: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+def test_an_unknown_name_gets_the_near_ones_and_only_one_that_depends_on_the_robot_is_no_wrong_usage(
+    dataset: Path, tmp_path: Path, more: list[str], code: int, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out"), *more]) == 1
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out"), *more]) == code
     assert expected in capsys.readouterr().err
+
+
+def test_options_that_the_papers_experiment_fixes_are_not_passed_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*PAPER, "--output", str(tmp_path / "p"), "--poses", "7", "--pixel-px", "0.1"]) == 2
+    assert "--paper fixes what --poses, --pixel-px" in capsys.readouterr().err
+    assert not (tmp_path / "p").exists()
+
+
+def test_a_result_that_the_disk_has_no_room_for_leaves_the_earlier_one_whole(
+    dataset: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = Path(shutil.copytree(result, tmp_path / "copy"))
+    before = {path.name: path.read_bytes() for path in copy.iterdir()}
+
+    def full(descriptor: int) -> None:
+        if os.fstat(descriptor).st_size > 100_000:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("os.fsync", full)
+    again = ["calibrate", str(dataset), "--output", str(copy), "--algorithm", "gauss-newton", "--force"]
+    assert main(again) == 1
+    assert "No space left" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in copy.iterdir()} == before
+
+
+@pytest.mark.parametrize("stream", ["closed", "full", "ascii"])
+def test_whatever_the_output_is_nobody_sees_a_traceback(stream: str) -> None:
+    how = {"closed": ">&-", "full": ">/dev/full", "ascii": "| cat"}[stream]
+    if stream == "full" and not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    code = "import sys; from robolaser.cli import main; sys.exit(main(['list', 'effects']))"
+    said = subprocess.run(
+        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert "Traceback" not in said.stderr
+    assert said.returncode == (1 if stream == "full" else 0)
+
+
+def test_a_folder_that_must_not_be_looked_into_is_said(
+    dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(self: Path, **_: object) -> os.stat_result:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+
+    monkeypatch.setattr(Path, "stat", refuse)
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert "Permission denied" in said
+    assert said.count("\n") == 1
 
 
 def test_points_that_are_there_are_not_overwritten_by_extract(

@@ -144,4 +144,4 @@ def test_a_pixel_on_the_margin_itself_is_within_it_whatever_the_last_bit() -> No
     ends = np.array([[at, 240.0] for at in view.span()])
     assert view.holds(np.nextafter(ends, -np.inf)).all()
     assert view.holds(np.nextafter(ends, np.inf)).all()
-    assert not view.holds(ends + [[-0.01, 0.0], [0.01, 0.0]]).any()
+    assert not view.holds(ends + np.array([[-0.01, 0.0], [0.01, 0.0]])).any()

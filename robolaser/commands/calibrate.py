@@ -45,13 +45,13 @@ class Calibrate(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Calibrate, write and print the result."""
-        from robolaser.calibration import write_json  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.calibration import json_text  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
         from robolaser.fit import GENERATIONS, Plan, calibrate  # noqa: PLC0415
         from robolaser.folder import load  # noqa: PLC0415
-        from robolaser.report import print_summary, write_report  # noqa: PLC0415
+        from robolaser.report import page, print_summary  # noqa: PLC0415
         from robolaser.search import CHECKPOINT, COURSE  # noqa: PLC0415
-        from robolaser.tables import write_text  # noqa: PLC0415
+        from robolaser.tables import write_together  # noqa: PLC0415
 
         out: Path = args.output
         if (out / RESULT).exists() and not args.force:
@@ -71,18 +71,18 @@ class Calibrate(Command):
         try:
             with progress_bar() as progress:
                 found = calibrate(dataset, plan, state=out, resume=args.resume, progress=progress)
+            for warning in found.warnings:
+                warn(warning)
+            texts = {
+                "robot.urdf": robot_urdf(found),
+                "robot_corrected.urdf": corrected_urdf(found),
+                "camera.yaml": camera_yaml(found) if dataset.kind == "stripe" else None,
+                "report.html": page(found),
+                RESULT: json_text(found),
+            }
+            write_together({out / name: text.encode() for name, text in texts.items() if text is not None})
         except KeyboardInterrupt:
             raise Interrupted(out if (out / CHECKPOINT).exists() else None) from None
-        for warning in found.warnings:
-            warn(warning)
-        write_text(out / "robot.urdf", robot_urdf(found))
-        corrected = corrected_urdf(found)
-        if corrected is not None:
-            write_text(out / "robot_corrected.urdf", corrected)
-        if dataset.kind == "stripe":
-            write_text(out / "camera.yaml", camera_yaml(found))
-        write_report(found, out / "report.html")
-        write_json(found, out / RESULT)
         for state in (CHECKPOINT, COURSE):
             (out / state).unlink(missing_ok=True)
         print_summary(found, out)

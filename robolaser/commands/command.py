@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import tempfile
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -50,13 +51,14 @@ def seed(text: str) -> int:
 
 
 def make_folder(folder: Path) -> None:
-    """Create a folder and those above it.
+    """Create a folder and those above it, and see that files can be put into it before any work is done.
 
     Raises:
-        FileUnwritable: It cannot be.
+        FileUnwritable: It cannot be, or they cannot.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise FileUnwritable(folder, error.strerror or str(error)) from None
 

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.command import Command, count, seed
-from robolaser.errors import OutputExists
+from robolaser.errors import OptionsClash, OutputExists
 
 NOISES = ("pixel_px", "target_m", "joint_rad", "point_m")
+OWN = {"sensor": "stripe", "poses": 40, "points": None, "repeats": 1, "unplaced": False, **dict.fromkeys(NOISES)}
+"""What the paper's experiment fixes, and what it is elsewhere unless something else is asked for."""
 
 
 @final
@@ -22,12 +24,16 @@ class Simulate(Command):
         parser.add_argument("--robot", metavar="NAME_OR_URDF", required=True, help="see `robolaser list robots`")
         parser.add_argument("--flange", metavar="FRAME", help="of a URDF file: the frame that carries the sensor")
         parser.add_argument("--output", metavar="DATASET", type=Path, required=True, help="folder for the data set")
-        parser.add_argument("--sensor", choices=("stripe", "point", "socket"), default="stripe", help="default: stripe")
-        parser.add_argument("--poses", metavar="N", type=count, default=40, help="default: 40")
+        parser.add_argument(
+            "--sensor", choices=("stripe", "point", "socket"), default=OWN["sensor"], help="default: stripe"
+        )
+        parser.add_argument("--poses", metavar="N", type=count, default=OWN["poses"], help="default: 40")
         parser.add_argument(
             "--points", metavar="N", type=count, help="in each pose; default: 12 of a stripe, 3 reflectors, 3 sockets"
         )
-        parser.add_argument("--repeats", metavar="N", type=count, default=1, help="shots in each pose; default: 1")
+        parser.add_argument(
+            "--repeats", metavar="N", type=count, default=OWN["repeats"], help="shots in each pose; default: 1"
+        )
         for name in NOISES:
             parser.add_argument(f"--{name.replace('_', '-')}", metavar="STD", type=float, help=f"noise, {name}")
         parser.add_argument("--unplaced", action="store_true", help="the target's place is not told")
@@ -53,6 +59,9 @@ class Simulate(Command):
 
         if (args.output / "dataset.toml").exists() and not args.force:
             raise OutputExists(args.output / "dataset.toml")
+        clashing = [f"--{name.replace('_', '-')}" for name, usual in OWN.items() if getattr(args, name) != usual]
+        if args.paper and clashing:
+            raise OptionsClash("--paper", clashing)
         robot = find_robot(args.robot, flange=args.flange)
         effects = sizes_of(args.effect)
         if args.paper:

@@ -1,6 +1,6 @@
 """Every error a user can meet; each takes facts and writes its own sentence."""
 
-from robolaser.errors.base import RobolaserError, near
+from robolaser.errors.base import RobolaserError, WrongUsage, meant, near
 from robolaser.errors.cells import (
     AngleTooLarge,
     BoundsWrong,
@@ -9,6 +9,7 @@ from robolaser.errors.cells import (
     NotAPixel,
     NotARotation,
     NothingSeen,
+    NotPositive,
     ParameterMissing,
     ParameterUnknown,
     PoseUnknown,
@@ -24,6 +25,7 @@ from robolaser.errors.effects import (
     EffectTooLarge,
     EffectUnknown,
     NothingReached,
+    OptionsClash,
     PlaceUnknown,
     TargetOutOfSight,
 )
@@ -42,6 +44,7 @@ from robolaser.errors.files import (
     RowTwice,
     SettingMissing,
     SettingWrong,
+    SystemSaidNo,
     TableEmpty,
 )
 from robolaser.errors.images import ImageSize, ImageUnreadable, NoCamera, NotARecording, NothingExtracted
@@ -120,6 +123,7 @@ __all__ = [
     "NotARecording",
     "NotARobot",
     "NotARotation",
+    "NotPositive",
     "NotToml",
     "NothingExtracted",
     "NothingFound",
@@ -127,6 +131,7 @@ __all__ = [
     "NothingReached",
     "NothingSeen",
     "OperatorSetting",
+    "OptionsClash",
     "OutputExists",
     "ParameterMissing",
     "ParameterUnknown",
@@ -144,6 +149,7 @@ __all__ = [
     "SearchStopped",
     "SettingMissing",
     "SettingWrong",
+    "SystemSaidNo",
     "TableEmpty",
     "TargetOutOfSight",
     "TargetUnseen",
@@ -164,5 +170,7 @@ __all__ = [
     "UrdfUnexpandedXacro",
     "UrdfUnnamed",
     "UrdfUnsafe",
+    "WrongUsage",
+    "meant",
     "near",
 ]

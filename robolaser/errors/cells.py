@@ -88,6 +88,16 @@ class ParameterUnknown(RobolaserError):
         super().__init__(f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, known)}")
 
 
+class NotPositive(RobolaserError):
+    """A length of the camera that its bounds let become zero or less."""
+
+    def __init__(self, name: str, lower: float) -> None:
+        super().__init__(
+            f"dataset.toml, [parameters] {name}: lower is {lower:g}, but focal length and pixel pitches are positive. "
+            "Give a lower bound above zero."
+        )
+
+
 class AngleTooLarge(RobolaserError):
     """An angle beyond a full turn."""
 
@@ -124,8 +134,9 @@ class TargetUnseen(RobolaserError):
 class TooFewPoses(RobolaserError):
     """Not enough poses for the parameters asked for."""
 
-    def __init__(self, poses: int, needed: int, parameters: int) -> None:
+    def __init__(self, poses: int, different: int, needed: int, parameters: int) -> None:
+        differing = f", of which only {different} differ{'s' if different == 1 else ''}," if different < poses else ""
         super().__init__(
-            f"{poses} pose{'s' if poses != 1 else ''} with points cannot fix {parameters} parameters: "
+            f"{poses} pose{'s' if poses != 1 else ''} with points{differing} cannot fix {parameters} parameters: "
             f"at least {needed} are needed. Measure more poses, turned and tilted against each other."
         )

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable
 
-from robolaser.errors.base import RobolaserError, near
+from robolaser.errors.base import RobolaserError, WrongUsage, near
 
 
-class EffectUnknown(RobolaserError):
+class EffectUnknown(WrongUsage):
     """No effect of that name."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
@@ -59,7 +59,7 @@ class NothingReached(RobolaserError):
         )
 
 
-class EffectSizeUnclear(RobolaserError):
+class EffectSizeUnclear(WrongUsage):
     """An effect to be simulated without a size that can be read."""
 
     def __init__(self, text: str) -> None:
@@ -82,3 +82,10 @@ class DemandSenseless(RobolaserError):
 
     def __init__(self, what: str, value: object, expected: str) -> None:
         super().__init__(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
+
+
+class OptionsClash(WrongUsage):
+    """Options of which one fixes what the others ask for."""
+
+    def __init__(self, option: str, others: Iterable[str]) -> None:
+        super().__init__(f"{option} fixes what {', '.join(others)} would change: leave out one or the other.")

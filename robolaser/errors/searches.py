@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from robolaser.errors.base import RobolaserError, near
+from robolaser.errors.base import RobolaserError, WrongUsage, near
 
 
-class AlgorithmUnknown(RobolaserError):
+class AlgorithmUnknown(WrongUsage):
     """No algorithm of that name."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:

@@ -1,6 +1,6 @@
 """What a person sees of a result: one self-contained page, and a few lines on the terminal."""
 
-from robolaser.report.page import write_report
+from robolaser.report.page import page, write_report
 from robolaser.report.terminal import print_summary
 
-__all__ = ["print_summary", "write_report"]
+__all__ = ["page", "print_summary", "write_report"]

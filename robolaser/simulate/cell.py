@@ -126,8 +126,8 @@ def simulate(
         EffectUnknown, EffectSenseless, PlaceUnknown, EffectTooLarge: The effects cannot be.
     """
     points = (STRIPE_POINTS if kind == "stripe" else OTHER_POINTS) if points is None else points
-    _demand(kind, poses, points, repeats)
     noise = noise or Noise()
+    _demand(kind, poses, points, repeats, noise)
     chances = _Chances(*(np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)))
     blank = Dataset(
         name=name or f"simulated-{robot.name}",
@@ -197,13 +197,16 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
     return sizes
 
 
-def _demand(kind: str, poses: int, points: int, repeats: int) -> None:
+def _demand(kind: str, poses: int, points: int, repeats: int, noise: Noise) -> None:
     kinds = [sensor.kind for sensor in SENSORS]
     if kind not in kinds:
         raise DemandSenseless("sensor kind", kind, " or ".join(kinds))
     for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):
         if count < 1:
             raise DemandSenseless(f"number of {what}", count, "1 or more")
+    for what, sigma in vars(noise).items():
+        if sigma is not None and not 0 < sigma < np.inf:
+            raise DemandSenseless(f"noise {what} of", sigma, "a positive number, or nothing for none")
     if kind == "socket" and repeats > 1:
         raise DemandSenseless("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
     if kind == "socket" and poses < points:
