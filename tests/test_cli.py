@@ -173,10 +173,10 @@ def test_whatever_the_output_is_nobody_sees_a_traceback(stream: str) -> None:
 def test_a_folder_that_must_not_be_looked_into_is_said(
     dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def refuse(self: Path, **_: object) -> os.stat_result:
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+    def refuse(folder: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
 
-    monkeypatch.setattr(Path, "stat", refuse)
+    monkeypatch.setattr("robolaser.folder.load", refuse)
     assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().err
     assert "Permission denied" in said

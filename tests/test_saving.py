@@ -52,7 +52,7 @@ def a_stripe_data_set(**changes: object) -> Dataset:
             xyz=rng.normal(size=(m, 3)),
         ),
         parameters={
-            name: Parameter(name, unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("f", "theta", "target.x")
+            name: Parameter(name, unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("b", "theta", "target.x")
         },
         image_px=(640, 480),
     )
