@@ -5,6 +5,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.metadata import version
 
 from robolaser.commands.calibrate import Calibrate
@@ -72,5 +73,5 @@ def _speak_plainly() -> None:
 
 def _write_nowhere() -> None:
     """Send to nowhere what is still to be written when Python ends."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
+    with suppress(io.UnsupportedOperation):  # a stream in memory has no descriptor
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
