@@ -11,6 +11,8 @@ from robolaser.arrays import Array, Bools
 from robolaser.noise import NoiseModel
 from robolaser.scanner import Model
 
+MOST_STEPS = 3000  # few points leave long bent valleys: 200 steps were needed along one, 20 are usual
+
 
 @final
 @dataclass(frozen=True)
@@ -54,7 +56,9 @@ class Box:
 
     def polish(self, residuals: Callable[[Array], Array], start: Array, *, tol: float = 1e-13) -> Polished:
         """Gauss-Newton steps to the nearest optimum."""
-        return gauss_newton(residuals, start, self.lower, self.upper, scale=self.scale, tol=tol)
+        return gauss_newton(
+            residuals, start, self.lower, self.upper, scale=self.scale, tol=tol, max_iterations=MOST_STEPS
+        )
 
     def on_bound(self, x: Array) -> Bools:
         """Parameters with room that stand on one of their bounds, (d,)."""
