@@ -8,7 +8,7 @@ from robolaser.dataset import Dataset
 
 FOLDS = 10
 FEWEST = 3  # poses with points; below, what is left fits anything
-TOLERANCE = 1e-9  # of a fold's polish: finer than any error on new poses is known
+TOLERANCE = 1e-6  # of a fold's polish: along a bent valley, where it stops, predictions hardly change
 
 
 def held_out(residuals: Residuals, x: Array, box: Box, *, seed: int) -> tuple[Array | None, int]:
