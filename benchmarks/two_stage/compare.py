@@ -87,7 +87,7 @@ def two_stage_way(name: str, recording: Recording, lens: str, others: list[View]
 def our_way(name: str, recording: Recording, plan: Plan) -> Way:
     dataset = recording.dataset
     found = calibrate(dataset, plan)
-    noise = noise_of(found.model, found.x) if plan.weights == "noise" else None
+    noise = noise_of(found.model, found.x).for_weights() if plan.weights == "noise" else None
     residuals, box = Residuals(found.model, noise), Box.of(found.model)
 
     def unseen(fold: Ints) -> Array:

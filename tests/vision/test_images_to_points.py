@@ -13,7 +13,7 @@ from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
 
-REAL = Path(__file__).parents[3] / "shared" / "data" / "etna-s2"
+REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
 def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
@@ -186,7 +186,6 @@ def test_an_image_of_another_size_is_named(images):
         extracted(images[:1], height=512)
 
 
-@pytest.mark.skipif(not REAL.is_dir(), reason="the real recording is not here")
 def test_a_real_recording_keeps_board_robot_and_sheet_together():
     rows = list(csv.DictReader((REAL / "poses.csv").read_text().splitlines()))[:4]
     images = [(row["pose"], REAL / row["image"]) for row in rows]
