@@ -12,7 +12,6 @@ WORK = {
     "python doing nothing": [sys.executable, "-c", "pass"],
     "import robolaser": [sys.executable, "-c", "import robolaser"],
     "import numpy": [sys.executable, "-c", "import numpy"],
-    "import pymoo.optimize": [sys.executable, "-c", "import pymoo.optimize"],
     "robolaser --help": [HELP, "--help"],
     "robolaser list robots": [HELP, "list", "robots"],
 }
