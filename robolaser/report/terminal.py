@@ -39,7 +39,8 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
     if calibration.model.suspects:
         out.print(_effects(calibration))
     for direction in calibration.unidentifiable:
-        out.print(Text(f"These data do not tell apart: {', '.join(direction.parameters)}", style="dim"))
+        what = "do not tell apart" if len(direction.parameters) > 1 else "hardly fix"
+        out.print(Text(f"These data {what}: {', '.join(direction.parameters)}", style="dim"))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
 
