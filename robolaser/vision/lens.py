@@ -151,7 +151,7 @@ def _loose(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
 def _rigid(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
     flat = np.pad(board, ((0, 0), (0, 1)))
     pixel = straight.reshape(-1, 1, 2)
-    _, turn, shift = cv2.solvePnP(flat, pixel, lens.matrix, None, flags=cv2.SOLVEPNP_IPPE)
-    turn, shift = cv2.solvePnPRefineLM(flat, pixel, lens.matrix, None, turn, shift)
+    # Not SOLVEPNP_IPPE: for a board tilted about one of its own axes it gives NaN, as rounding has it.
+    _, turn, shift = cv2.solvePnP(flat, pixel, lens.matrix, None, flags=cv2.SOLVEPNP_ITERATIVE)
     R = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
     return lens.matrix @ np.column_stack([R[:, 0], R[:, 1], np.ravel(shift)]), R

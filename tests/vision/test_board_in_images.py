@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.vision.board import find_board
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
-from robolaser.vision.lens import find_lens, view_board
+from robolaser.vision.lens import Lens, find_lens, view_board
 
 ONE_WAY = [(7, 6), (6, 7)]
 TWO_WAYS = [(7, 5), (6, 4), (5, 5)]
@@ -118,6 +118,17 @@ def test_a_known_plane_gives_places_far_beyond_the_corners():
         view = view_board(one.corners(), SQUARE, lens)
         np.testing.assert_allclose(view.places(lens.straighten(one.project(far))), far, atol=3e-6)
         np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-3)
+
+
+@pytest.mark.parametrize("tilt", [(0, 0, 0), (0, 18, 0), (12, 0, 0), (0, 18, 90)])
+def test_a_board_tilted_about_its_own_axes_has_its_plane_whatever_the_last_digits(tilt):
+    one = scene(tilt, (-0.012, 0, 0.16))
+    lens = Lens(np.array([[800.0, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]), np.zeros(5), known=True)
+    one = replace(one, k1=0.0)
+    rng = np.random.default_rng(4)
+    for _ in range(100):
+        view = view_board(one.corners() * (1 + 1e-15 * rng.standard_normal(one.corners().shape)), SQUARE, lens)
+        np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-5)
 
 
 @pytest.mark.parametrize("views", [1, 2])
