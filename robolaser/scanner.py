@@ -91,9 +91,10 @@ class Model:
         Returns:
             (c, m, 3) [m]; not finite at the model's poles.
         """
-        return np.concatenate([self._residuals(self.parameters.values(part)) for part in self._in_chunks(x)])
+        return np.concatenate([self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)])
 
-    def _residuals(self, values: Values) -> Array:
+    def residuals_at(self, values: Values) -> Array:
+        """The same for values by name, (c,) each, all candidates at once."""
         bend = self.bend(values)
         return self.sensor.residuals(values, self.flange(values, bend), bend)
 
