@@ -19,6 +19,7 @@ class Seam(Enum):
     PIXELS = "pixels as read, (c, m, 2) [px]"
     IMAGE = "metric image coordinates, distortion taken off, (c, m, 2) [m]"
     SHEET = "plane of the light for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
+    LIGHT = "points where the viewing rays meet the sheet, camera frame, (c, m, 3) [m]"
     TARGET = "target points as given, (c, m, 3) [m]"
 
 

@@ -36,7 +36,7 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
         kind = by_name[name]
         places = kind.places(dataset)
         if not places:
-            raise EffectSenseless(name, "they come without a robot, or from another kind of sensor")
+            raise EffectSenseless(name, kind.missing(dataset))
         if where and where not in places:
             raise PlaceUnknown(name, where, places)
         chosen += [Suspect(kind, place) for place in ([where] if where else places)]

@@ -4,27 +4,15 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, final
 
+import numpy as np
+
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Points, Poses
+from robolaser.dataset import Dataset
+from robolaser.effects.scene import Scene
 from robolaser.parameters import Parameter, Parameters, Values
-from robolaser.robot import Robot
 from robolaser.seams import Bend, Seam
 
-
-@final
-@dataclass(frozen=True)
-class Scene:
-    """What an effect may look at besides what passes."""
-
-    poses: Poses
-    points: Points
-    robot: Robot | None
-    stripe_axis: str
-
-    @classmethod
-    def of(cls, dataset: Dataset) -> "Scene":
-        """The scene of a data set."""
-        return cls(dataset.poses, dataset.points, dataset.robot, dataset.stripe_axis)
+__all__ = ["Effect", "Scene", "Suspect", "bend_with", "parameter", "shape"]
 
 
 def parameter(*, unit: str, bound: float, typical: float) -> Any:
@@ -32,14 +20,24 @@ def parameter(*, unit: str, bound: float, typical: float) -> Any:
     return field(metadata={"unit": unit, "bound": bound, "typical": typical})
 
 
+def shape(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
+    """Declare an inner number of an effect, such as a frequency: it means nothing while the others are zero.
+
+    Within [lower, upper] the misfit may have many valleys in it: `Effect.grid` says where to look.
+    """
+    return field(metadata={"unit": unit, "shape": (lower, upper, nominal)})
+
+
 @dataclass(frozen=True)
 class Effect(ABC):
     """A departure from the nominal model, at one place, with one value of its numbers for each candidate.
 
     A subclass declares `name`, `seam`, `title`, `reference` and its parameters, the principal one first, and bends
-    what passes. At zero it bends nothing, exactly.
+    what passes. With all parameters at zero it bends nothing, exactly, whatever its shapes. What comes out is smooth in
+    the parameters, but need not be in the shapes.
 
     Attributes:
+        looks_around: Whether it looks at other poses or points than the one that it bends.
         where: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
     """
 
@@ -47,13 +45,27 @@ class Effect(ABC):
     title: ClassVar[str]
     reference: ClassVar[str]
     seam: ClassVar[Seam]
+    looks_around: ClassVar[bool] = False
 
     where: str
 
     @classmethod
     @abstractmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Where in this robot and sensor it could sit; empty where it has no meaning."""
+        """Where in this robot and sensor it could sit; empty where something is missing."""
+
+    @classmethod
+    def missing(cls, dataset: Dataset) -> str:
+        """Why these data cannot test it, as "no joint velocities in the data"; "" where they can."""
+        return "" if cls.places(dataset) else "this robot or sensor has no place for it"
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """Values of its shapes worth trying for these data, (g, number of shapes).
+
+        So dense that from the best of them the way to the optimum leads downhill.
+        """
+        return np.array([[nominal for *_, nominal in cls.shapes()]])
 
     @abstractmethod
     def bend(self, passing: Array, scene: Scene) -> Array:
@@ -65,8 +77,13 @@ class Effect(ABC):
         return tuple(
             (f.name, f.metadata["unit"], f.metadata["bound"], f.metadata["typical"])
             for f in fields(cls)
-            if "unit" in f.metadata
+            if "bound" in f.metadata
         )
+
+    @classmethod
+    def shapes(cls) -> tuple[tuple[str, str, float, float, float], ...]:
+        """Its inner numbers: (name, unit, lower bound, upper bound, nominal value)."""
+        return tuple((f.name, f.metadata["unit"], *f.metadata["shape"]) for f in fields(cls) if "shape" in f.metadata)
 
 
 @final
@@ -79,17 +96,22 @@ class Suspect:
 
     @property
     def parameters(self) -> Parameters:
-        """Its numbers as parameters, named `effect.where.number`, zero when nominal."""
-        return Parameters(
-            tuple(
-                Parameter(f"{self.kind.name}.{self.where}.{name}", unit, 0.0, -bound, bound)
-                for name, unit, bound, _ in self.kind.declared()
-            )
-        )
+        """Its numbers as parameters, named `effect.where.number`: those that are zero when nominal, then the shapes."""
+        sizes = [Parameter(self.key(name), unit, 0.0, -bound, bound) for name, unit, bound, _ in self.kind.declared()]
+        shapes = [
+            Parameter(self.key(name), unit, nominal, lower, upper)
+            for name, unit, lower, upper, nominal in self.kind.shapes()
+        ]
+        return Parameters((*sizes, *shapes))
+
+    def key(self, number: str) -> str:
+        """The name of one of its numbers among a model's parameters."""
+        return f"{self.kind.name}.{self.where}.{number}"
 
     def at(self, values: Values) -> Effect:
         """The effect with the numbers of each candidate."""
-        numbers = {name: values[f"{self.kind.name}.{self.where}.{name}"] for name, *_ in self.kind.declared()}
+        names = [name for name, *_ in self.kind.declared()] + [name for name, *_ in self.kind.shapes()]
+        numbers = {name: values[self.key(name)] for name in names}
         return self.kind(where=self.where, **numbers)
 
 

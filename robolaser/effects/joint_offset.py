@@ -6,7 +6,8 @@ from typing import ClassVar, final
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
-from robolaser.effects.places import joint_column, moving_joints
+from robolaser.effects.lacking import no_robot
+from robolaser.effects.places import joint_column, moving_joints, spread
 from robolaser.seams import Seam
 
 
@@ -23,6 +24,11 @@ class JointOffset(Effect):
     offset: Array = parameter(unit="rad", bound=0.1, typical=1.7e-3)
 
     @classmethod
+    def missing(cls, dataset: Dataset) -> str:
+        """Joint angles."""
+        return no_robot(dataset)
+
+    @classmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
         """Every joint that moves the flange."""
         return moving_joints(dataset)
@@ -30,6 +36,6 @@ class JointOffset(Effect):
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Add the offset to the joint's column."""
         column = joint_column(scene, self.where)
-        bent = passing.repeat(len(self.offset), axis=0) if len(passing) == 1 else passing.copy()
+        bent = spread(passing, len(self.offset))
         bent[:, :, column] += self.offset[:, None]
         return bent

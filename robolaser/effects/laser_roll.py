@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.effects.lacking import no_stripe
 from robolaser.seams import Seam
 
 
@@ -24,9 +25,14 @@ class LaserRoll(Effect):
     angle: Array = parameter(unit="rad", bound=0.5, typical=0.02)
 
     @classmethod
+    def missing(cls, dataset: Dataset) -> str:
+        """A stripe scanner."""
+        return no_stripe(dataset, "light sheet")
+
+    @classmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
         """The projector of a stripe scanner."""
-        return ("laser",) if dataset.kind == "stripe" else ()
+        return () if cls.missing(dataset) else ("laser",)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Turn each plane's normal about the camera's z axis."""

@@ -8,7 +8,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
-from robolaser.effects.places import joint_column, moving_joints
+from robolaser.effects.lacking import no_robot
+from robolaser.effects.places import joint_column, moving_joints, spread
 from robolaser.se3 import exp_so3, pose
 from robolaser.seams import Seam
 
@@ -35,6 +36,11 @@ class LinkGeometry(Effect):
     turn_z: Array = parameter(unit="rad", bound=0.05, typical=2e-3)
 
     @classmethod
+    def missing(cls, dataset: Dataset) -> str:
+        """Joint angles."""
+        return no_robot(dataset)
+
+    @classmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
         """Every joint that moves the flange."""
         return moving_joints(dataset)
@@ -44,6 +50,6 @@ class LinkGeometry(Effect):
         column = joint_column(scene, self.where)
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
-        bent = passing.repeat(len(self.x), axis=0) if len(passing) == 1 else passing.copy()
+        bent = spread(passing, len(self.x))
         bent[:, :, column] = bent[:, :, column] @ motion[:, None]
         return bent

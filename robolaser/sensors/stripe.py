@@ -55,7 +55,7 @@ class Stripe(Sensor):
         read = bend(Seam.PIXELS, self._pixel if pixel is None else pixel)
         flat = bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
         ray = optics.rays(flat, values["f"], self.dataset.stripe_axis)
-        return optics.cut(ray, bend(Seam.SHEET, optics.sheet(values)))
+        return bend(Seam.LIGHT, optics.cut(ray, bend(Seam.SHEET, optics.sheet(values))))
 
     def mount(self, values: Values, bend: Bend) -> Array:
         """T_flange_camera, (c, n or 1, 4, 4)."""

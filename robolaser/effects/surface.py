@@ -1,0 +1,77 @@
+"""The surface that the stripe falls on: its plane, and how it is tilted against the view."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser import optics
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.se3 import apply, from_angles, from_quaternion, pose, rigid_fit
+
+THIN = 0.1  # a target is flat where it is less thick than this share of its breadth, or
+GRAZING = 0.05  # cosine of the steepest tilt that is told apart: 87°
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The plane of target points.
+
+    Attributes:
+        centre: Middle of the points' extent along the axes of their frame, (3,) [m].
+        axes: In its columns two axes in the plane and the normal, which points along the frame's axis next to it,
+            (3, 3).
+        half: Half the larger extent in the plane [m].
+        flatness: Thickness over the smaller extent in the plane; no plane where it is not small.
+    """
+
+    centre: Array
+    axes: Array
+    half: float
+    flatness: float
+
+
+def plane_of(xyz: Array) -> Plane:
+    """The plane of points (m, 3) [m], its axes as near to those of the frame as can be."""
+    centre = (xyz.max(axis=0) + xyz.min(axis=0)) / 2
+    _, spread, turned = np.linalg.svd(xyz - xyz.mean(axis=0), full_matrices=False)
+    if len(spread) < 3 or spread[1] == 0:
+        return Plane(centre, np.eye(3), float(np.ptp(xyz, axis=0).max() / 2), np.inf)
+    normal = turned[2] * np.sign(turned[2][np.abs(turned[2]).argmax()])
+    first = np.eye(3)[0 if np.abs(normal).argmax() != 0 else 1]
+    x = first - normal * (normal @ first)
+    x /= np.linalg.norm(x)
+    axes = np.column_stack([x, np.cross(normal, x), normal])
+    half = float(np.ptp((xyz - centre) @ axes[:, :2], axis=0).max() / 2)
+    return Plane(centre, axes, half, float(spread[2] / spread[1]))
+
+
+def tilt_of(dataset: Dataset, T_base_flange: Array, target: Plane) -> Array:
+    """Tangent of the angle from each ray back to the camera to the surface's normal, across the stripe, (m,).
+
+    By the nominal model: a degree more or less matters little to a bias of tenths of a pixel. Where the target is not
+    placed, its place is the rigid fit of its points to those of the nominal model.
+    """
+    points = dataset.points
+    assert points.pixel is not None  # a stripe has both
+    assert points.xyz is not None
+    nominal = {name: np.array([item.nominal]) for name, item in dataset.parameters.items()}
+    flat = optics.undistort(optics.metric(points.pixel[None], nominal), nominal["k"])
+    ray = optics.rays(flat, nominal["f"], dataset.stripe_axis)
+    turn = from_angles(nominal["w"], nominal["phi"], nominal["psi"], order=dataset.angles)
+    shift = np.stack([nominal[f"t_{axis}"] for axis in "xyz"], axis=-1)
+    T_flange_camera = pose(from_quaternion(np.array(dataset.bracket_quat)) @ turn, shift)[0]
+    T_base_camera = (T_base_flange @ T_flange_camera)[points.pose]
+    normal = target.axes[:, 2]
+    if not dataset.placed:
+        shown = apply(T_base_camera, optics.cut(ray, optics.sheet(nominal))[0])
+        good = np.isfinite(shown).all(axis=1)
+        normal = rigid_fit(points.xyz[good], shown[good])[:3, :3] @ normal
+    in_camera = np.einsum("mba,b->ma", T_base_camera[:, :3, :3], normal)
+    back = -ray[0] / np.linalg.norm(ray[0], axis=-1, keepdims=True)
+    in_camera *= np.sign((in_camera * back).sum(axis=-1, keepdims=True))
+    cos = in_camera[:, 0] * back[:, 0] + in_camera[:, 2] * back[:, 2]
+    sin = in_camera[:, 0] * back[:, 2] - in_camera[:, 2] * back[:, 0]
+    return np.asarray(sin / np.maximum(cos, GRAZING))
