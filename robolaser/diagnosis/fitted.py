@@ -1,0 +1,249 @@
+"""A model with some effects in it, fitted to whitened residuals, and what is left."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.effects.effect import Suspect
+from robolaser.noise import NoiseModel
+from robolaser.parameters import Parameters
+from robolaser.scanner import Model
+
+STEP = 1e-4
+"""Of a central difference, as a share of a parameter's scale."""
+LENGTHS = np.array([0.5, 0.2, 0.05, 0.01])
+"""Shares of a Gauss-Newton step that are tried at once."""
+DAMPINGS = np.array([0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2])
+"""Levenberg's, relative to the square of the largest singular value: tried at once too."""
+PROBE = 0.1
+"""Share of a step at which its curvature is measured, for the acceleration along a bent valley (Transtrum, Sethna
+2012)."""
+BENDS = 0.75
+"""Length of the acceleration, relative to the step, up to which it is believed."""
+ENOUGH = 0.02
+"""A step that promises less of the squared whitened misfit ends the fit: noise alone moves it by more than 1."""
+MOST_STEPS = 60
+EPS = 1e-12
+"""Singular values below this share of the largest belong to parameters that are held."""
+
+
+@final
+@dataclass(frozen=True)
+class Problem:
+    """Residuals of one set of suspects, whitened, with weak priors, as a function of the parameters.
+
+    Attributes:
+        model: With the suspects in it.
+        parameters: The model's; the sensor's first.
+        prior: Standard deviation by which each parameter may differ from its nominal value, (d,).
+        noise: Of the rows.
+    """
+
+    model: Model
+    parameters: Parameters
+    prior: Array
+    noise: NoiseModel
+
+    @classmethod
+    def of(cls, model: Model, noise: NoiseModel, sensor: Parameters | None = None) -> "Problem":
+        """Prepare.
+
+        Args:
+            model: With its suspects.
+            noise: Of its rows.
+            sensor: The sensor's parameters where they are known already: their closed forms cost.
+        """
+        own = sensor or Model(model.dataset).parameters
+        parameters = own + model.effect_parameters
+        prior = parameters.width.copy()
+        prior[np.isin(parameters.names, model.sensor.held)] = 0.0
+        return cls(model, parameters, prior, noise)
+
+    @property
+    def sensor(self) -> Parameters:
+        """The parameters that are no effect's."""
+        return Parameters(self.parameters.items[: len(self.parameters) - len(self.model.effect_parameters)])
+
+    @cached_property
+    def _is_shape(self) -> Bools:
+        names = {suspect.key(name) for suspect in self.model.suspects for name, *_ in suspect.kind.shapes()}
+        return np.isin(self.parameters.names, list(names))
+
+    def within(self, x: Array) -> Array:
+        """Candidates (c, d) with the shapes of effects brought back between their bounds."""
+        inside = np.clip(x, self.parameters.lower, self.parameters.upper)
+        return np.where(self._is_shape, inside, x)
+
+    def plain(self, x: Array) -> Array:
+        """Residuals, (c, d) -> (c, m, 3) [m]."""
+        return self.model.residuals_at(self.parameters.values(x))
+
+    def __call__(self, x: Array) -> Array:
+        """Whitened residuals, (c, d) -> (c, 3m)."""
+        return self.noise.whiten(self.plain(x))
+
+    def slopes(self, x: Array, of: Callable[[Array], Array]) -> Array:
+        """Derivatives of a function of candidates by every parameter that is not held, at x (d,); -> (k, d)."""
+        moving = np.flatnonzero(self.prior > 0)
+        step = STEP * self.prior[moving]
+        ahead = np.repeat(x[None], len(moving), axis=0)
+        ahead[np.arange(len(moving)), moving] += step
+        behind = 2 * x - ahead
+        both = of(np.concatenate([ahead, behind])).reshape(2, len(moving), -1)
+        found = np.zeros((both.shape[-1], len(x)))
+        found[:, moving] = ((both[0] - both[1]) / (2 * step)[:, None]).T
+        return found
+
+    def penalty(self, x: Array) -> Array:
+        """Distance from the nominal values in units of the prior, (c, d) -> (c, d)."""
+        free = self.prior > 0
+        return np.where(free, (x - self.parameters.nominal) / np.where(free, self.prior, 1.0), 0.0)
+
+    def fit(self, start: Array, weight: Array | None = None, steps: int = MOST_STEPS) -> "Fitted":
+        """Gauss-Newton with several lengths and dampings of each step tried at once.
+
+        Args:
+            start: (d,).
+            weight: Of each whitened residual, (3m,); all alike when absent.
+            steps: At most.
+        """
+        w = 1.0 if weight is None else weight
+
+        def misfit(x: Array) -> Array:
+            rows = w * self(x)
+            cost = np.einsum("ck,ck->c", rows, rows) + (self.penalty(x) ** 2).sum(axis=1)
+            return np.where(np.isfinite(cost), cost, np.inf)
+
+        def rows(x: Array) -> Array:
+            return np.hstack([w * self(x), self.penalty(x)])
+
+        x = start
+        cost = float(misfit(x[None])[0])
+        for _ in range(steps):
+            r = rows(x[None])[0]
+            J = np.vstack([self.slopes(x, lambda at: w * self(at)) * self.prior, np.diag((self.prior > 0) * 1.0)])
+            valley = _Valley.of(J)
+            if valley.promise(r) < ENOUGH:
+                break
+            first = valley.steps(r)
+            bend = (rows(x + PROBE * self.prior * first) - r - PROBE * first @ J.T) * (2.0 / PROBE**2)
+            second = np.stack([valley.steps(row)[i] for i, row in enumerate(np.nan_to_num(bend))]) / 2.0
+            small = np.linalg.norm(second, axis=1) <= BENDS * np.linalg.norm(first, axis=1)
+            moves = np.concatenate([first, (first + second)[small], LENGTHS[:, None] * first[0]])
+            trials = self.within(x + self.prior * moves)
+            costs = misfit(trials)
+            best = int(np.argmin(costs))
+            if not costs[best] < cost:
+                break
+            gained = cost - costs[best]
+            x, cost = trials[best], float(costs[best])
+            if gained < ENOUGH:
+                break
+        return Fitted(self, x)
+
+
+@final
+@dataclass(frozen=True)
+class _Valley:
+    """A linear model of the residuals, taken apart once for steps of several dampings."""
+
+    U: Array
+    s: Array
+    Vt: Array
+
+    @classmethod
+    def of(cls, J: Array) -> "_Valley":
+        U, s, Vt = np.linalg.svd(J, full_matrices=False)
+        seen = s > EPS * s[0]
+        return cls(U[:, seen], s[seen], Vt[seen])
+
+    def promise(self, r: Array) -> float:
+        return float(((self.U.T @ r) ** 2).sum())
+
+    def steps(self, r: Array) -> Array:
+        """One for each damping, (len(DAMPINGS), d)."""
+        filters = self.s / (self.s**2 + DAMPINGS[:, None] * self.s[0] ** 2)
+        found: Array = -(filters * (self.U.T @ r)) @ self.Vt
+        return found
+
+
+@final
+@dataclass(frozen=True)
+class Fitted:
+    """The optimum of a problem.
+
+    Attributes:
+        problem: What was fitted.
+        x: The parameters, (d,).
+    """
+
+    problem: Problem
+    x: Array
+
+    @cached_property
+    def plain(self) -> Array:
+        """Residuals, (m, 3) [m]."""
+        return self.problem.plain(self.x[None])[0]
+
+    @cached_property
+    def r(self) -> Array:
+        """Whitened residuals, (3m,)."""
+        return self.problem.noise.whiten(self.plain[None])[0]
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Plain residuals by parameters, (3m, d) [m per unit]."""
+        return self.problem.slopes(self.x, self.problem.plain)
+
+    @cached_property
+    def J(self) -> Array:
+        """Whitened residuals by parameters in units of their priors, (3m, d)."""
+        return self.problem.noise.whiten(self.slopes.T).T * self.problem.prior
+
+    @cached_property
+    def Q(self) -> Array:
+        """Orthonormal basis of what the parameters can do to the residuals, priors beneath, (3m + d, d)."""
+        J = np.vstack([self.J, np.eye(len(self.x))])
+        Q: Array = np.linalg.qr(J)[0]
+        return Q
+
+    @cached_property
+    def misfit(self) -> float:
+        """Squared whitened misfit, the distance from the priors counted in."""
+        return float(self.r @ self.r + (self.problem.penalty(self.x[None]) ** 2).sum())
+
+    @property
+    def suspects(self) -> tuple[Suspect, ...]:
+        """Effects in the model."""
+        return self.problem.model.suspects
+
+    def projected(self, columns: Array) -> Array:
+        """What of whitened columns (3m, k) no parameter can imitate, priors beneath, (3m + d, k)."""
+        tall = np.vstack([columns, np.zeros((len(self.x), columns.shape[1]))])
+        rest: Array = tall - self.Q @ (self.Q.T @ tall)
+        return rest
+
+    @cached_property
+    def rest(self) -> Array:
+        """The residuals, priors beneath, (3m + d,); at the optimum no parameter can lower them."""
+        return np.concatenate([self.r, self.problem.penalty(self.x[None])[0]])
+
+    def value(self, name: str) -> float:
+        """A parameter's value."""
+        return float(self.x[self.problem.parameters.names.index(name)])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the parameters, in their units, (d, d)."""
+        R = np.linalg.qr(np.vstack([self.J, np.diag((self.problem.prior > 0) * 1.0)]), mode="r")
+        inverse = np.linalg.pinv(R)
+        found: Array = self.problem.prior[:, None] * (inverse @ inverse.T) * self.problem.prior
+        return found
+
+    def with_noise(self, noise: NoiseModel) -> "Fitted":
+        """The same parameters, judged by another noise."""
+        return Fitted(replace(self.problem, noise=noise), self.x)

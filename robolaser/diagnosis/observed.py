@@ -1,0 +1,82 @@
+"""What was seen in each pose, its repeats averaged, gross errors left out."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.dataset import Dataset
+from robolaser.noise import NoiseModel, pixel_from_repeats
+from robolaser.noise.disturbances import disturbances
+from robolaser.noise.model import LEAST, OF_POSES, noise_from
+from robolaser.noise.whitening import group_sums
+from robolaser.scanner import Model
+
+AVERAGED = ("pixel", "point", "seat")
+"""Sources of error that each shot has anew; a target point's error and a pose's are shared by its repeats."""
+
+
+@final
+@dataclass(frozen=True)
+class Observed:
+    """A data set with one row for each point of each pose.
+
+    Attributes:
+        dataset: With repeats averaged.
+        shots: Rows of points.csv behind each row, (m,).
+        group: The row here that each row of points.csv went into, (rows of points.csv,); -1 for gross errors.
+    """
+
+    dataset: Dataset
+    shots: Ints
+    group: Ints
+
+    @classmethod
+    def of(cls, dataset: Dataset, gross: Bools | None = None) -> "Observed":
+        """Average the repeats of each point, without those rows that are marked as gross errors."""
+        points = dataset.points
+        kept = np.flatnonzero(~gross) if gross is not None else np.arange(len(points))
+        if points.repeat is None:
+            names: list[object] = kept.tolist()
+        else:
+            names = list(zip(points.pose[kept].tolist(), (points.names[i] for i in kept), strict=True))
+        number = {name: i for i, name in enumerate(dict.fromkeys(names))}
+        of_row = np.array([number[name] for name in names], dtype=np.int64)
+        shots = np.bincount(of_row)
+        first = kept[np.unique(of_row, return_index=True)[1]]
+
+        def mean(values: Array | None) -> Array | None:
+            return None if values is None else group_sums(values[kept], of_row) / shots[:, None]
+
+        averaged = replace(points.take(first), repeat=None, pixel=mean(points.pixel), xyz=mean(points.xyz))
+        group = np.full(len(points), -1, dtype=np.int64)
+        group[kept] = of_row
+        return cls(replace(dataset, points=averaged), shots, group)
+
+    def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
+        """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
+
+        Errors of whole poses that nobody stated are left out: what the model lacks looks the same, and is what the
+        diagnosis is after.
+
+        Args:
+            model: Of the averaged data set.
+            x: Its parameters.
+            J: Its plain Jacobian, (3m, d) [m].
+            raw: The data set with its repeats.
+        """
+        share = 1.0 / np.sqrt(self.shots)[:, None, None]
+        sources = tuple(
+            replace(source, effect=source.effect * share) if source.name in AVERAGED else source
+            for source in disturbances(model, x)
+        )
+        stated = raw.noise
+        pixel = stated.pixel_px if stated.pixel_px is not None else pixel_from_repeats(raw)
+        known = {"pixel": pixel, "target": stated.target_m, "joint": stated.joint_rad, "point": stated.point_m}
+        open_rows = [source.name for source in sources if source.name not in OF_POSES and known.get(source.name) is None]
+        if not open_rows:
+            sigmas = {source.name: float(known.get(source.name) or 0.0) for source in sources}
+            return NoiseModel(sources, sigmas)
+        with_pixel = replace(raw, points=self.dataset.points, noise=replace(stated, pixel_px=pixel))
+        return noise_from(with_pixel, sources, model.residuals(x[None])[0], J).for_weights()

@@ -1,0 +1,220 @@
+"""How each suspected effect would show: whitened residuals by its numbers, what the fitted parameters imitate taken out."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.fitted import Fitted
+from robolaser.effects.effect import Scene, Suspect, bend_with
+from robolaser.scanner import Model
+from robolaser.seams import Seam
+
+STEP = 1e-3
+"""Of a derivative by an effect's number, in units of its typical size."""
+JOINT_STEP = 1e-5
+"""Of a derivative by a joint's value [rad or m]."""
+DENSE = 40
+"""Values of the shapes beyond which an effect on a joint is tried by way of the joint's free motion: then thousands
+cost what tens do."""
+SEEN = 1e-8
+"""Share of a signature's square beyond which something of it is left that the parameters do not imitate."""
+
+
+@final
+@dataclass(frozen=True)
+class Signature:
+    """A suspect, its shapes fixed, against a fitted model.
+
+    Attributes:
+        suspect: Which.
+        shapes: Its inner numbers, by name.
+        columns: Whitened residuals by its numbers in units of their typical sizes, the fitted parameters projected
+            out, (3m + d, k).
+        rest: What the fitted model leaves, (3m + d,).
+        tried: Values of the shapes that were tried for this.
+        size: Squared length of each column before the projection, (k,).
+    """
+
+    suspect: Suspect
+    shapes: tuple[float, ...]
+    columns: Array
+    rest: Array
+    tried: int
+    size: Array
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal basis of the columns, as far as anything of them is left, (3m + d, k')."""
+        U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
+        kept: Array = U[:, s**2 > SEEN * max(float(self.size.max(initial=0.0)), 1e-12)]
+        return kept
+
+    @cached_property
+    def gain(self) -> float:
+        """By how much the effect would lower the squared misfit, as far as the model is linear."""
+        return float(((self.basis.T @ self.rest) ** 2).sum())
+
+    @cached_property
+    def amplitudes(self) -> Array:
+        """The numbers that would do so, in units of their typical sizes, (k,)."""
+        found: Array = -np.linalg.lstsq(self.columns, self.rest, rcond=1e-6)[0]
+        return found
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it has that the data see."""
+        return self.basis.shape[1]
+
+
+def typical(suspect: Suspect) -> Array:
+    """Typical sizes of a suspect's numbers, (k,)."""
+    return np.array([size for *_, size in suspect.kind.declared()])
+
+
+def signatures(fitted: Fitted, suspects: Iterable[Suspect]) -> list[Signature]:
+    """The signature of each suspect with those shapes that explain the residuals best.
+
+    Args:
+        fitted: The model that they are held against; suspects that it holds already are passed over.
+        suspects: To be tried.
+    """
+    motions = JointMotions(fitted)
+    found = []
+    for suspect in suspects:
+        if suspect in fitted.suspects:
+            continue
+        grid = suspect.kind.grid(fitted.problem.model.dataset, suspect.where)
+        tried = len(grid)
+        if tried > DENSE and suspect.kind.seam is Seam.JOINTS:
+            grid = motions.best(suspect, grid)
+        found.append(_best(fitted, suspect, grid, tried))
+    return found
+
+
+def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int) -> Signature:
+    columns = slopes(fitted, suspect, grid)
+    white = fitted.problem.noise.whiten(columns.reshape(len(columns), -1)).T
+    projected = fitted.projected(white)
+    k = len(suspect.kind.declared())
+    options = [
+        Signature(
+            suspect,
+            tuple(shapes),
+            projected[:, i * k : (i + 1) * k],
+            fitted.rest,
+            tried,
+            np.einsum("ij,ij->j", *(white[:, i * k : (i + 1) * k],) * 2),
+        )
+        for i, shapes in enumerate(grid.tolist())
+    ]
+    return max(options, key=lambda option: option.gain)
+
+
+def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
+    """Plain residuals by the suspect's numbers in units of their typical sizes, for each value of its shapes.
+
+    Args:
+        fitted: Where.
+        suspect: Which.
+        grid: Values of its shapes, (g, s).
+
+    Returns:
+        (g k, m, 3) [m].
+    """
+    problem = fitted.problem
+    model = Model(problem.model.dataset, (*problem.model.suspects, suspect))
+    size = typical(suspect)
+    k = len(size)
+    steps = STEP * np.tile(np.diag(size), (len(grid), 1))
+    shapes = np.repeat(grid, k, axis=0)
+    base = np.repeat(fitted.x[None], len(steps), axis=0)
+    names = problem.parameters.names + suspect.parameters.names
+    e = [
+        model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)
+    ]
+    found: Array = (e[0] - e[1]) / (2 * STEP)
+    return found
+
+
+@final
+class JointMotions:
+    """How free small motions of each joint, one for each pose, would show: any bend of a joint is made of them."""
+
+    def __init__(self, fitted: Fitted) -> None:
+        self._fitted = fitted
+        self._of_joint: dict[str, tuple[Array, Array]] = {}
+
+    def free(self, joint: str) -> tuple[Array, Array]:
+        """Slope of the misfit and its curvature by the joint's value in each pose, the parameters projected out.
+
+        Returns:
+            (n,) and (n, n).
+        """
+        if joint not in self._of_joint:
+            columns = free_motion(self._fitted, joint)
+            fitted = self._fitted
+            of_pose = np.repeat(fitted.problem.model.dataset.points.pose, 3)
+            n = len(fitted.problem.model.dataset.poses)
+            Q = fitted.Q[: len(columns)]
+            shared = np.zeros((n, Q.shape[1]))
+            np.add.at(shared, of_pose, columns[:, None] * Q)
+            slope = np.bincount(of_pose, columns * fitted.r, minlength=n) - shared @ (fitted.Q.T @ fitted.rest)
+            own = np.bincount(of_pose, columns**2, minlength=n)
+            self._of_joint[joint] = slope, np.diag(own) - shared @ shared.T
+        return self._of_joint[joint]
+
+    def best(self, suspect: Suspect, grid: Array) -> Array:
+        """The most promising value of the shapes, (1, s)."""
+        slope, curvature = self.free(suspect.where)
+        scene = self._fitted.problem.model.scene
+        assert scene.poses.q is not None
+        assert scene.robot is not None
+        q = scene.poses.q[None]
+        size, column = typical(suspect), scene.robot.joints.index(suspect.where)
+        k = len(size)
+        gains = []
+        for part in np.array_split(grid, max(1, len(grid) * k * q.size // 2_000_000)):
+            numbers = np.hstack([np.tile(np.diag(size), (len(part), 1)), np.repeat(part, k, axis=0)])
+            effect = suspect.at(dict(zip(suspect.parameters.names, numbers.T, strict=True)))
+            bent = bend_with((effect,), scene)(Seam.JOINTS, q)
+            F = (bent - q)[:, :, column].reshape(len(part), k, -1)
+            b = F @ slope
+            A = F @ curvature @ np.swapaxes(F, 1, 2)
+            scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / k
+            A = A + 1e-6 * scale * np.eye(k) + 1e-12 * np.eye(k)
+            gains.append(np.einsum("gk,gk->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
+        return grid[[int(np.argmax(np.concatenate(gains)))]]
+
+
+def free_motion(fitted: Fitted, joint: str) -> Array:
+    """Whitened residuals by a joint's value in the row's own pose, (3m,) [1/rad or 1/m].
+
+    Rows of a pose must be independent of other poses' rows, which the noise model sees to.
+    """
+    problem = fitted.problem
+    model = problem.model
+    robot, q = model.scene.robot, model.dataset.poses.q
+    assert robot is not None
+    assert q is not None
+    values = problem.parameters.values(fitted.x[None])
+    bend = model.bend(values)
+    shift = JOINT_STEP * np.eye(len(robot.joints))[robot.joints.index(joint)]
+    e = []
+    for way in (1, -1):
+        bent = bend(Seam.JOINTS, q[None]) + way * shift
+        flange = bend(Seam.FLANGE, robot.forward(bent, bend(Seam.LINKS, robot.placements[None, None])))
+        e.append(model.sensor.residuals(values, flange, bend))
+    white: Array = problem.noise.whiten((e[0] - e[1]) / (2 * JOINT_STEP))[0]
+    return white
+
+
+def library(kinds: Sequence[type], dataset: object) -> list[Suspect]:
+    """Every effect at every place that the data set has for it."""
+    return [Suspect(kind, where) for kind in kinds for where in kind.places(dataset)]  # type: ignore[attr-defined]
+
+
+__all__ = ["JointMotions", "Scene", "Signature", "free_motion", "library", "signatures", "slopes", "typical"]
