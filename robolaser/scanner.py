@@ -54,9 +54,9 @@ class Model:
     @cached_property
     def parameters(self) -> Parameters:
         """The sensor's parameters, then those of the effects."""
-        zero = {name: np.zeros(1) for name in self.effect_parameters.names}
-        bend = self.bend(zero)
-        return self.sensor.parameters(self.flange(zero, bend), bend) + self.effect_parameters
+        nominal = {item.name: np.array([item.nominal]) for item in self.effect_parameters.items}
+        bend = self.bend(nominal)
+        return self.sensor.parameters(self.flange(nominal, bend), bend) + self.effect_parameters
 
     def bend(self, values: Values) -> Bend:
         """The effects with the numbers of each candidate."""

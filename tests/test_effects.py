@@ -1,5 +1,6 @@
 """What every effect must keep to; a new file in robolaser/effects is tested without an edit."""
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -17,13 +18,13 @@ from robolaser.simulate import simulate
 
 @cache
 def cell(kind: str) -> Dataset:
-    return simulate(find_robot("scorbot_er7"), kind=kind, poses=6, points=3, noise=Noise(), seed=3).dataset
+    return simulate(find_robot("scorbot_er7"), kind=kind, poses=6, points=3, noise=Noise(), speed=0.1, seed=3).dataset
 
 
 def homes(kind: type[Effect]) -> list[Model]:
-    """A model for each kind of sensor in which the effect has a meaning, at its last place there."""
-    cells = [cell(sensor) for sensor in ("stripe", "point", "socket")]
-    return [Model(one, (Suspect(kind, kind.places(one)[-1]),)) for one in cells if kind.places(one)]
+    """A model for each kind of sensor in which the effect has a meaning, at a place in the middle of the arm."""
+    cells = [(one, kind.places(one)) for one in map(cell, ("stripe", "point", "socket"))]
+    return [Model(one, (Suspect(kind, places[len(places) // 2]),)) for one, places in cells if places]
 
 
 @pytest.fixture(params=EFFECTS, ids=lambda kind: kind.name)
@@ -32,13 +33,26 @@ def effect(request: pytest.FixtureRequest) -> type[Effect]:
     return kind
 
 
-def candidates(model: Model, seed: int = 0) -> Array:
-    """Three candidates near the nominal model with effects of typical size."""
+def columns(model: Model, suspect: Suspect, numbers: tuple[tuple[object, ...], ...]) -> list[int]:
+    return model.parameters.columns(suspect.key(str(name)) for name, *_ in numbers)
+
+
+def shaped(model: Model, seed: int = 0) -> Array:
+    """Three candidates at the nominal model, the effects' shapes anywhere within their bounds."""
     rng = np.random.default_rng(seed)
     x = np.repeat(model.parameters.nominal[None], 3, axis=0)
-    first = len(x[0]) - len(model.effect_parameters)
-    typical = [size for suspect in model.suspects for *_, size in suspect.kind.declared()]
-    x[:, first:] = rng.uniform(0.5, 1.0, (3, len(typical))) * typical
+    for suspect in model.suspects:
+        at = columns(model, suspect, suspect.kind.shapes())
+        x[:, at] = rng.uniform(model.parameters.lower[at], model.parameters.upper[at], (3, len(at)))
+    return x
+
+
+def candidates(model: Model, seed: int = 0) -> Array:
+    """The same with effects of typical size."""
+    x, rng = shaped(model, seed), np.random.default_rng(seed + 1)
+    for suspect in model.suspects:
+        typical = [size for *_, size in suspect.kind.declared()]
+        x[:, columns(model, suspect, suspect.kind.declared())] = rng.uniform(0.5, 1.0, (3, len(typical))) * typical
     return x
 
 
@@ -53,10 +67,48 @@ def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
         assert 0 < typical < bound
 
 
-def test_at_zero_nothing_bends(effect: type[Effect]) -> None:
+def test_at_zero_nothing_bends_whatever_the_shapes(effect: type[Effect]) -> None:
     for model in homes(effect):
-        x = model.parameters.nominal[None]
+        x = shaped(model)
         assert np.array_equal(model.residuals(x), Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)]))
+
+
+def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        for suspect in model.suspects:
+            grid = effect.grid(model.dataset, suspect.where)
+            assert grid.shape == (len(grid), len(effect.shapes()))
+            assert len(grid) >= 1
+            for values, (_, _, lower, upper, nominal) in zip(grid.T, effect.shapes(), strict=True):
+                assert lower <= nominal <= upper
+                assert ((values >= lower) & (values <= upper)).all()
+
+
+def test_what_cannot_be_tested_has_a_reason_and_no_place(effect: type[Effect]) -> None:
+    whole = cell("stripe")
+    flange_only = replace(whole, robot=None, poses=replace(whole.poses, q=None, qd=None, T_base_flange=whole.flange()))
+    untimed = replace(whole, poses=replace(whole.poses, time_s=None))
+    still = replace(whole, poses=replace(whole.poses, qd=None))
+    for dataset in (
+        whole,
+        flange_only,
+        untimed,
+        still,
+        replace(whole, path_known=False),
+        cell("point"),
+        cell("socket"),
+    ):
+        assert bool(effect.missing(dataset)) is not bool(effect.places(dataset))
+        assert not effect.missing(dataset).endswith(".")
+
+
+def test_it_is_smooth_where_it_vanishes(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        nominal, bent = shaped(model), candidates(model)
+        step = bent - nominal
+        zero = model.residuals(nominal)
+        forth, back = (model.residuals(nominal + sign * 1e-3 * step) - zero for sign in (1, -1))
+        np.testing.assert_allclose(forth, -back, rtol=0, atol=1e-2 * np.abs(forth).max() + 1e-13)
 
 
 def test_at_its_typical_size_something_bends(effect: type[Effect]) -> None:
@@ -72,8 +124,8 @@ def test_one_candidate_bends_as_it_does_in_a_population(effect: type[Effect]) ->
         np.testing.assert_allclose(model.residuals(x), alone, rtol=0, atol=1e-15)
 
 
-def test_one_pose_bends_as_it_does_among_many(effect: type[Effect]) -> None:
-    for model in homes(effect):
+def test_one_pose_bends_as_it_does_among_many_unless_the_effect_looks_around(effect: type[Effect]) -> None:
+    for model in [] if effect.looks_around else homes(effect):
         x = candidates(model)
         chosen = np.arange(len(model.dataset.poses)) == 2
         whole = dict(zip(model.parameters.names, x.T, strict=True))
