@@ -1,0 +1,157 @@
+"""Worlds of chance: a cell, departures of a kind that was asked for, a data set, and the truth about it."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.challenge.building import Built, Ranges, build, build_like
+from robolaser.challenge.judging import DETECTABLE, Judge
+from robolaser.challenge.reading import exact, read
+from robolaser.challenge.worlds.departure import Departure
+from robolaser.challenge.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
+from robolaser.dataset import Dataset, Noise
+from robolaser.robot import Robot
+
+KINDS = ("none", "single", "pair", "triple", "unknown", "outliers")
+USUAL = {"none": 0.14, "single": 0.5, "pair": 0.14, "triple": 0.04, "unknown": 0.1, "outliers": 0.08}
+"""Share of each kind where none is asked for."""
+ON_TOP = 0.12  # of the worlds with effects have outliers too
+FAINT = 0.08  # of the effects may stay below what can be seen
+ALONE = 0.6  # of the strangers
+TRIES = 6
+CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
+
+
+@final
+@dataclass(frozen=True)
+class World:
+    """A blind data set and its truth.
+
+    Attributes:
+        dataset: As the cell gives it.
+        truth: What the seal hides, as plain numbers and texts.
+    """
+
+    dataset: Dataset
+    truth: Mapping[str, Any]
+
+
+def make(source: Robot | Dataset, kind: str, *, seed: int, name: str = "blind", ranges: Ranges | None = None) -> World:
+    """One world.
+
+    Args:
+        source: An arm, or a data set whose arm, scanner, poses and noise are to be kept.
+        kind: One of `KINDS`.
+        seed: Same seed, same world.
+        name: Of the data set: it should say nothing.
+        ranges: What is left to chance.
+
+    Raises:
+        TargetOutOfSight: The arm cannot look at a target often enough.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode()]))
+    names = _effects(kind, rng)
+    moving = "latency" in names or rng.random() < 0.5
+    ranges = ranges or Ranges()
+    built = build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
+    departures: list[Departure] = []
+    each = []
+    for effect in names:
+        departure, judge = _departure(built, effect, [d.where for d in departures], rng)
+        departures.append(departure)
+        each.append(
+            {
+                **asdict(departure),
+                "effect": effect,
+                "where": departure.where,
+                "misfit": round(judge.misfit, 1),
+                "rivals": judge.rivals(effect, departure.where) if effect in KNOWN else [],
+                "sites": _sites(departure, built),
+            }
+        )
+    stated = bool(rng.random() < 0.5)
+    dataset = _recorded(read(built, departures, rng), built, rng, stated=stated, timed="latency" in names)
+    flat = _judge(built, ())
+    truth = {
+        "robot": dataset.robot.name if dataset.robot else "",
+        "kind": kind,
+        "effects": [[d.effect, d.where] for d in departures],
+        "noise_floor_mm": round(1e3 * flat.floor_m, 4),
+        "each": each,
+        "velocities": bool(dataset.poses.qd is not None and np.any(dataset.poses.qd)),
+        "temperatures": "temperature_c" in dataset.poses.extra,
+        "noise_stated": stated,
+        "noise": {"pixel_px": built.noise.pixel_px, "target_m": built.noise.target_m},
+        "parameters": dict(built.cell.eye.truth),
+        "seed": seed,
+    }
+    return World(replace(dataset, name=name), truth)
+
+
+def _effects(kind: str, rng: np.random.Generator) -> list[str]:
+    known = [str(name) for name in rng.permutation(KNOWN)]
+    on_top = [GROSS] if rng.random() < ON_TOP else []
+    if kind == "none":
+        return []
+    if kind == "outliers":
+        return [GROSS]
+    if kind == "unknown":
+        return [str(rng.choice(STRANGERS)), *(known[:1] if rng.random() > ALONE else [])]
+    return known[: {"single": 1, "pair": 2, "triple": 3}[kind]] + on_top
+
+
+def _judge(built: Built, departures: tuple[Departure, ...]) -> Judge:
+    noise = built.noise
+    assert noise.pixel_px is not None and noise.target_m is not None  # `build` draws both
+    share = np.sqrt(built.repeats)
+    return Judge(exact(built, departures), dict(built.cell.eye.truth), noise.pixel_px / share, noise.target_m)
+
+
+def _departure(built: Built, effect: str, taken: list[str], rng: np.random.Generator) -> tuple[Departure, Judge]:
+    """One of a family, at a place that no other effect has, nearly always large enough to be seen."""
+    family, run = FAMILIES[effect], built.cell.run
+    free = [place for place in family.places(run) if place not in taken or place not in run.arm.joints]
+    least, most = family.sizes
+    faint = rng.random() < FAINT
+    for _ in range(TRIES):
+        size = float(np.exp(rng.uniform(np.log(least), np.log(most))))
+        departure = family.drawn(str(rng.choice(free)), size, run, rng)
+        judge = _seen_by(built, departure, rng)
+        if faint or judge.misfit > DETECTABLE:
+            break
+        grow = np.sqrt(DETECTABLE * rng.uniform(1.1, CLEARLY) / max(judge.misfit, 1e-3))
+        departure = replace(departure, size=float(np.copysign(min(most, abs(departure.size) * grow), departure.size)))
+        judge = _seen_by(built, departure, rng)
+        if judge.misfit > DETECTABLE:
+            break
+    return departure, judge
+
+
+def _seen_by(built: Built, departure: Departure, rng: np.random.Generator) -> Judge:
+    if departure.effect != GROSS:
+        return _judge(built, (departure,))
+    plain = _judge(built, ())
+    points = plain.dataset.points
+    assert points.pixel is not None
+    pixel = departure.shots(points.pixel, np.arange(len(points)), rng)
+    return replace(plain, dataset=replace(plain.dataset, points=replace(points, pixel=pixel)))
+
+
+def _sites(departure: Departure, built: Built) -> list[str]:
+    """Where a diagnosis may rightly say that it lies."""
+    return list(built.cell.run.arm.joints[-3:]) if departure.effect == "hose" else [departure.where]
+
+
+def _recorded(dataset: Dataset, built: Built, rng: np.random.Generator, *, stated: bool, timed: bool) -> Dataset:
+    """With what the cell's people wrote down: some no velocities, some a temperature, half no pixel noise."""
+    poses = dataset.poses
+    if not timed and rng.random() < 0.15:
+        poses = replace(poses, qd=None)
+    if rng.random() < 0.3:
+        warm = 22.0 + rng.uniform(0.0, 15.0) * built.cell.run.warmed(rng.uniform(0.1, 1.0))
+        cells = warm + 0.1 * rng.normal(size=len(warm))
+        poses = replace(poses, extra={**poses.extra, "temperature_c": tuple(f"{cell:.2f}" for cell in cells)})
+    noise = built.noise if stated else Noise(target_m=built.noise.target_m)
+    return replace(dataset, poses=poses, noise=noise)

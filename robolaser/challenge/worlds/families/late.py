@@ -1,0 +1,37 @@
+"""Exposures that wait while the arm brakes."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.challenge.worlds.departure import Departure
+from robolaser.challenge.worlds.run import Run
+
+
+@final
+@dataclass(frozen=True)
+class Late(Departure):
+    """The arm moved on after the reading, and slowed down meanwhile."""
+
+    effect: ClassVar[str] = "latency"
+    sizes: ClassVar[tuple[float, float]] = (1e-3, 3e-2)
+
+    braking: float
+
+    @classmethod
+    def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:
+        """Of this size."""
+        return cls(where, size * float(rng.choice([-1.0, 1.0])), rng.uniform(2.0, 20.0))
+
+    @classmethod
+    def places(cls, run: Run) -> tuple[str, ...]:
+        """Between controller and camera."""
+        return ("timing",)
+
+    def joints(self, q: Array, run: Run) -> Array:
+        """Where it was when the shutter opened."""
+        stop = self.braking * abs(self.size)
+        moved: Array = q + run.qd * np.sign(self.size) * stop * -np.expm1(-abs(self.size) / stop)
+        return moved
