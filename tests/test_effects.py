@@ -15,6 +15,8 @@ from robolaser.robots import find_robot
 from robolaser.scanner import Model
 from robolaser.simulate import simulate
 
+ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
+
 
 @cache
 def cell(kind: str) -> Dataset:
@@ -70,7 +72,8 @@ def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
 def test_at_zero_nothing_bends_whatever_the_shapes(effect: type[Effect]) -> None:
     for model in homes(effect):
         x = shaped(model)
-        assert np.array_equal(model.residuals(x), Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)]))
+        plain = Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)])
+        np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=ROUNDING_M)
 
 
 def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: type[Effect]) -> None:

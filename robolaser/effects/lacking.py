@@ -52,6 +52,7 @@ def no_stripe(dataset: Dataset, part: str) -> str:
 
 def no_flat_target(dataset: Dataset) -> str:
     """The points are not those of one flat target."""
-    if dataset.kind != "stripe" or dataset.points.xyz is None or not len(dataset.points):
-        return no_stripe(dataset, "target") or "no points in the data"
-    return "" if plane_of(dataset.points.xyz).flatness < THIN else "the target points do not lie in one plane"
+    xyz = dataset.points.xyz
+    if dataset.kind != "stripe" or xyz is None:
+        return no_stripe(dataset, "printed target")
+    return "" if plane_of(xyz).flatness < THIN else "the target points do not lie in one plane"
