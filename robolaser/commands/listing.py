@@ -34,11 +34,14 @@ def _robots() -> Iterable[tuple[str, ...]]:
 
 
 def _effects() -> Iterable[tuple[str, ...]]:
-    from robolaser.effects import EFFECTS  # noqa: PLC0415
+    from robolaser.effects import EFFECTS, outliers  # noqa: PLC0415
 
     for effect in EFFECTS:
-        numbers = ", ".join(f"{name} [{unit}]" for name, unit, *_ in effect.declared())
+        declared = [(name, unit) for name, unit, *_ in effect.declared()]
+        shapes = [(name, unit) for name, unit, *_ in effect.shapes()]
+        numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in declared + shapes)
         yield effect.name, effect.title, numbers
+    yield outliers.NAME, outliers.TITLE, "share of the points"
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:

@@ -5,8 +5,9 @@ import pkgutil
 from collections.abc import Sequence
 
 from robolaser.dataset import Dataset
+from robolaser.effects import outliers
 from robolaser.effects.effect import Effect, Suspect
-from robolaser.errors import EffectSenseless, EffectUnknown, PlaceUnknown
+from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
 
 
 def _library() -> tuple[type[Effect], ...]:
@@ -24,6 +25,7 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
 
     Raises:
         EffectUnknown: No such effect.
+        EffectBendsNothing: It is a finding, and no part of a model.
         EffectSenseless: The data set's robot or sensor has no place for it.
         PlaceUnknown: It cannot sit there.
     """
@@ -31,6 +33,8 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
     chosen: list[Suspect] = []
     for text in wanted:
         name, _, where = text.partition(":")
+        if name == outliers.NAME:
+            raise EffectBendsNothing(name)
         if name not in by_name:
             raise EffectUnknown(name, by_name)
         kind = by_name[name]

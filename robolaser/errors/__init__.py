@@ -20,6 +20,7 @@ from robolaser.errors.cells import (
 from robolaser.errors.effects import (
     BentOutOfSight,
     DemandSenseless,
+    EffectBendsNothing,
     EffectSenseless,
     EffectSizeUnclear,
     EffectTooLarge,
@@ -27,6 +28,7 @@ from robolaser.errors.effects import (
     NothingReached,
     OptionsClash,
     PlaceUnknown,
+    ShapeOutside,
     TargetOutOfSight,
 )
 from robolaser.errors.files import (
@@ -101,6 +103,7 @@ __all__ = [
     "ColumnMissing",
     "ColumnTwice",
     "DemandSenseless",
+    "EffectBendsNothing",
     "EffectSenseless",
     "EffectSizeUnclear",
     "EffectTooLarge",
@@ -149,6 +152,7 @@ __all__ = [
     "SearchStopped",
     "SettingMissing",
     "SettingWrong",
+    "ShapeOutside",
     "SystemSaidNo",
     "TableEmpty",
     "TargetOutOfSight",

@@ -77,6 +77,21 @@ class EffectTooLarge(RobolaserError):
         super().__init__(f"{effect}: {number} is {size:g} {unit}, but its bounds are ±{bound:g} {unit}.{hint}")
 
 
+class ShapeOutside(RobolaserError):
+    """An inner number of an effect to be simulated that it cannot have."""
+
+    def __init__(self, effect: str, number: str, value: float, lower: float, upper: float, unit: str) -> None:
+        of = f" {unit}" if unit else ""
+        super().__init__(f"{effect}: {number} is {value:g}{of}, but it lies between {lower:g} and {upper:g}{of}.")
+
+
+class EffectBendsNothing(WrongUsage):
+    """A finding that no model can take in."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis.")
+
+
 class DemandSenseless(RobolaserError):
     """Something that a simulated cell cannot have."""
 

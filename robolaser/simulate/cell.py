@@ -1,24 +1,25 @@
 """Data sets as a real cell would give them, of any robot and with any departures from its nominal model."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset, Noise, Points, Poses
-from robolaser.effects import suspects
 from robolaser.effects.effect import Suspect
-from robolaser.errors import BentOutOfSight, DemandSenseless, EffectSizeUnclear, EffectTooLarge, PlaceUnknown
+from robolaser.errors import BentOutOfSight, DemandSenseless
 from robolaser.poses import View, anywhere, limits, looking_down
 from robolaser.robot import Robot
 from robolaser.se3 import from_angles, from_quaternion, pose
 from robolaser.sensors import SENSORS
 from robolaser.sensors.sensor import SIX
 from robolaser.simulate.exact import seated, stripe_points, tracker_points
+from robolaser.simulate.gross import share_of, spoil
 from robolaser.simulate.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
 from robolaser.simulate.reaching import reaching, within_reach
+from robolaser.simulate.wanted import numbers_of
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
@@ -40,11 +41,13 @@ class Simulated:
         dataset: As the cell would give it.
         truth: Every parameter of the sensor, and the numbers of the effects, by name.
         suspects: The effects that are in it.
+        gross: Rows with gross errors.
     """
 
     dataset: Dataset
     truth: Mapping[str, float]
     suspects: tuple[Suspect, ...] = ()
+    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 @final
@@ -59,6 +62,7 @@ class _Chances:
     speed: np.random.Generator
     joint_noise: np.random.Generator
     point_noise: np.random.Generator
+    gross: np.random.Generator
 
 
 _Measure = Callable[[Ints, Dataset], tuple[Dataset, Bools]]
@@ -108,6 +112,7 @@ def simulate(
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
         effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
+            `outliers` is the share of rows with gross errors.
         placed: Whether target points are given in the base frame, or in their own (stripe only).
         level: Height of the target in the base frame [m]; when absent, one that the arm can look at.
         stripe_axis: Image axis the stripe runs along.
@@ -123,12 +128,14 @@ def simulate(
         NothingReached: The arm cannot reach a socket often enough.
         BentOutOfSight: With the effects it no longer can.
         DemandSenseless: Numbers or words that mean nothing here.
-        EffectUnknown, EffectSenseless, PlaceUnknown, EffectTooLarge: The effects cannot be.
+        EffectUnknown, EffectSenseless, PlaceUnknown, EffectTooLarge, ShapeOutside: The effects cannot be.
     """
     points = (STRIPE_POINTS if kind == "stripe" else OTHER_POINTS) if points is None else points
     noise = noise or Noise()
     _demand(kind, poses, points, repeats, noise)
-    chances = _Chances(*(np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)))
+    chances = _Chances(
+        *(np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(len(fields(_Chances))))
+    )
     blank = Dataset(
         name=name or f"simulated-{robot.name}",
         source="simulated by robolaser",
@@ -155,13 +162,16 @@ def simulate(
     qd = chances.speed.uniform(-1.0, 1.0, (poses, len(lower))) * (EXPOSURE_SPEED if speed is None else speed)
     q = np.tile((lower + upper) / 2, (poses, 1))
     moving = replace(blank, poses=replace(blank.poses, time_s=_times(q, pause_s), q=q, qd=qd))
-    inside, numbers = _effects(effects or {}, moving)
+    asked = dict(effects or {})
+    gross = share_of(asked)
+    inside, numbers = numbers_of(asked, moving)
     if not speed and not (speed is None and any(suspect.where == "timing" for suspect in inside)):
         moving = replace(moving, poses=replace(moving.poses, qd=None))
     truth = {**world.truth, **numbers}
     values = {key: np.array([value]) for key, value in truth.items()}
     exact = _settled(moving, world.candidates, world.measure(values, inside), pause_s, chances.order)
-    return Simulated(_noisy(exact, noise, repeats, chances), truth, inside)
+    spoilt, rows = spoil(_noisy(exact, noise, repeats, chances), gross, chances.gross)
+    return Simulated(spoilt, truth, inside, rows)
 
 
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
@@ -178,25 +188,6 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
     )
 
 
-def sizes_of(texts: Iterable[str]) -> dict[str, float]:
-    """Read `NAME[:WHERE]=SIZE`, the size in SI units.
-
-    Raises:
-        EffectSizeUnclear: There is no size, or it is not a finite number.
-    """
-    sizes = {}
-    for text in texts:
-        name, _, size = text.rpartition("=")
-        try:
-            value = float(size)
-        except ValueError:
-            raise EffectSizeUnclear(text) from None
-        if not name or not np.isfinite(value):
-            raise EffectSizeUnclear(text)
-        sizes[name] = value
-    return sizes
-
-
 def _demand(kind: str, poses: int, points: int, repeats: int, noise: Noise) -> None:
     kinds = [sensor.kind for sensor in SENSORS]
     if kind not in kinds:
@@ -211,31 +202,6 @@ def _demand(kind: str, poses: int, points: int, repeats: int, noise: Noise) -> N
         raise DemandSenseless("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
     if kind == "socket" and poses < points:
         raise DemandSenseless("number of poses", poses, f"at least one for each of {points} sockets")
-
-
-def _effects(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Suspect, ...], dict[str, float]]:
-    chosen: dict[Suspect, None] = {}
-    numbers: dict[str, float] = {}
-    for key, size in sizes.items():
-        name, _, where = key.partition(":")
-        everywhere = suspects([name], dataset)
-        declared = {number: (unit, bound) for number, unit, bound, _ in everywhere[0].kind.declared()}
-        number = next(iter(declared))
-        if where not in {suspect.where for suspect in everywhere}:
-            place, _, last = where.rpartition(".")
-            where, number = (place, last) if place and last in declared else (where, number)
-        there = [suspect for suspect in everywhere if not where or suspect.where == where]
-        if not there:
-            raise PlaceUnknown(name, where, [suspect.where for suspect in everywhere])
-        unit, bound = declared[number]
-        if not abs(size) <= bound:
-            raise EffectTooLarge(name, number, size, bound, unit)
-        for suspect in there:
-            if suspect not in chosen:
-                chosen[suspect] = None
-                numbers |= {item.name: 0.0 for item in suspect.parameters.items}
-            numbers[f"{name}.{suspect.where}.{number}"] = float(size)
-    return tuple(chosen), numbers
 
 
 def _stripe(blank: Dataset, points: int, level: float | None, chances: _Chances) -> _World:
