@@ -46,6 +46,12 @@ class Model:
         """What effects may look at."""
         return Scene.of(self.dataset)
 
+    def with_suspects(self, suspects: tuple[Suspect, ...]) -> "Model":
+        """The same data seen with other effects; what was worked out about the data is kept."""
+        other = Model(self.dataset, suspects)
+        other.__dict__.update(sensor=self.sensor, scene=self.scene, _nominal_flange=self._nominal_flange)
+        return other
+
     @cached_property
     def effect_parameters(self) -> Parameters:
         """The numbers of the effects."""

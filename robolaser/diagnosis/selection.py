@@ -11,7 +11,6 @@ from robolaser.diagnosis.fitted import Fitted, Problem
 from robolaser.diagnosis.signatures import Signature, signatures, typical
 from robolaser.diagnosis.verdict import dispersion, price
 from robolaser.effects.effect import Suspect
-from robolaser.scanner import Model
 
 LEADERS = 6
 """Effects whose gain is checked by a full fit before one of them is added."""
@@ -57,7 +56,7 @@ class Search:
             sizes = signature.amplitudes * typical(signature.suspect)
             values |= dict(zip(signature.suspect.parameters.names, (*sizes, *signature.shapes), strict=True))
         sensor = self.start.problem.sensor
-        problem = Problem.of(Model(self.start.problem.model.dataset, chosen), self.start.problem.noise, sensor)
+        problem = Problem.of(self.start.problem.model.with_suspects(chosen), self.start.problem.noise, sensor)
         x = np.array([values[name] for name in problem.parameters.names])
         self._fits[key] = min(
             (problem.fit(problem.within(begin[None])[0], steps=FEW_STEPS) for begin in self._starts(problem, x)),

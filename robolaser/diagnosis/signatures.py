@@ -9,14 +9,13 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.effects.effect import Scene, Suspect, bend_with
-from robolaser.scanner import Model
+from robolaser.diagnosis.probes import Probe
+from robolaser.dataset import Dataset
+from robolaser.effects.effect import Effect, Suspect, bend_with
 from robolaser.seams import Seam
 
 STEP = 1e-3
 """Of a derivative by an effect's number, in units of its typical size."""
-JOINT_STEP = 1e-5
-"""Of a derivative by a joint's value [rad or m]."""
 DENSE = 40
 """Values of the shapes beyond which an effect on a joint is tried by way of the joint's free motion: then thousands
 cost what tens do."""
@@ -126,7 +125,7 @@ def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
         (g k, m, 3) [m].
     """
     problem = fitted.problem
-    model = Model(problem.model.dataset, (*problem.model.suspects, suspect))
+    model = problem.model.with_suspects((*problem.model.suspects, suspect))
     size = typical(suspect)
     k = len(size)
     steps = STEP * np.tile(np.diag(size), (len(grid), 1))
@@ -155,7 +154,7 @@ class JointMotions:
             (n,) and (n, n).
         """
         if joint not in self._of_joint:
-            columns = free_motion(self._fitted, joint)
+            columns = Probe(self._fitted).joint(joint)[:, 0]
             fitted = self._fitted
             of_pose = np.repeat(fitted.problem.model.dataset.points.pose, 3)
             n = len(fitted.problem.model.dataset.poses)
@@ -190,31 +189,7 @@ class JointMotions:
         return grid[[int(np.argmax(np.concatenate(gains)))]]
 
 
-def free_motion(fitted: Fitted, joint: str) -> Array:
-    """Whitened residuals by a joint's value in the row's own pose, (3m,) [1/rad or 1/m].
-
-    Rows of a pose must be independent of other poses' rows, which the noise model sees to.
-    """
-    problem = fitted.problem
-    model = problem.model
-    robot, q = model.scene.robot, model.dataset.poses.q
-    assert robot is not None
-    assert q is not None
-    values = problem.parameters.values(fitted.x[None])
-    bend = model.bend(values)
-    shift = JOINT_STEP * np.eye(len(robot.joints))[robot.joints.index(joint)]
-    e = []
-    for way in (1, -1):
-        bent = bend(Seam.JOINTS, q[None]) + way * shift
-        flange = bend(Seam.FLANGE, robot.forward(bent, bend(Seam.LINKS, robot.placements[None, None])))
-        e.append(model.sensor.residuals(values, flange, bend))
-    white: Array = problem.noise.whiten((e[0] - e[1]) / (2 * JOINT_STEP))[0]
-    return white
-
-
-def library(kinds: Sequence[type], dataset: object) -> list[Suspect]:
+def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[Suspect]:
     """Every effect at every place that the data set has for it."""
-    return [Suspect(kind, where) for kind in kinds for where in kind.places(dataset)]  # type: ignore[attr-defined]
+    return [Suspect(kind, where) for kind in kinds for where in kind.places(dataset)]
 
-
-__all__ = ["JointMotions", "Scene", "Signature", "free_motion", "library", "signatures", "slopes", "typical"]

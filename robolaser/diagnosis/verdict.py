@@ -32,3 +32,11 @@ def dispersion(fitted: "Fitted") -> float:
     excess = fitted.misfit - freedoms - 2.0 * np.sqrt(2.0 * freedoms)
     poses = len(np.unique(fitted.problem.model.dataset.points.pose))
     return 1.0 + max(0.0, float(excess)) / (POSE_FREEDOMS * poses)
+
+
+GROSS = 5.5
+"""Distance of a row, in standard deviations, beyond which it is a gross error: noise puts one in a million there."""
+
+SITE_SIGNIFICANT = 18.0
+"""Twice the log of a likelihood ratio, from which on a gap is said to lie at a site: with a hundred coordinates asked,
+chance gets there once in 500 times."""

@@ -80,7 +80,7 @@ def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     if wanted:
         found.append(Disturbance(whole, every, of_pose))
     if wanted and shared:
-        found.append(Disturbance(f"{whole}_turn", skew(_arms(model, values)), of_pose))
+        found.append(Disturbance(f"{whole}_turn", skew(arms(model, values)), of_pose))
     return tuple(found)
 
 
@@ -156,8 +156,8 @@ def _joint_effect(model: Model, values: Values) -> Array:
     return np.stack(slopes, axis=-1)
 
 
-def _arms(model: Model, values: Values) -> Array:
-    """From the middle of each pose's points to each point, (m, 3) [m]."""
+def arms(model: Model, values: Values) -> Array:
+    """Give the way from the middle of each pose's points to each point, (m, 3) [m]."""
     of_pose = model.dataset.points.pose
     if isinstance(model.sensor, Stripe):
         points: Array = model.sensor.target(values, model.bend(values))[0]

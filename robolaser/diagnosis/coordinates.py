@@ -1,0 +1,98 @@
+"""Coordinates in which a gap may lie, as smooth functions of them: one column for each independent shape."""
+
+from collections.abc import Iterator
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.effects.scene import Scene
+
+SMOOTH = 0.35
+"""Length over which a smooth function keeps its value, as a share of the coordinate's range."""
+SMOOTH_POSTURE = 0.6
+"""The same for functions of all joints at once, of the posture's spread."""
+KEPT = 1e-3
+"""Shapes with a smaller share of the variance are left out."""
+MOST = 24
+"""Shapes at most, but for the one coordinate in which each pose has its own."""
+
+
+def smooth(coordinate: Array, length: float = SMOOTH) -> Array:
+    """Independent shapes of a smooth function of coordinates (n, k), the most likely first, (n, p).
+
+    A Gaussian process with a squared-exponential kernel of unit variance, without its mean, by its eigenvectors.
+    """
+    spread = np.ptp(coordinate, axis=0)
+    scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
+    distance = ((scaled[:, None] - scaled[None]) ** 2).sum(axis=-1)
+    return _shapes(np.exp(-0.5 * distance))
+
+
+def _shapes(kernel: Array) -> Array:
+    variance, vectors = np.linalg.eigh(kernel)
+    kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:MOST]
+    shapes: Array = vectors[:, kept] * np.sqrt(variance[kept])
+    return shapes
+
+
+@final
+class OfPoses:
+    """Coordinates of the poses of a data set.
+
+    Args:
+        dataset: Whose.
+        scene: The same as effects see it.
+    """
+
+    def __init__(self, dataset: Dataset, scene: Scene) -> None:
+        self._dataset, self._scene = dataset, scene
+
+    def run(self) -> Iterator[tuple[str, Array]]:
+        """Those in which anything may change from pose to pose: (name, shapes (n, p))."""
+        poses = self._dataset.poses
+        if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
+            yield "time", smooth(self._scene.progress[:, None])
+        for name, values in numeric(poses.extra).items():
+            yield _words(name), smooth(values[:, None])
+
+    def posture(self) -> Iterator[tuple[str, Array]]:
+        """The posture as a whole."""
+        q = self._dataset.poses.q
+        turns = self._dataset.flange()[:, :3, :3].reshape(len(self._dataset.poses), 9) if q is None else q
+        yield "posture", smooth(turns, SMOOTH_POSTURE * np.sqrt(turns.shape[1]))
+
+    def joint(self, column: int, name: str) -> Iterator[tuple[str, Array]]:
+        """Those of one joint."""
+        dataset, scene = self._dataset, self._scene
+        q = dataset.poses.q
+        assert q is not None
+        yield f"angle of {name}", smooth(q[:, [column]])
+        if dataset.robot is not None and dataset.robot.has_masses:
+            torque = scene.gravity_torques[:, [column]]
+            if np.ptp(torque) > 1e-6:
+                yield f"gravity torque at {name}", smooth(torque)
+        if dataset.path_known and dataset.poses.time_s is not None:
+            approach = scene.approach[:, [column]]
+            if np.ptp(approach) > 0:
+                yield f"direction of approach of {name}", approach.astype(np.float64)
+        if dataset.poses.qd is not None and np.ptp(dataset.poses.qd[:, column]) > 0:
+            yield f"velocity of {name}", dataset.poses.qd[:, [column]] / np.abs(dataset.poses.qd[:, column]).max()
+
+
+def numeric(extra: object) -> dict[str, Array]:
+    """Further columns of poses.csv that hold numbers which differ."""
+    found = {}
+    for name, cells in dict(extra).items():  # type: ignore[call-overload]
+        try:
+            values = np.array([float(cell) for cell in cells])
+        except ValueError:
+            continue
+        if np.isfinite(values).all() and np.ptp(values) > 0:
+            found[name] = values
+    return found
+
+
+def _words(name: str) -> str:
+    return {"temperature_c": "temperature", "payload_kg": "payload"}.get(name, name)

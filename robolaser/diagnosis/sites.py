@@ -1,0 +1,118 @@
+"""Where a gap may lie: at each site, what a departure of any smooth form there would do to the residuals."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.coordinates import OfPoses, smooth
+from robolaser.diagnosis.fitted import Fitted
+from robolaser.diagnosis.probes import Probe
+from robolaser.effects.places import moving_joints
+
+LEVER_M = 0.3
+"""A turn counts as the shift that it makes at this distance."""
+ROWS_FOR_SHAPES = 300
+"""Rows whose places make the shapes of functions over image and target; the others are interpolated."""
+
+
+@final
+@dataclass(frozen=True)
+class Site:
+    """A place, a coordinate, and what smooth functions of that coordinate do there.
+
+    Attributes:
+        site: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
+        coordinate: For a person.
+        columns: Whitened residuals by each shape of the function, (3m, p).
+    """
+
+    site: str
+    coordinate: str
+    columns: Array
+
+
+def sites(fitted: Fitted) -> Iterator[Site]:
+    """Every site that the data set has, with every coordinate that it may depend on there."""
+    model = fitted.problem.model
+    dataset, scene = model.dataset, model.scene
+    probe, of_poses = Probe(fitted), OfPoses(dataset, scene)
+    pose = dataset.points.pose
+
+    def over_poses(columns: Array, shapes: Array) -> Array:
+        """Each column times each shape of its row's pose, (3m, k p)."""
+        rows = np.repeat(shapes[pose], 3, axis=0)
+        return (columns[:, :, None] * rows[:, None]).reshape(len(columns), -1)
+
+    motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
+    joints = moving_joints(dataset)
+    if joints:
+        robot, qd = dataset.robot, dataset.poses.qd
+        assert robot is not None
+        free = {name: probe.joint(name) for name in joints}
+        for name in joints:
+            for coordinate, shapes in (*of_poses.joint(robot.joints.index(name), name), *of_poses.run(), *of_poses.posture()):
+                yield Site(name, coordinate, over_poses(free[name], shapes))
+        if qd is not None and np.abs(qd).max() > 0:
+            speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
+            late = np.sum(speeds, axis=0)
+            yield Site("timing", "velocity", late)
+            for coordinate, shapes in of_poses.run():
+                yield Site("timing", coordinate, over_poses(late, shapes))
+    base = probe.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
+    for coordinate, shapes in (*of_poses.run(), *of_poses.posture()):
+        yield Site("base", coordinate, over_poses(base, shapes))
+    carried = "hand_eye" if dataset.kind == "stripe" else "tool"
+    held = probe.tool() * motion
+    for coordinate, shapes in (*of_poses.run(), *of_poses.posture()):
+        yield Site(carried, coordinate, over_poses(held, shapes))
+    yield from _of_rows(fitted, probe, of_poses)
+
+
+def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
+    """Sites whose departure differs from row to row of a pose."""
+    model = fitted.problem.model
+    dataset = model.dataset
+
+    def over_rows(columns: Array, shapes: Array) -> Array:
+        return (columns[:, :, None] * np.repeat(shapes, 3, axis=0)[:, None]).reshape(len(columns), -1)
+
+    if dataset.kind == "stripe":
+        pixel, xyz = dataset.points.pixel, dataset.points.xyz
+        assert pixel is not None
+        assert xyz is not None
+        place = _smooth_over(pixel)
+        yield Site("camera", "image position", over_rows(probe.pixel(), place))
+        sheet = probe.sheet()
+        along = 0 if dataset.stripe_axis == "u" else 1
+        yield Site("laser", "position along the stripe", over_rows(sheet, _smooth_over(pixel[:, [along]])))
+        yield Site("laser", "image position", over_rows(sheet, place))
+        if np.ptp(model.scene.tilt) > 0:
+            yield Site("laser", "tilt of the surface", over_rows(sheet, _smooth_over(model.scene.tilt[:, None])))
+        for coordinate, shapes in of_poses.run():
+            drift = np.concatenate([shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1)
+            yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
+    if dataset.points.xyz is not None and dataset.kind == "stripe":
+        yield Site("target", "place on the target", over_rows(probe.target(), _smooth_over(dataset.points.xyz)))
+
+
+def _centred(values: Array, pose: Array, n: int) -> Array:
+    """Mean of the rows' values in each pose, scaled to ±1, (n, 1)."""
+    mean = np.bincount(pose, values, minlength=n) / np.maximum(np.bincount(pose, minlength=n), 1)
+    scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]
+    return scaled
+
+
+def _smooth_over(places: Array) -> Array:
+    """Shapes of a smooth function over the rows' places, (m, p); by the Nyström method where rows are many."""
+    if len(places) <= ROWS_FOR_SHAPES:
+        return smooth(places)
+    chosen = np.linspace(0, len(places) - 1, ROWS_FOR_SHAPES).round().astype(int)
+    shapes = smooth(places[chosen])
+    spread = np.ptp(places, axis=0)
+    length = 0.35 * np.where(spread > 0, spread, 1.0)
+    between = np.exp(-0.5 * (((places[:, None] - places[chosen][None]) / length) ** 2).sum(axis=-1))
+    extended: Array = between @ (shapes / (shapes**2).sum(axis=0))
+    return extended

@@ -1,0 +1,121 @@
+"""The share of a gap that lies at each site: random functions there, their size chosen by what the residuals show."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.stats import chi2
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fitted import Fitted
+from robolaser.diagnosis.sites import Site, sites
+from robolaser.diagnosis.verdict import SITE_SIGNIFICANT
+
+SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
+"""Standard deviations tried for a function, relative to one that just shows among the noise."""
+MOST = 4
+"""Sites at most that a gap is divided among."""
+
+
+@final
+@dataclass(frozen=True)
+class Lies:
+    """A place where the gap, or a part of it, lies.
+
+    Attributes:
+        site: The place.
+        coordinate: In which coordinate.
+        share: Of the squared whitened excess over noise that a function there predicts on poses it was not fitted to.
+        likelihood_ratio: Twice the logarithm, against no function there.
+        p_value: Of that, with all sites and coordinates that were asked in mind.
+    """
+
+    site: str
+    coordinate: str
+    share: float
+    likelihood_ratio: float
+    p_value: float
+
+
+@final
+@dataclass
+class _Field:
+    site: Site
+    B: Array
+
+    def ratio(self, rest: Array) -> tuple[float, float]:
+        """Largest likelihood ratio and the size that has it."""
+        eigenvalues, V = np.linalg.eigh(self.B.T @ self.B)
+        eigenvalues = np.maximum(eigenvalues, 0.0)
+        z2 = (V.T @ (self.B.T @ rest)) ** 2
+        scale = 1.0 / np.sqrt(max(float(eigenvalues.mean()), 1e-300))
+        sizes = scale * SIZES
+        t = sizes[:, None] ** 2
+        value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=1)
+        best = int(np.argmax(value))
+        return max(0.0, float(value[best])), float(sizes[best])
+
+
+def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
+    """Divide what a model leaves among the sites, one at a time, the likeliest first.
+
+    A smooth random function of one coordinate at one site is added to the noise, its size by maximum likelihood; then
+    the next, given the first. So rich functions pay for their freedom, and of two sites that could both explain the
+    residuals only one is named. Its share is what it predicts on held-out poses.
+
+    Args:
+        fitted: The model.
+        fold_of_pose: The group in which each pose is held out, (n,).
+    """
+    rest = fitted.rest
+    fields = [_Field(site, fitted.projected(site.columns)) for site in sites(fitted)]
+    asked = len(fields)
+    chosen: list[tuple[_Field, float, float]] = []
+    white = rest
+    B = [field.B for field in fields]
+    for _ in range(MOST):
+        ratios = [_Field(field.site, b).ratio(white) for field, b in zip(fields, B, strict=True)]
+        best = int(np.argmax([ratio for ratio, _ in ratios]))
+        ratio, size = ratios[best]
+        if ratio < SITE_SIGNIFICANT:
+            break
+        chosen.append((fields[best], ratio, size))
+        U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
+        shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
+        white = white - shrink @ (U.T @ white)
+        B = [b - shrink @ (U.T @ b) for b in B]
+    if not chosen:
+        return []
+    shares = _shares(fitted, chosen, fold_of_pose)
+    found = [
+        Lies(
+            field.site.site,
+            field.site.coordinate,
+            float(np.clip(share, 0.0, 1.0)),
+            ratio,
+            float(min(1.0, 0.5 * asked * chi2.sf(ratio, 1))),
+        )
+        for (field, ratio, _), share in zip(chosen, shares, strict=True)
+    ]
+    return sorted(found, key=lambda lies: -lies.share)
+
+
+def _shares(fitted: Fitted, chosen: Sequence[tuple[_Field, float, float]], fold_of_pose: Ints) -> Array:
+    """What each site's function predicts of the squared excess on poses that it was not fitted to."""
+    rest = fitted.rest
+    fold = np.concatenate([np.repeat(fold_of_pose[fitted.problem.model.dataset.points.pose], 3), np.full(len(fitted.x), -1)])
+    A = np.hstack([size * field.B for field, _, size in chosen])
+    part = np.repeat(np.arange(len(chosen)), [field.B.shape[1] for field, _, _ in chosen])
+    predicted = np.zeros((len(rest), len(chosen)))
+    for k in np.unique(fold_of_pose):
+        out = fold == k
+        kept = A[~out]
+        weights = np.linalg.solve(kept.T @ kept + np.eye(A.shape[1]), kept.T @ rest[~out])
+        for i in range(len(chosen)):
+            predicted[out, i] = A[out][:, part == i] @ weights[part == i]
+    together = predicted.sum(axis=1)
+    freedoms = len(fitted.r) - len(fitted.x)
+    excess = max(float(rest @ rest) - freedoms, 1e-9)
+    shares: Array = (2.0 * rest @ predicted - together @ predicted) / excess
+    return shares
