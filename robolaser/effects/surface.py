@@ -48,6 +48,11 @@ def plane_of(xyz: Array) -> Plane:
     return Plane(centre, axes, half, float(spread[2] / spread[1]))
 
 
+def places_around(half: float) -> Array:
+    """The middle of a plane of this half extent and eight places around it, from the middle, (9, 2) [m]."""
+    return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
+
+
 def tilt_of(dataset: Dataset, T_base_flange: Array, target: Plane) -> Array:
     """Tangent of the angle from each ray back to the camera to the surface's normal, across the stripe, (m,).
 

@@ -3,17 +3,24 @@
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import numpy as np
+
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_stripe
+from robolaser.effects.surface import places_around
 from robolaser.seams import Seam
 
 
 @final
 @dataclass(frozen=True)
 class TargetScale(Effect):
-    """The grid's scale: P' = P + scale (P - centre), from the middle of the target points."""
+    """The grid's scale, in its plane: P' = P + scale (P - centre) without the part along the normal.
+
+    A grid that was placed by one of its points grows from there. Which it was is not known: the centre is a shape,
+    counted along the plane's axes from the middle of the target points.
+    """
 
     name: ClassVar[str] = "target_scale"
     title: ClassVar[str] = "the printed grid's scale"
@@ -22,6 +29,8 @@ class TargetScale(Effect):
     looks_around: ClassVar[bool] = True
 
     scale: Array = parameter(unit="", bound=0.05, typical=5e-3)
+    centre_x: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
+    centre_y: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -33,6 +42,14 @@ class TargetScale(Effect):
         """The target of a stripe scanner."""
         return () if cls.missing(dataset) else ("target",)
 
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """The middle and places around it."""
+        return places_around(Scene.of(dataset).target.half)
+
     def bend(self, passing: Array, scene: Scene) -> Array:
-        """Stretch the target about its middle."""
-        return passing + self.scale[:, None, None] * (passing - scene.target.centre)
+        """Stretch the target in its plane."""
+        plane = scene.target
+        flat = plane.axes[:, :2]
+        centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
+        return np.asarray(passing + self.scale[:, None, None] * (((passing - plane.centre) @ flat - centre) @ flat.T))

@@ -7,8 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_flat_target
+from robolaser.effects.surface import places_around
 from robolaser.seams import Seam
 
 
@@ -17,8 +18,9 @@ from robolaser.seams import Seam
 class TargetWarp(Effect):
     """The target bows along its normal: by xx ξ² + xy ξ η + yy η².
 
-    ξ and η are the place on the target from the middle of its points, over half their larger extent; ξ runs along the
-    frame's x axis as near as the plane lets it (along y on a plane across x).
+    ξ and η are the place on the target from where it is true, over half the larger extent of its points; ξ runs along
+    the frame's x axis as near as the plane lets it (along y on a plane across x). Where the target is true is a shape,
+    counted from the middle of the points.
     """
 
     name: ClassVar[str] = "target_warp"
@@ -32,6 +34,8 @@ class TargetWarp(Effect):
     xx: Array = parameter(unit="m", bound=0.02, typical=5e-4)
     xy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
     yy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    centre_x: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
+    centre_y: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -43,9 +47,15 @@ class TargetWarp(Effect):
         """The target of a stripe scanner."""
         return () if cls.missing(dataset) else ("target",)
 
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """The middle and places around it."""
+        return places_around(Scene.of(dataset).target.half)
+
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Lift each point along the normal."""
         plane = scene.target
-        xi, eta = np.moveaxis((passing - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
+        centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
+        xi, eta = np.moveaxis(((passing - plane.centre) @ plane.axes[:, :2] - centre) / plane.half, -1, 0)
         lift = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         return np.asarray(passing + lift[..., None] * plane.axes[:, 2])
