@@ -1,5 +1,6 @@
 """Cells as chance builds them: an arm over a stepped target, a scanner off its drawing, and a run of postures."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -15,7 +16,6 @@ from robolaser.fit import Plan, calibrate
 from robolaser.parameters import Parameter
 from robolaser.poses import TILT, View, apart, limits, looking_down
 from robolaser.robot import Robot
-from robolaser.settings import unit_of
 from robolaser.simulate.nominal import facing_outward, scanner
 
 IMAGE_PX = (640, 480)
@@ -30,6 +30,7 @@ SPEED = 0.6  # at the exposure, where the arm does not rest [rad/s or m/s]
 AROUND = 0.5  # of one posture, where the run keeps to its surroundings [rad or m]
 DRAWS = 20_000
 ROUNDS = 6
+PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which no URDF knows of
 MARGIN = 0.05  # of the image, left free
 LEAST_POINTS = 3  # of a pose: with fewer it is left out
 
@@ -96,12 +97,13 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
     order = np.array([rng.permutation(3) for _ in range(n)])
     steps = LEVELS_M[order[:, np.arange(count) * 3 // count]]
-    place = robot.forward(q[None])[0] @ eye.mount
-    middle = np.append((place[:, :2, 3] - place[:, :2, 2] * ((place[:, 2, 3] - level) / place[:, 2, 2])[:, None]).mean(0), level)
+    camera = robot.forward(q[None])[0] @ eye.mount
+    depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
+    middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
     cell = Cell(
-        run=Run(Arm(robot), q, qd, time, middle, 0.15, float(rng.uniform(0.3, 1.2))),
+        run=Run(Arm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),
@@ -132,13 +134,17 @@ def build_like(dataset: Dataset, ranges: Ranges, rng: np.random.Generator) -> Bu
         ranges: Its noise takes the place of what the data set does not state.
         rng: Where chance comes from.
     """
-    assert dataset.robot is not None and dataset.poses.q is not None and dataset.points.pixel is not None
-    assert dataset.points.xyz is not None
-    found = calibrate(dataset, Plan(seed=int(rng.integers(1 << 30)))).values
-    eye = Eye(_jittered(found, dataset.parameters, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
-    pairs = list(zip(dataset.points.pose.tolist(), dataset.points.names, strict=True))
+    poses, points = dataset.poses, dataset.points
+    assert dataset.robot is not None
+    assert poses.q is not None
+    assert points.pixel is not None
+    assert points.xyz is not None
+    found = calibrate(dataset, Plan(seed=int(rng.integers(1 << 30))))
+    drawn = {item.name: item for item in found.model.parameters.items}
+    eye = Eye(_jittered(found.value, drawn, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
+    pairs = list(zip(points.pose.tolist(), points.names, strict=True))
     rows = np.array([pairs.index(pair) for pair in dict.fromkeys(pairs)])
-    pose, xyz = dataset.points.pose[rows], dataset.points.xyz[rows]
+    pose, xyz = points.pose[rows], points.xyz[rows]
     middle = xyz.mean(axis=0)
     axes = np.linalg.svd(xyz - middle, full_matrices=False)[2]
     camera = dataset.flange()[:, :3, 3].mean(axis=0) - middle
@@ -146,19 +152,24 @@ def build_like(dataset: Dataset, ranges: Ranges, rng: np.random.Generator) -> Bu
     axes[0] *= np.linalg.det(axes)
     target = Target(middle, axes)
     inside = target.inside(xyz)
-    poses = dataset.poses
     n = len(poses)
-    time = np.arange(n) * 60.0 if poses.time_s is None or dataset.time_is_order else poses.time_s
-    qd = np.zeros_like(poses.q) if poses.qd is None else poses.qd
+    timed = poses.time_s is not None and not dataset.time_is_order
+    time: Array = np.asarray(poses.time_s if timed else 60.0 * np.arange(n))
+    qd = np.zeros(poses.q.shape) if poses.qd is None else poses.qd
     cell = Cell(
         run=Run(
-            Arm(dataset.robot), poses.q, qd, time, middle,
-            float(np.linalg.norm(inside[:, :2], axis=1).max()) / 2, float(rng.uniform(0.3, 1.2)),
+            Arm(dataset.robot),
+            poses.q,
+            qd,
+            time,
+            middle,
+            float(np.linalg.norm(inside[:, :2], axis=1).max()) / 2,
+            float(rng.uniform(*PAYLOAD_KG)),
         ),
         eye=eye,
         target=target,
         pose=pose,
-        at=dataset.points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1],
+        at=points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1],
         level=inside[:, 2],
     )
     noise = Noise(
@@ -166,7 +177,7 @@ def build_like(dataset: Dataset, ranges: Ranges, rng: np.random.Generator) -> Bu
         target_m=dataset.noise.target_m or _round(rng.uniform(*ranges.target_m)),
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
-    repeats = len(pairs) // len(rows) if dataset.points.repeat is not None else 1
+    repeats = len(pairs) // len(rows) if points.repeat is not None else 1
     return Built(_in_sight(cell), blank, noise, max(1, repeats))
 
 
@@ -211,11 +222,13 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
     return np.asarray(seen)
 
 
-def _jittered(found: dict[str, float], drawing: dict[str, Parameter], rng: np.random.Generator) -> dict[str, float]:
+def _jittered(
+    found: Callable[[str], float], drawing: dict[str, Parameter], rng: np.random.Generator
+) -> dict[str, float]:
     truth = {}
     for name, item in drawing.items():
         move = min(WORKSHOP.get(name, np.inf) / 10, 0.02 * (item.upper - item.lower)) * rng.uniform(-1.0, 1.0)
-        truth[name] = float(np.clip(found[name] + move, item.lower, item.upper))
+        truth[name] = float(np.clip(found(name) + move, item.lower, item.upper))
     return truth
 
 

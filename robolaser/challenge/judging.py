@@ -19,7 +19,8 @@ from robolaser.scanner import Model
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
 AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
 WORTH_A_FIT = 40.0  # times what a rival may leave: what one linear step must promise
-TOL = 1e-7
+TOL = 1e-5
+AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
 
 
 @final
@@ -91,7 +92,7 @@ class Judge:
     def rivals(self, effect: str, where: str) -> list[list[str]]:
         """What of the library, with no more parameters than the true effect, explains it as well."""
         sizes = {kind.name: len(kind.declared()) for kind in EFFECTS}
-        most = sizes.get(effect, 0)
+        most = max(AT_LEAST, sizes.get(effect, 0))
         return [
             [kind.name, place]
             for kind in EFFECTS
@@ -107,4 +108,3 @@ class Judge:
 def _lengths(J: Array) -> Array:
     lengths: Array = np.linalg.norm(J, axis=0)
     return np.where(lengths > 0, lengths, 1.0)
-

@@ -51,7 +51,7 @@ def make(source: Robot | Dataset, kind: str, *, seed: int, name: str = "blind", 
     Raises:
         TargetOutOfSight: The arm cannot look at a target often enough.
     """
-    rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode()]))
+    rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_arm(source).encode()]))
     names = _effects(kind, rng)
     moving = "latency" in names or rng.random() < 0.5
     ranges = ranges or Ranges()
@@ -104,7 +104,8 @@ def _effects(kind: str, rng: np.random.Generator) -> list[str]:
 
 def _judge(built: Built, departures: tuple[Departure, ...]) -> Judge:
     noise = built.noise
-    assert noise.pixel_px is not None and noise.target_m is not None  # `build` draws both
+    assert noise.pixel_px is not None
+    assert noise.target_m is not None
     share = np.sqrt(built.repeats)
     return Judge(exact(built, departures), dict(built.cell.eye.truth), noise.pixel_px / share, noise.target_m)
 
@@ -155,3 +156,8 @@ def _recorded(dataset: Dataset, built: Built, rng: np.random.Generator, *, state
         poses = replace(poses, extra={**poses.extra, "temperature_c": tuple(f"{cell:.2f}" for cell in cells)})
     noise = built.noise if stated else Noise(target_m=built.noise.target_m)
     return replace(dataset, poses=poses, noise=noise)
+
+
+def _arm(source: Robot | Dataset) -> str:
+    robot = source.robot if isinstance(source, Dataset) else source
+    return robot.name if robot else ""

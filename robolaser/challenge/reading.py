@@ -23,7 +23,8 @@ def read(built: Built, departures: Sequence[Departure], rng: np.random.Generator
     """All shots, with noise and gross errors."""
     dataset = exact(built, departures)
     points = dataset.points
-    assert points.pixel is not None and points.xyz is not None
+    assert points.pixel is not None
+    assert points.xyz is not None
     noise, m = built.noise, len(points)
     drawn = points.xyz + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
     shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
@@ -48,7 +49,8 @@ def _numbered(pose: Ints) -> tuple[str, ...]:
 
 def _shown(dataset: Dataset, points: Points) -> Bools:
     """Rows whose pixel is in the image."""
-    assert points.pixel is not None and dataset.image_px is not None
+    assert points.pixel is not None
+    assert dataset.image_px is not None
     with np.errstate(invalid="ignore"):
         shown = (points.pixel >= -0.5) & (points.pixel <= np.array(dataset.image_px) - 0.5)
     return np.asarray(shown.all(axis=1))

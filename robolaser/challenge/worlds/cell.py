@@ -90,7 +90,8 @@ class Cell:
             return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
 
         def height(along: Array) -> Array:
-            return np.sum([departure.height(along, run) for departure in departures] or [np.zeros(len(along))], axis=0)
+            total: Array = sum((departure.height(along, run) for departure in departures), start=np.zeros(len(along)))
+            return total
 
         def above(point: Array) -> Array:
             place = inside(point)

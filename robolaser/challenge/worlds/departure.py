@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.challenge.worlds.light import Light
 from robolaser.challenge.worlds.run import Run
 
@@ -73,6 +73,6 @@ class Departure(ABC):
         """What the target's maker says of places in it, (m, 2) [m] from its middle."""
         return along
 
-    def shots(self, pixel: Array, shot: Array, rng: np.random.Generator) -> Array:
+    def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
         """Pixels as read, (rows, 2) [px]; `shot` numbers each row's point."""
         return pixel

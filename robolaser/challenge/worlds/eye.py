@@ -60,7 +60,7 @@ class Eye:
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
         shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
-        pixels: Array = shown.reshape(-1, 2)
+        pixels: Array = np.asarray(shown, dtype=np.float64).reshape(-1, 2)
         return pixels
 
     def meet(

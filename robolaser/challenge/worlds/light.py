@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 
 
 @final
@@ -25,7 +25,7 @@ class Light:
     roll: Array
     cone: Array
 
-    def of_rows(self, pose: Array) -> "Light":
+    def of_rows(self, pose: Ints) -> "Light":
         """The light at each row's pose, (m,)."""
         return Light(self.base, self.theta[pose], self.roll[pose], self.cone[pose])
 

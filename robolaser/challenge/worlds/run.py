@@ -35,7 +35,8 @@ class Run:
     @property
     def share(self) -> Array:
         """How far the run is, 0 to 1, (n,)."""
-        return (self.time - self.time[0]) / max(1e-9, float(np.ptp(self.time)))
+        share: Array = (self.time - self.time[0]) / max(1e-9, float(np.ptp(self.time)))
+        return share
 
     def column(self, joint: str) -> int:
         """The column of a joint in q."""

@@ -16,14 +16,14 @@ class Bending(Departure):
     """Windup under the full torque, payload and all: less for each further newton metre."""
 
     effect: ClassVar[str] = "joint_compliance"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 6e-3)
+    sizes: ClassVar[tuple[float, float]] = (2e-4, 2.5e-3)
 
     hardening: float
 
     @classmethod
     def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:
         """Of this size."""
-        return cls(where, size, rng.uniform(0.0, 0.5))
+        return cls(where, size, rng.uniform(0.0, 0.3))
 
     @classmethod
     def places(cls, run: Run) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ class Bulging(Departure):
     """OpenCV's second and third radial terms."""
 
     effect: ClassVar[str] = "radial_distortion"
-    sizes: ClassVar[tuple[float, float]] = (0.03, 0.6)
+    sizes: ClassVar[tuple[float, float]] = (0.05, 0.9)
 
     third: float
 
@@ -32,4 +32,5 @@ class Bulging(Departure):
 
     def lens(self, terms: Array) -> Array:
         """With k2 = `size` and k3 in proportion."""
-        return terms + np.array([0.0, self.size, 0.0, 0.0, self.third * self.size])
+        bent: Array = terms + np.array([0.0, self.size, 0.0, 0.0, self.third * self.size])
+        return bent

@@ -17,7 +17,7 @@ class Bumped(Departure):
     """From one pose on, everything stands elsewhere."""
 
     effect: ClassVar[str] = "base_shift"
-    sizes: ClassVar[tuple[float, float]] = (2e-4, 3e-3)
+    sizes: ClassVar[tuple[float, float]] = (2e-4, 1.5e-3)
 
     moment: float
     way: tuple[float, ...]

@@ -16,7 +16,7 @@ class CrossTalk(Departure):
     """An error of one joint that follows another's angle, straight or as a sine."""
 
     effect: ClassVar[str] = "cross_talk"
-    sizes: ClassVar[tuple[float, float]] = (1e-3, 8e-3)
+    sizes: ClassVar[tuple[float, float]] = (4e-4, 4e-3)
 
     other: str
     straight: bool

@@ -33,4 +33,5 @@ class Decentred(Departure):
     def lens(self, terms: Array) -> Array:
         """Off to one side."""
         side = self.size * np.array([np.cos(self.towards), np.sin(self.towards)])
-        return terms + np.array([0.0, 0.0, *side, 0.0])
+        bent: Array = terms + np.array([0.0, 0.0, *side, 0.0])
+        return bent

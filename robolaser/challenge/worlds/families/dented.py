@@ -16,7 +16,7 @@ class Dented(Departure):
     """A bell-shaped dent of some centimetres."""
 
     effect: ClassVar[str] = "dented_target"
-    sizes: ClassVar[tuple[float, float]] = (4e-4, 4e-3)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 1.5e-3)
 
     aside: tuple[float, float]
     width: float
@@ -34,4 +34,5 @@ class Dented(Departure):
     def height(self, along: Array, run: Run) -> Array:
         """`size` [m] deep."""
         away = (along - run.radius * np.array(self.aside)) / self.width
-        return -self.size * np.exp(-0.5 * (away**2).sum(axis=1))
+        depth: Array = -self.size * np.exp(-0.5 * (away**2).sum(axis=1))
+        return depth

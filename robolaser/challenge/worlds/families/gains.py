@@ -16,7 +16,7 @@ class Gain(Departure):
     """Counts a turn are off by a share."""
 
     effect: ClassVar[str] = "encoder_scale"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 6e-3)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
 
     @classmethod
     def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:

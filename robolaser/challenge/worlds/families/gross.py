@@ -5,7 +5,7 @@ from typing import ClassVar, Self, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.challenge.worlds.departure import Departure
 from robolaser.challenge.worlds.run import Run
 
@@ -18,7 +18,7 @@ class Gross(Departure):
     """In some points, or only in some of their shots."""
 
     effect: ClassVar[str] = "outliers"
-    sizes: ClassVar[tuple[float, float]] = (0.02, 0.06)
+    sizes: ClassVar[tuple[float, float]] = (0.01, 0.06)
 
     lasting: bool
 
@@ -32,12 +32,14 @@ class Gross(Departure):
         """Any point."""
         return ("image",)
 
-    def shots(self, pixel: Array, shot: Array, rng: np.random.Generator) -> Array:
+    def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
         """Thrown off by 2 to 40 pixels, any way."""
         points = np.unique(shot)
         hit = np.isin(shot, points[rng.random(len(points)) < self.size])
         if not self.lasting:
             hit = rng.random(len(shot)) < self.size
         group = shot if self.lasting else np.arange(len(shot))
-        way, far = rng.uniform(-np.pi, np.pi, len(shot))[group], np.exp(rng.uniform(*np.log(FAR_PX), len(shot)))[group]
-        return pixel + np.where(hit, far, 0.0)[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+        way = rng.uniform(-np.pi, np.pi, len(shot))[group]
+        far = np.exp(rng.uniform(np.log(FAR_PX[0]), np.log(FAR_PX[1]), len(shot)))[group]
+        thrown: Array = pixel + np.where(hit, far, 0.0)[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+        return thrown

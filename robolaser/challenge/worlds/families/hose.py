@@ -18,7 +18,7 @@ class Hose(Departure):
     """A spring from the ceiling to the flange turns the wrist's joints against their stiffness."""
 
     effect: ClassVar[str] = "hose"
-    sizes: ClassVar[tuple[float, float]] = (1e-3, 8e-3)
+    sizes: ClassVar[tuple[float, float]] = (5e-4, 4e-3)
 
     anchor: tuple[float, float, float]
     slack: float

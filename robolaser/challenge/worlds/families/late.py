@@ -16,7 +16,7 @@ class Late(Departure):
     """The arm moved on after the reading, and slowed down meanwhile."""
 
     effect: ClassVar[str] = "latency"
-    sizes: ClassVar[tuple[float, float]] = (1e-3, 3e-2)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 8e-3)
 
     braking: float
 

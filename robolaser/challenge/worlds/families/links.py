@@ -17,7 +17,7 @@ class Link(Departure):
     """The joint sits elsewhere on the link before it: in some of six ways."""
 
     effect: ClassVar[str] = "link_geometry"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 6e-3)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
 
     way: tuple[float, ...]
 

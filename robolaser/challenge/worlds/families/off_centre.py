@@ -16,7 +16,7 @@ class OffCentre(Departure):
     """A disc off its axis, by exact geometry and not only in first order."""
 
     effect: ClassVar[str] = "encoder_eccentricity"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 6e-3)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
 
     towards: float
 

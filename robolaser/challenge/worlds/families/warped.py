@@ -16,7 +16,7 @@ class Warped(Departure):
     """A roof tile, a saddle or a wave."""
 
     effect: ClassVar[str] = "target_warp"
-    sizes: ClassVar[tuple[float, float]] = (1e-4, 3e-3)
+    sizes: ClassVar[tuple[float, float]] = (1e-4, 1.5e-3)
 
     form: str
     heading: float
@@ -40,4 +40,5 @@ class Warped(Departure):
         x, y = along[:, 0] / run.radius, along[:, 1] / run.radius
         x, y = cos * x + sin * y, cos * y - sin * x
         forms = {"tile": x**2, "saddle": x * y, "wave": np.sin(2 * np.pi * x / self.length)}
-        return self.size * forms[self.form]
+        height: Array = self.size * forms[self.form]
+        return height

@@ -16,7 +16,7 @@ class Zero(Departure):
     """The zero is off."""
 
     effect: ClassVar[str] = "joint_offset"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 6e-3)
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
 
     @classmethod
     def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:
