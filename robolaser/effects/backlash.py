@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.course import played
-from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_path
 from robolaser.effects.places import joint_column, moving_joints, spread
 from robolaser.seams import Seam
@@ -20,8 +20,7 @@ class Backlash(Effect):
     """Lost motion: q' is q driven through a play of this width along the path, poses in the order of their time.
 
     After a move longer than the play, q' = q - lost_motion / 2 in the move's direction; after a shorter one the link
-    stays, or is pushed on. Before the first pose the way is unknown: there the link stands in the middle of the play,
-    or, where a velocity was read, behind it.
+    stays, or is pushed on. Before the first pose the way is unknown: there the link stands in the middle of the play.
     """
 
     name: ClassVar[str] = "backlash"
@@ -31,6 +30,7 @@ class Backlash(Effect):
     looks_around: ClassVar[bool] = True
 
     lost_motion: Array = parameter(unit="rad", bound=0.02, typical=6e-4)
+    start: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -42,13 +42,16 @@ class Backlash(Effect):
         """Every joint that moves the flange."""
         return () if cls.missing(dataset) else moving_joints(dataset)
 
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """Both ends and the middle of the play."""
+        return np.array([[-1.0], [0.0], [1.0]])
+
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Drive the joint through the play; a negative width pushes ahead instead of hanging back."""
         column = joint_column(scene, self.where)
         bent = spread(passing, len(self.lost_motion))
         half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        qd, first = scene.poses.qd, scene.order[0]
-        way = 0.0 if qd is None else np.sign(qd[first, column])
         moves = np.diff(passing[:, scene.order, column], axis=1)
-        bent[:, scene.order, column] += sign[:, None] * played(-half * way, moves, half)
+        bent[:, scene.order, column] += sign[:, None] * played(half * self.start, moves, half)
         return bent

@@ -7,9 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
+from robolaser.effects.centres import centres
 from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_stripe
-from robolaser.effects.surface import places_around
 from robolaser.seams import Seam
 
 
@@ -45,7 +45,7 @@ class TargetScale(Effect):
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
         """The middle and places around it."""
-        return places_around(Scene.of(dataset).target.half)
+        return centres(Scene.of(dataset).target.half)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Stretch the target in its plane."""

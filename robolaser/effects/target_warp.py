@@ -7,9 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
+from robolaser.effects.centres import centres
 from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_flat_target
-from robolaser.effects.surface import places_around
 from robolaser.seams import Seam
 
 
@@ -50,7 +50,7 @@ class TargetWarp(Effect):
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
         """The middle and places around it."""
-        return places_around(Scene.of(dataset).target.half)
+        return centres(Scene.of(dataset).target.half)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Lift each point along the normal."""
