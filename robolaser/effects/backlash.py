@@ -20,7 +20,8 @@ class Backlash(Effect):
     """Lost motion: q' is q driven through a play of this width along the path, poses in the order of their time.
 
     After a move longer than the play, q' = q - lost_motion / 2 in the move's direction; after a shorter one the link
-    stays, or is pushed on. Before the first pose the way is unknown: there the link stands in the middle of the play.
+    stays, or is pushed on. The way to the first pose is not known: where in the play it stands there, from one end
+    (-1) to the other (1), is a shape.
     """
 
     name: ClassVar[str] = "backlash"

@@ -51,21 +51,21 @@ def approached(q: Array, order: Ints) -> Array:
     return way
 
 
-def played(offset: Array, moves: Array, half: Array) -> Array:
+def played(ahead: Array, moves: Array, half: Array) -> Array:
     """A play operator: what is driven hangs back by half the play, and follows only when pushed.
 
     Args:
-        offset: Of the driven side from the driving one at the first pose, (c,).
+        ahead: Of the driven side at the first pose, (c,), within the play.
         moves: Of the driving side from pose to pose, (c or 1, n - 1).
         half: Half the play, (c,), not negative.
 
     Returns:
-        Offsets at every pose, (c, n).
+        How far what is driven is ahead of what drives at every pose, (c, n).
 
     Source: Krasnoselskii, Pokrovskii 1989, Systems with Hysteresis.
     """
     out = np.empty((len(half), moves.shape[1] + 1))
-    out[:, 0] = offset
+    out[:, 0] = ahead
     for i in range(moves.shape[1]):
         out[:, i + 1] = np.clip(out[:, i] - moves[:, i], -half, half)
     return out
