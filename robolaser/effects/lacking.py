@@ -51,8 +51,8 @@ def no_stripe(dataset: Dataset, part: str) -> str:
 
 
 def no_flat_target(dataset: Dataset) -> str:
-    """The points are not those of one flat target."""
+    """The points are not those of a flat target, or of one with flat steps."""
     xyz = dataset.points.xyz
     if dataset.kind != "stripe" or xyz is None:
         return no_stripe(dataset, "printed target")
-    return "" if plane_of(xyz).flatness < THIN else "the target points do not lie in one plane"
+    return "" if plane_of(xyz).flatness < THIN else "the target points do not lie in one plane, nor in parallel ones"

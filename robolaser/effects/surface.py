@@ -10,21 +10,23 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.se3 import apply, from_angles, from_quaternion, pose, rigid_fit
 
-THIN = 0.1  # a target is flat where it is less thick than this share of its breadth, or
+THIN = 0.05  # a target is flat where its planes are less thick than this share of their breadth
+STEP = 0.01  # of the target's size along the normal: points farther apart lie on different steps
+FEWEST = 8  # points on each plane on average: any three lie on one
 GRAZING = 0.05  # cosine of the steepest tilt that is told apart: 87°
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """The plane of target points.
+    """The plane of a flat target, or of each step of a stepped one.
 
     Attributes:
         centre: Middle of the points' extent along the axes of their frame, (3,) [m].
         axes: In its columns two axes in the plane and the normal, which points along the frame's axis next to it,
             (3, 3).
         half: Half the larger extent in the plane [m].
-        flatness: Thickness over the smaller extent in the plane; no plane where it is not small.
+        flatness: Thickness over the smaller breadth, as standard deviations; no plane where it is not small.
     """
 
     centre: Array
@@ -34,23 +36,38 @@ class Plane:
 
 
 def plane_of(xyz: Array) -> Plane:
-    """The plane of points (m, 3) [m], its axes as near to those of the frame as can be."""
+    """The plane of points (m, 3) [m], or that of all steps where they lie on parallel ones.
+
+    Of the plane through all points and the three across the frame's axes, the one is taken in whose steps the points
+    are thinnest; its axes are as near to those of the frame as can be.
+    """
     centre = (xyz.max(axis=0) + xyz.min(axis=0)) / 2
-    _, spread, turned = np.linalg.svd(xyz - xyz.mean(axis=0), full_matrices=False)
-    if len(spread) < 3 or spread[1] == 0:
-        return Plane(centre, np.eye(3), float(np.ptp(xyz, axis=0).max() / 2), np.inf)
-    normal = turned[2] * np.sign(turned[2][np.abs(turned[2]).argmax()])
+    through = np.linalg.svd(xyz - xyz.mean(axis=0), full_matrices=False)[2][-1]
+    normal, flatness = min((_stepped(xyz, guess) for guess in (through, *np.eye(3))), key=lambda found: found[1])
+    normal = normal * np.sign(normal[np.abs(normal).argmax()])
     first = np.eye(3)[0 if np.abs(normal).argmax() != 0 else 1]
     x = first - normal * (normal @ first)
     x /= np.linalg.norm(x)
     axes = np.column_stack([x, np.cross(normal, x), normal])
     half = float(np.ptp((xyz - centre) @ axes[:, :2], axis=0).max() / 2)
-    return Plane(centre, axes, half, float(spread[2] / spread[1]))
+    return Plane(centre, axes, half, flatness)
 
 
-def places_around(half: float) -> Array:
-    """The middle of a plane of this half extent and eight places around it, from the middle, (9, 2) [m]."""
-    return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
+def _stepped(xyz: Array, guess: Array) -> tuple[Array, float]:
+    """Normal and flatness of points on steps across a guessed normal; infinite where they tell no plane."""
+    along = xyz @ guess
+    order = np.argsort(along, kind="stable")
+    size = float(np.ptp(xyz, axis=0).max())
+    step = np.empty(len(xyz), dtype=np.int64)
+    step[order] = np.cumsum(np.diff(along[order], prepend=along[order[0]]) > STEP * size)
+    count = np.bincount(step)
+    if len(xyz) < FEWEST * len(count) and len(count) > 1:
+        return guess, np.inf
+    mean = np.stack([np.bincount(step, weights=column) / count for column in xyz.T], axis=-1)
+    _, spread, axes = np.linalg.svd(xyz - mean[step], full_matrices=False)
+    if len(spread) < 3 or spread[1] <= np.finfo(float).eps * size:
+        return guess, np.inf
+    return axes[2], float(spread[2] / spread[1])
 
 
 def tilt_of(dataset: Dataset, T_base_flange: Array, target: Plane) -> Array:

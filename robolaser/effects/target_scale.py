@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.centres import centres
 from robolaser.effects.effect import Effect, Scene, parameter, shape
-from robolaser.effects.lacking import no_stripe
+from robolaser.effects.lacking import no_flat_target
 from robolaser.seams import Seam
 
 
@@ -34,8 +34,8 @@ class TargetScale(Effect):
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
-        """A printed target."""
-        return no_stripe(dataset, "printed target")
+        """A flat target."""
+        return no_flat_target(dataset)
 
     @classmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
