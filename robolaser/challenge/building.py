@@ -32,6 +32,7 @@ DRAWS = 20_000
 ROUNDS = 6
 PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which no URDF knows of
 MARGIN = 0.05  # of the image, left free
+GENERATIONS = 150  # of the search for the user's scanner; it need only be like it
 LEAST_POINTS = 3  # of a pose: with fewer it is left out
 
 
@@ -139,7 +140,7 @@ def build_like(dataset: Dataset, ranges: Ranges, rng: np.random.Generator) -> Bu
     assert poses.q is not None
     assert points.pixel is not None
     assert points.xyz is not None
-    found = calibrate(dataset, Plan(seed=int(rng.integers(1 << 30))))
+    found = calibrate(dataset, Plan(generations=GENERATIONS, seed=int(rng.integers(1 << 30))))
     drawn = {item.name: item for item in found.model.parameters.items}
     eye = Eye(_jittered(found.value, drawn, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
     pairs = list(zip(points.pose.tolist(), points.names, strict=True))
@@ -196,6 +197,8 @@ def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dic
 def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
     wide, level = looking_down(robot, view, wanted=n, level=None, rng=rng)
+    whole = wide[_sees(robot, wide, view, level)]
+    wide = whole if len(whole) >= n else wide
     if rng.random() < 0.3:
         return wide[:n][rng.permutation(n)], level
     for home in wide[: 2 * ROUNDS]:

@@ -1,6 +1,6 @@
 """Worlds of chance: a cell, departures of a kind that was asked for, a data set, and the truth about it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, final
 
@@ -11,6 +11,7 @@ from robolaser.challenge.judging import DETECTABLE, Judge
 from robolaser.challenge.reading import exact, read
 from robolaser.challenge.worlds.departure import Departure
 from robolaser.challenge.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
+from robolaser.challenge.worlds.families.warming import Warming
 from robolaser.dataset import Dataset, Noise
 from robolaser.robot import Robot
 
@@ -21,6 +22,10 @@ ON_TOP = 0.12  # of the worlds with effects have outliers too
 FAINT = 0.08  # of the effects may stay below what can be seen
 ALONE = 0.6  # of the strangers
 TRIES = 6
+UNTIMED = 0.15  # of the worlds lack velocities,
+MEASURED = 0.3  # and so many have the arm's temperature, whether or not it matters
+ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
+TAUS = (0.1, 1.0)  # of a warm-up, over the run
 CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
 
 
@@ -72,7 +77,7 @@ def make(source: Robot | Dataset, kind: str, *, seed: int, name: str = "blind", 
             }
         )
     stated = bool(rng.random() < 0.5)
-    dataset = _recorded(read(built, departures, rng), built, rng, stated=stated, timed="latency" in names)
+    dataset = _recorded(read(built, departures, rng), built, departures, rng, stated=stated)
     flat = _judge(built, ())
     truth = {
         "robot": dataset.robot.name if dataset.robot else "",
@@ -145,15 +150,18 @@ def _sites(departure: Departure, built: Built) -> list[str]:
     return list(built.cell.run.arm.joints[-3:]) if departure.effect == "hose" else [departure.where]
 
 
-def _recorded(dataset: Dataset, built: Built, rng: np.random.Generator, *, stated: bool, timed: bool) -> Dataset:
+def _recorded(
+    dataset: Dataset, built: Built, departures: Sequence[Departure], rng: np.random.Generator, *, stated: bool
+) -> Dataset:
     """With what the cell's people wrote down: some no velocities, some a temperature, half no pixel noise."""
     poses = dataset.poses
-    if not timed and rng.random() < 0.15:
+    warming = [departure.tau for departure in departures if isinstance(departure, Warming)]
+    if rng.random() < UNTIMED and not any(departure.effect == "latency" for departure in departures):
         poses = replace(poses, qd=None)
-    if rng.random() < 0.3:
-        warm = 22.0 + rng.uniform(0.0, 15.0) * built.cell.run.warmed(rng.uniform(0.1, 1.0))
-        cells = warm + 0.1 * rng.normal(size=len(warm))
-        poses = replace(poses, extra={**poses.extra, "temperature_c": tuple(f"{cell:.2f}" for cell in cells)})
+    if rng.random() < MEASURED:
+        warmed = built.cell.run.warmed(warming[0] if warming else float(np.exp(rng.uniform(*np.log(TAUS)))))
+        celsius = ROOM_C + rng.uniform(*WARMER_C) * warmed + THERMOMETER_C * rng.normal(size=len(warmed))
+        poses = replace(poses, extra={**poses.extra, "temperature_c": tuple(f"{cell:.2f}" for cell in celsius)})
     noise = built.noise if stated else Noise(target_m=built.noise.target_m)
     return replace(dataset, poses=poses, noise=noise)
 

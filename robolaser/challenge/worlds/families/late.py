@@ -23,7 +23,7 @@ class Late(Departure):
     @classmethod
     def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:
         """Of this size."""
-        return cls(where, size * float(rng.choice([-1.0, 1.0])), rng.uniform(2.0, 20.0))
+        return cls(where, size * float(rng.choice([-1.0, 1.0])), rng.uniform(0.01, 0.1))
 
     @classmethod
     def places(cls, run: Run) -> tuple[str, ...]:
@@ -32,6 +32,6 @@ class Late(Departure):
 
     def joints(self, q: Array, run: Run) -> Array:
         """Where it was when the shutter opened."""
-        stop = self.braking * abs(self.size)
-        moved: Array = q + run.qd * np.sign(self.size) * stop * -np.expm1(-abs(self.size) / stop)
+        waited = -self.braking * np.expm1(-abs(self.size) / self.braking)
+        moved: Array = q + run.qd * np.sign(self.size) * waited
         return moved

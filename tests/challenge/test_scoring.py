@@ -1,0 +1,151 @@
+"""What counts as right, and what the shares of it are worth."""
+
+from copy import deepcopy
+
+import pytest
+
+from robolaser.challenge.outcome import outcome
+from robolaser.challenge.tally import share, tally
+
+GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
+
+
+def true(effect="joint_offset", where="joint_2", misfit=900.0, rivals=(), size=1e-3, sites=None):
+    return {
+        "effect": effect,
+        "where": where,
+        "misfit": misfit,
+        "rivals": [list(rival) for rival in rivals],
+        "size": size,
+        "sites": sites or [where],
+    }
+
+
+def found(effect="joint_offset", where="joint_2", probability=0.99, alike=(), value=1e-3, std=1e-5):
+    return {
+        "effect": effect,
+        "where": where,
+        "probability": probability,
+        "parameters": {"offset": {"value": value, "std": std, "unit": "rad"}},
+        "indistinguishable_from": [list(other) for other in alike],
+    }
+
+
+def said(*effects, verdict="explained", where="joint_2", **gap):
+    places = [] if verdict == "no_gap" else [{"site": where, "share": 1.0}]
+    return {"verdict": verdict, "gap_mm": {**GAP, **gap}, "where": places, "effects": list(effects)}
+
+
+def seen(each, diagnosis):
+    return outcome({"each": each}, diagnosis)
+
+
+GROSS = true("outliers", "image", 9e4)
+BACKLASH = true("backlash", "joint_3")
+
+
+@pytest.mark.parametrize(
+    ("each", "diagnosis", "group", "right"),
+    [
+        ([], said(verdict="no_gap"), "none", True),
+        ([], said(found()), "none", False),
+        ([], said(verdict="unexplained"), "none", False),
+        ([GROSS], said(found("outliers", "image"), verdict="no_gap"), "outliers", True),
+        ([GROSS], said(found("outliers", "image"), found()), "outliers", False),
+        ([true()], said(found()), "one", True),
+        ([true(), GROSS], said(found("outliers", "image"), found()), "one", True),
+        ([true()], said(found(where="joint_3")), "one", False),
+        ([true()], said(found(), found("laser_roll", "laser")), "one", False),
+        ([true()], said(found("laser_roll", "laser", alike=[("joint_offset", "joint_2")])), "one", False),
+        ([true()], said(verdict="no_gap"), "one", False),
+        ([true(misfit=50.0)], said(verdict="no_gap"), "faint", True),
+        ([true(misfit=50.0)], said(found("laser_roll", "laser")), "faint", False),
+        (
+            [true(rivals=[("laser_roll", "laser")])],
+            said(found("laser_roll", "laser", alike=[("joint_offset", "joint_2")])),
+            "confusable",
+            True,
+        ),
+        ([true(rivals=[("laser_roll", "laser")])], said(found("laser_roll", "laser")), "confusable", False),
+        ([true(), BACKLASH], said(found("backlash", "joint_3"), found()), "several", True),
+        ([true(), BACKLASH], said(found()), "several", False),
+        ([true(), BACKLASH], said(found(), found(where="joint_3")), "several", False),
+        (
+            [true(), BACKLASH],
+            said(found(), found("joint_offset", "joint_3", alike=[("backlash", "joint_3")])),
+            "several",
+            True,
+        ),
+        ([true("hose", "joint_4")], said(verdict="unexplained", where="joint_4"), "unknown", True),
+        ([true("hose", "joint_4")], said(found(), verdict="explained", after=0.105), "unknown", True),
+        ([true("hose", "joint_4")], said(found(), verdict="explained", after=0.2), "unknown", False),
+        ([true("hose", "joint_4")], said(found(probability=0.95), verdict="unexplained"), "unknown", False),
+        ([true("hose", "joint_4")], said(found(probability=0.5), verdict="unexplained"), "unknown", True),
+    ],
+)
+def test_right_is_what_may_be_asked_for(each, diagnosis, group, right):
+    result = seen(each, diagnosis)
+    assert (result.group, result.right) == (group, right)
+
+
+def test_an_unknown_effect_may_be_found_at_any_of_its_sites():
+    hose = true("hose", "joint_4", sites=["joint_3", "joint_4", "joint_5"])
+    assert seen([hose], said(verdict="unexplained", where="joint_5")).site
+    assert not seen([hose], said(verdict="unexplained", where="joint_1")).site
+
+
+def test_of_equal_numbers_twice_the_deviation_is_outside_the_interval():
+    assert seen([true()], said(found(value=-1.015e-3))).covered == (True,)
+    assert seen([true()], said(found(value=1.025e-3))).covered == (False,)
+
+
+def test_a_gap_down_to_the_noise_is_closed_and_one_that_stays_is_not():
+    assert seen([true()], said(found())).closed == pytest.approx(1.0)
+    assert seen([true()], said(found(), after=1.0)).closed == pytest.approx(0.0)
+    assert seen([], said(verdict="no_gap", calibrated=0.1)).closed is None
+
+
+def test_wilsons_interval_holds_the_share_and_knows_that_few_prove_little():
+    few, many = share([True] * 5), share([True] * 500)
+    assert few["share"] == many["share"] == 1.0
+    assert few["ci95"][0] < 0.6 < 0.99 < many["ci95"][0]
+    assert share([])["share"] is None
+
+
+@pytest.fixture
+def scored():
+    return tally(
+        {
+            "a": seen([], said(verdict="no_gap")),
+            "b": seen([true()], said(found(probability=0.97))),
+            "c": seen([true()], said(found("laser_roll", "laser", probability=0.6))),
+            "d": seen([true(), BACKLASH], said(found("backlash", "joint_3"), found())),
+            "e": seen([true("hose", "joint_4")], said(verdict="unexplained", where="joint_4")),
+        }
+    )
+
+
+def test_who_was_taken_for_whom_leaves_out_worlds_with_several(scored):
+    assert scored["confusion"] == {
+        "hose": {"unexplained": 1},
+        "joint_offset": {"joint_offset": 1, "laser_roll": 1},
+        "none": {"no_gap": 1},
+    }
+
+
+def test_every_stated_probability_falls_into_one_bin(scored):
+    assert sum(part["of"] for part in scored["reliability"]) == 4
+    assert sum(part["right"] for part in scored["reliability"]) == 3
+
+
+def test_the_order_of_data_sets_does_not_change_the_score():
+    outcomes = {"a": seen([], said(verdict="no_gap")), "b": seen([true()], said(found()))}
+    forth, back = tally(outcomes), tally(dict(reversed(outcomes.items())))
+    assert {**forth, "each": 0} == {**back, "each": 0}
+
+
+def test_scoring_changes_neither_truth_nor_diagnosis():
+    each, diagnosis = [true(), GROSS], said(found())
+    kept = deepcopy((each, diagnosis))
+    seen(each, diagnosis)
+    assert (each, diagnosis) == kept
