@@ -232,6 +232,12 @@ class Fitted:
         """The residuals, priors beneath, (3m + d,); at the optimum no parameter can lower them."""
         return np.concatenate([self.r, self.problem.penalty(self.x[None])[0]])
 
+    def step(self, r: Array) -> Array:
+        """What the parameters would do about whitened residuals (3m,), in units of their priors, (d,)."""
+        tall = np.concatenate([r, self.problem.penalty(self.x[None])[0]])
+        found: Array = -np.linalg.lstsq(np.vstack([self.J, np.eye(len(self.x))]), tall, rcond=None)[0]
+        return np.where(self.problem.prior > 0, found, 0.0)
+
     def value(self, name: str) -> float:
         """A parameter's value."""
         return float(self.x[self.problem.parameters.names.index(name)])

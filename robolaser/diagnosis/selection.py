@@ -1,12 +1,11 @@
 """Which effects are in the model: added, exchanged and removed until nothing is gained any more."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.diagnosis.fitted import Fitted, Problem
 from robolaser.diagnosis.signatures import Signature, signatures, typical
 from robolaser.diagnosis.verdict import dispersion, price
@@ -16,13 +15,20 @@ LEADERS = 6
 """Effects whose gain is checked by a full fit before one of them is added."""
 EXCHANGED = 3
 """The same for each effect that is taken out to see whether another does better in its place."""
-PAIRS = 4
+PAIRS = 2
 """Pairs of effects that are tried together: two may hide each other."""
-IN_PAIRS = 24
+IN_PAIRS = 16
 """Effects, best first, of which pairs are made."""
+SEEN_APART = 1e-2
+"""Sine of the angle between two effects' signatures, below which they are one."""
+WORTH = 25.0
+"""Squared whitened misfit by which a pair must promise more than its better half at once with the price paid."""
+NEAR = 0.6
+"""Share of the largest gain that an effect must promise to be worth a full fit."""
+LEAST_GAIN = 1e-3
+"""A smaller change of the cost is none."""
 MOST = 12
 """Effects at most."""
-FEW_STEPS = 40
 
 
 @final
@@ -52,20 +58,13 @@ class Search:
         for signature in added:
             self._tried[signature.suspect] = signature.tried
         values = dict(zip(near.problem.parameters.names, near.x, strict=True))
-        for signature in added:
-            sizes = signature.amplitudes * typical(signature.suspect)
-            values |= dict(zip(signature.suspect.parameters.names, (*sizes, *signature.shapes), strict=True))
+        if added:
+            values |= _promised(near, added)
         sensor = self.start.problem.sensor
         problem = Problem.of(self.start.problem.model.with_suspects(chosen), self.start.problem.noise, sensor)
         x = np.array([values[name] for name in problem.parameters.names])
-        self._fits[key] = min(
-            (problem.fit(problem.within(begin[None])[0], steps=FEW_STEPS) for begin in self._starts(problem, x)),
-            key=lambda fit: fit.misfit,
-        )
+        self._fits[key] = problem.fit(problem.within(x[None])[0])
         return self._fits[key]
-
-    def _starts(self, problem: Problem, x: Array) -> Iterator[Array]:
-        yield x
 
     def signatures(self, fitted: Fitted) -> list[Signature]:
         """Of all suspects that it does not hold, best first."""
@@ -79,36 +78,77 @@ class Search:
         """What its effects must have gained, in squared whitened misfit."""
         return sum(price(suspect, self._tried.get(suspect, 1)) for suspect in fitted.suspects)
 
+    def cost(self, fitted: Fitted, spread: float) -> float:
+        """Misfit, in units of how much whole poses scatter, and the price of the effects."""
+        return fitted.misfit / spread + self.price(fitted)
+
     def best(self) -> Fitted:
-        """The set of effects that explains the most for its price."""
+        """The set of effects that explains the most for its price.
+
+        Effects are added while that pays; then each is taken out, or exchanged for another; then again.
+        """
         state = self.start
         while True:
-            self.tell("looking for effects")
-            options = [self.fit(state, [s]) for s in self.signatures(state)[:LEADERS]] if len(state.suspects) < MOST else []
-            options += [self.fit(state, pair) for pair in _pairs(self.signatures(state))]
-            for suspect in state.suspects:
-                less = self.fit(state, removed=suspect)
-                options += [less, *(self.fit(less, [s]) for s in self.signatures(less)[:EXCHANGED])]
-            spread = dispersion(min([state, *options], key=lambda fit: fit.misfit))
-
-            def cost(fit: Fitted, spread: float = spread) -> float:
-                return fit.misfit / spread + self.price(fit)
-
-            better = min(options, key=cost, default=state)
-            if not cost(better) < cost(state) - 1e-6:
+            better = self._better(state, self._additions(state)) or self._better(state, self._exchanges(state))
+            if better is None:
                 return state
             state = better
 
+    def _better(self, state: Fitted, options: Sequence[Fitted]) -> Fitted | None:
+        spread = dispersion(min([state, *options], key=lambda fit: fit.misfit))
+        best = min(options, key=lambda fit: self.cost(fit, spread), default=state)
+        return best if self.cost(best, spread) < self.cost(state, spread) - LEAST_GAIN else None
+
+    def _additions(self, state: Fitted) -> list[Fitted]:
+        if len(state.suspects) >= MOST:
+            return []
+        self.tell(f"adding effects to {len(state.suspects)}")
+        found = self.signatures(state)
+        most = max((s.gain for s in found), default=0.0)
+        leaders = [s for s in found[:LEADERS] if s.gain > max(NEAR * most, LEAST_GAIN)]
+        return [self.fit(state, [s]) for s in leaders] + [self.fit(state, pair) for pair in _pairs(found)]
+
+    def _exchanges(self, state: Fitted) -> list[Fitted]:
+        self.tell(f"exchanging {len(state.suspects)} effects")
+        options = []
+        for suspect in state.suspects:
+            less = self.fit(state, removed=suspect)
+            lost = less.misfit - state.misfit
+            options.append(less)
+            rivals = [s for s in self.signatures(less)[:EXCHANGED] if s.gain > NEAR * lost]
+            options += [self.fit(less, [s]) for s in rivals]
+        return options
+
+
+def _promised(near: Fitted, added: Sequence[Signature]) -> dict[str, float]:
+    """Where the linear model puts all parameters once effects are added, by name."""
+    white = np.hstack([signature.white for signature in added])
+    columns = np.hstack([signature.columns for signature in added])
+    amplitudes = -np.linalg.lstsq(columns, near.rest, rcond=1e-6)[0]
+    moved = near.x + near.problem.prior * near.step(near.r + white @ amplitudes)
+    values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
+    at = 0
+    for signature in added:
+        size = typical(signature.suspect)
+        numbers = (*(amplitudes[at : at + len(size)] * size), *signature.shapes)
+        values |= dict(zip(signature.suspect.parameters.names, numbers, strict=True))
+        at += len(size)
+    return values
+
 
 def _pairs(found: Sequence[Signature]) -> list[tuple[Signature, Signature]]:
-    """The pairs that together promise the most beyond their price, where that is more than either alone does."""
+    """Pairs that together promise far more than either does alone: the halves of which hide each other."""
     some = found[:IN_PAIRS]
+    if len(some) < 2:
+        return []
+    alone = max(one.gain - price(one.suspect, one.tried) for one in some)
     options = []
     for i, one in enumerate(some):
         for other in some[:i]:
-            both = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
-            basis = both[0][:, both[1] > 1e-3]
-            gain = float(((basis.T @ one.rest) ** 2).sum())
-            options.append((price(one.suspect, one.tried) + price(other.suspect, other.tried) - gain, one, other))
-    options.sort(key=lambda option: option[0])
-    return [(one, other) for _, one, other in options[:PAIRS]]
+            U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
+            gain = float(((U[:, s > SEEN_APART].T @ one.rest) ** 2).sum())
+            worth = gain - price(one.suspect, one.tried) - price(other.suspect, other.tried)
+            if worth > max(alone, 0.0) + WORTH:
+                options.append((worth, i, one, other))
+    options.sort(key=lambda option: option[:2], reverse=True)
+    return [(one, other) for _, _, one, other in options[:PAIRS]]

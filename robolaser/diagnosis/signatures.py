@@ -31,25 +31,25 @@ class Signature:
     Attributes:
         suspect: Which.
         shapes: Its inner numbers, by name.
-        columns: Whitened residuals by its numbers in units of their typical sizes, the fitted parameters projected
-            out, (3m + d, k).
+        white: Whitened residuals by its numbers in units of their typical sizes, (3m, k).
+        columns: The same, the fitted parameters projected out, (3m + d, k).
         rest: What the fitted model leaves, (3m + d,).
         tried: Values of the shapes that were tried for this.
-        size: Squared length of each column before the projection, (k,).
     """
 
     suspect: Suspect
     shapes: tuple[float, ...]
+    white: Array
     columns: Array
     rest: Array
     tried: int
-    size: Array
 
     @cached_property
     def basis(self) -> Array:
         """Orthonormal basis of the columns, as far as anything of them is left, (3m + d, k')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
-        kept: Array = U[:, s**2 > SEEN * max(float(self.size.max(initial=0.0)), 1e-12)]
+        size = float((self.white**2).sum(axis=0).max(initial=0.0))
+        kept: Array = U[:, s**2 > SEEN * max(size, 1e-12)]
         return kept
 
     @cached_property
@@ -103,10 +103,10 @@ def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int) -> Signatur
         Signature(
             suspect,
             tuple(shapes),
+            white[:, i * k : (i + 1) * k],
             projected[:, i * k : (i + 1) * k],
             fitted.rest,
             tried,
-            np.einsum("ij,ij->j", *(white[:, i * k : (i + 1) * k],) * 2),
         )
         for i, shapes in enumerate(grid.tolist())
     ]

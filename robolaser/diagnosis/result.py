@@ -1,0 +1,210 @@
+"""What a diagnosis says: the verdict, the gap step by step, the places, the effects, and what to do next."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, final
+
+from robolaser.arrays import Array, Ints
+from robolaser.dataset import Dataset
+from robolaser.diagnosis.where import Lies
+from robolaser.effects.effect import Suspect
+from robolaser.scanner import Model
+
+FORMAT = "robolaser-diagnosis/1"
+
+
+@final
+@dataclass(frozen=True)
+class Number:
+    """A number of an effect: value and one standard deviation in its unit; None where the data do not tell."""
+
+    value: float
+    std: float | None
+    unit: str
+
+
+@final
+@dataclass(frozen=True)
+class Finding:
+    """An effect that was found.
+
+    Attributes:
+        suspect: Which, and where.
+        probability: Of it, at this place, against every other candidate, none, and something unknown.
+        numbers: By name.
+        gap_before_m: Held-out gap with the effects found before it in the model.
+        gap_after_m: With this one too.
+        gap_without_m: With all but this one.
+        rivals: Effects that these poses cannot tell from it, the nearest first.
+    """
+
+    suspect: Suspect
+    probability: float
+    numbers: Mapping[str, Number]
+    gap_before_m: float
+    gap_after_m: float
+    gap_without_m: float
+    rivals: tuple[Suspect, ...]
+
+
+@final
+@dataclass(frozen=True)
+class Gap:
+    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m]."""
+
+    nominal_m: float
+    calibrated_m: float
+    after_m: float
+    noise_floor_m: float
+    after_ci95_m: tuple[float, float]
+
+
+@final
+@dataclass(frozen=True)
+class Limit:
+    """The smallest size of an effect's principal number that these data would have shown nine times in ten.
+
+    Attributes:
+        suspect: Which, and where.
+        number: Name of its principal number.
+        size: In its unit; None where no size shows.
+        unit: SI.
+    """
+
+    suspect: Suspect
+    number: str
+    size: float | None
+    unit: str
+
+
+@final
+@dataclass(frozen=True)
+class Choice:
+    """A set of effects on the front of gap against complexity: none with fewer has a smaller held-out gap."""
+
+    suspects: tuple[Suspect, ...]
+    gap_m: float
+
+
+@final
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer.
+
+    Attributes:
+        dataset: What was diagnosed.
+        verdict: `no_gap`, `explained` or `unexplained`.
+        sentence: The verdict for a person.
+        gap: How far the gap shrinks.
+        where: Places of the gap; for `unexplained`, of what is left.
+        findings: Effects found, most important first.
+        gross: Rows of points.csv (from 0) that are gross errors.
+        not_testable: Why an effect could not be tested, by its name.
+        next_poses: Joint values by name, that would tell the leading rivals apart.
+        limits: Detection limits of effects that were not found.
+        front: Gap against complexity.
+        model: The final model, on averaged rows.
+        x: Its parameters, in the order of `model.parameters`.
+        std: One standard deviation of each; NaN for what is held.
+        observed: Averaged rows without gross errors.
+        before_m: Held-out errors of those rows in the calibrated model, (m, 3).
+        after_m: The same with all effects, (m, 3).
+        noise: Standard deviations of the sources of noise, by name [px, m or rad].
+        seconds: Time taken.
+    """
+
+    dataset: Dataset
+    verdict: str
+    sentence: str
+    gap: Gap
+    where: tuple[Lies, ...]
+    findings: tuple[Finding, ...]
+    gross: Ints
+    not_testable: Mapping[str, str]
+    next_poses: tuple[Mapping[str, float], ...]
+    limits: tuple[Limit, ...]
+    front: tuple[Choice, ...]
+    model: Model
+    x: Array
+    std: Array
+    observed: Dataset
+    before_m: Array
+    after_m: Array
+    noise: Mapping[str, float]
+    seconds: float
+    names: tuple[str, ...] = field(default=())
+
+    def as_json(self) -> dict[str, Any]:
+        """What diagnosis.json holds."""
+        gap = self.gap
+        return {
+            "format": FORMAT,
+            "dataset": self.dataset.name,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "gap_mm": {
+                "nominal": _mm(gap.nominal_m),
+                "calibrated": _mm(gap.calibrated_m),
+                "after": _mm(gap.after_m),
+                "noise_floor": _mm(gap.noise_floor_m),
+                "after_ci95": [_mm(end) for end in gap.after_ci95_m],
+            },
+            "where": [
+                {"site": lies.site, "coordinate": lies.coordinate, "share": lies.share, "p_value": lies.p_value}
+                for lies in self.where
+            ],
+            "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.gross) else []),
+            "gross_errors": self.gross.tolist(),
+            "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
+            "next_poses": [dict(pose) for pose in self.next_poses],
+            "detection_limits": [
+                {"effect": limit.suspect.kind.name, "where": limit.suspect.where, limit.number: limit.size, "unit": limit.unit}
+                for limit in self.limits
+            ],
+            "front": [
+                {"effects": [_pair(suspect) for suspect in choice.suspects], "gap_mm": _mm(choice.gap_m)}
+                for choice in self.front
+            ],
+            "noise": dict(self.noise),
+            "seconds": self.seconds,
+        }
+
+
+def _mm(metres: float) -> float:
+    return 1e3 * metres
+
+
+def _pair(suspect: Suspect) -> list[str]:
+    return [suspect.kind.name, suspect.where]
+
+
+def _finding(found: Finding) -> dict[str, Any]:
+    return {
+        "effect": found.suspect.kind.name,
+        "where": found.suspect.where,
+        "probability": found.probability,
+        "parameters": {
+            name: {"value": number.value, "std": number.std, "unit": number.unit}
+            for name, number in found.numbers.items()
+        },
+        "gap_mm_before": _mm(found.gap_before_m),
+        "gap_mm_after": _mm(found.gap_after_m),
+        "gap_mm_without": _mm(found.gap_without_m),
+        "indistinguishable_from": [_pair(rival) for rival in found.rivals],
+    }
+
+
+def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Gross errors as a finding: survived, not modelled, so they change no gap."""
+    share = len(diagnosis.gross) / max(1, len(diagnosis.dataset.points))
+    after = _mm(diagnosis.gap.after_m)
+    return {
+        "effect": "outliers",
+        "where": "image",
+        "probability": 1.0,
+        "parameters": {"share": {"value": share, "std": None, "unit": ""}},
+        "gap_mm_before": after,
+        "gap_mm_after": after,
+        "gap_mm_without": after,
+        "indistinguishable_from": [],
+    }
