@@ -37,7 +37,11 @@ class Challenge(Command):
     def _declare_new(self, parser: argparse.ArgumentParser) -> None:
         parser.add_argument("folder", metavar="DIR", type=Path, help="for the trial")
         parser.add_argument(
-            "--robot", metavar="NAME_OR_URDF", action="append", default=[], help=f"several take turns; {USUAL_ARM}"
+            "--robot",
+            metavar="NAME_OR_URDF",
+            action="append",
+            default=[],
+            help=f"default: {USUAL_ARM}; several take turns",
         )
         parser.add_argument("--flange", metavar="FRAME", help="of URDF files: the frame that carries the sensor")
         parser.add_argument(
@@ -53,7 +57,9 @@ class Challenge(Command):
         parser.add_argument("--points", metavar="A-B", help="in each pose; default: 6-12")
         parser.add_argument("--pixel-noise", metavar="A-B", help="in pixels; default: 0.06-0.2")
         parser.add_argument(
-            "--kinds", metavar="A,B", help="of none,single,pair,triple,unknown,outliers, in equal shares; default: all"
+            "--kinds",
+            metavar="A,B",
+            help="of none,single,pair,triple,unknown,outliers, in equal shares; default: all, singles most",
         )
         parser.add_argument("--seed", metavar="N", type=seed, help="default: a new one each time, and a secret")
         parser.add_argument("--force", action="store_true", help="overwrite a trial that is there")
