@@ -49,10 +49,10 @@ class Task:
         return self.cache / f"{self.robot}-{self.seed}-{self.kind}"
 
 
-def kind_of(seed: int, kinds: list[str]) -> str:
-    """A kind by chance, the same for each robot."""
+def kind_of(robot: str, seed: int, kinds: list[str]) -> str:
+    """A kind by chance."""
     shares = np.array([USUAL[kind] for kind in kinds])
-    return str(np.random.default_rng([seed, 7]).choice(kinds, p=shares / shares.sum()))
+    return str(np.random.default_rng([seed, *robot.encode()]).choice(kinds, p=shares / shares.sum()))
 
 
 def world(task: Task) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def main() -> None:
     first, _, last = args.seeds.partition("-")
     kinds = args.kinds.split(",")
     tasks = [
-        Task(robot, seed, kind_of(seed, kinds), args.cache, args.fresh, args.only_make)
+        Task(robot, seed, kind_of(robot, seed, kinds), args.cache, args.fresh, args.only_make)
         for seed in range(int(first), int(last or first) + 1)
         for robot in args.robots.split(",")
     ]

@@ -80,6 +80,7 @@ def new(
         name = f"world-{i:03d}"
         world = make(sources[i % len(sources)], kind, seed=int(children[i]), name=name, ranges=ranges)
         save(world.dataset, folder / name, overwrite=overwrite)
+        (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
         truths[name] = world.truth
     seal(folder, truths, rng)
     return list(truths)

@@ -70,6 +70,11 @@ def test_one_letter_changed_breaks_the_seal(trial):
         unseal(trial)
 
 
+def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
+    assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 0
+    assert not list(trial.rglob(DIAGNOSIS.name))
+
+
 def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
     again = tmp_path / "again"
     main(["challenge", "new", str(again), *NEW])
