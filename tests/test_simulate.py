@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 
 from robolaser.dataset import Noise
+from robolaser.effects import EFFECTS, suspects
+from robolaser.effects.effect import Effect
 from robolaser.errors import (
     BentOutOfSight,
     DemandSenseless,
+    EffectBendsNothing,
     EffectSizeUnclear,
     EffectTooLarge,
     PlaceUnknown,
     RobolaserError,
     RobotNotInstalled,
+    ShapeOutside,
     TargetOutOfSight,
 )
 from robolaser.folder import load
@@ -51,6 +55,49 @@ def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot:
     simulated = small(robot, kind, effects=BENT | ({"laser_roll": 0.1} if kind == "stripe" else {}))
     assert rms(simulated) < 1e-11
     assert rms(simulated, effects=False) > 1e-4
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Effect], kind: str) -> None:
+    plain = small(robot, kind, speed=0.05).dataset
+    for place in effect.places(plain)[1:2] or effect.places(plain):
+        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.declared()}
+        simulated = small(robot, kind, speed=0.05, effects=asked)
+        assert rms(simulated) < 1e-11
+        assert rms(simulated, effects=False) > 1e-6
+        shapes = {number: nominal for number, *_, nominal in effect.shapes()}
+        assert {name: simulated.truth[f"{effect.name}.{place}.{name}"] for name in shapes} == shapes
+
+
+def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
+    wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
+    assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
+    with pytest.raises(ShapeOutside, match="cycles is 400, but it lies between 2 and 330"):
+        small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gross_errors_spoil_the_share_of_rows_that_was_asked_for_and_no_others(robot: Robot, kind: str) -> None:
+    clean = simulate(robot, kind=kind, poses=12, points=3, seed=2)
+    spoilt = simulate(robot, kind=kind, poses=12, points=3, seed=2, effects={"outliers": 0.25})
+    count = len(clean.dataset.points)
+    assert len(spoilt.gross) == round(0.25 * count)
+    assert not len(clean.gross)
+    assert spoilt.suspects == ()
+    model = Model(spoilt.dataset)
+    off = model.residuals(np.array([[spoilt.truth[name] for name in model.parameters.names]]))[0]
+    assert set(np.flatnonzero(np.linalg.norm(off, axis=-1) > 1e-9)) == set(spoilt.gross)
+
+
+def test_more_than_half_the_rows_cannot_be_gross(robot: Robot) -> None:
+    with pytest.raises(DemandSenseless, match="share of outliers"):
+        small(robot, effects={"outliers:image": 0.6})
+
+
+def test_gross_errors_are_no_part_of_a_model(robot: Robot) -> None:
+    with pytest.raises(EffectBendsNothing):
+        suspects(["outliers"], small(robot).dataset)
 
 
 @pytest.mark.parametrize("stripe_axis", ["u", "v"])
