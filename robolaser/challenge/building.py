@@ -1,6 +1,5 @@
 """Cells as chance builds them: an arm over a stepped target, a scanner off its drawing, and a run of postures."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -12,7 +11,6 @@ from robolaser.challenge.worlds.cell import Cell, Target
 from robolaser.challenge.worlds.eye import Eye
 from robolaser.challenge.worlds.run import Run
 from robolaser.dataset import Dataset, Noise, Points, Poses
-from robolaser.fit import Plan, calibrate
 from robolaser.parameters import Parameter
 from robolaser.poses import TILT, View, apart, limits, looking_down
 from robolaser.robot import Robot
@@ -32,7 +30,6 @@ DRAWS = 20_000
 ROUNDS = 6
 PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which no URDF knows of
 MARGIN = 0.05  # of the image, left free
-GENERATIONS = 150  # of the search for the user's scanner; it need only be like it
 LEAST_POINTS = 3  # of a pose: with fewer it is left out
 
 
@@ -111,7 +108,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         at=at.ravel(),
         level=steps.ravel(),
     )
-    noise = Noise(pixel_px=_round(rng.uniform(*ranges.pixel_px)), target_m=_round(rng.uniform(*ranges.target_m)))
+    noise = Noise(pixel_px=rounded(rng.uniform(*ranges.pixel_px)), target_m=rounded(rng.uniform(*ranges.target_m)))
     blank = Dataset(
         name="blind",
         robot=robot,
@@ -122,67 +119,11 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         image_px=IMAGE_PX,
         noise=noise,
     )
-    return Built(_in_sight(cell), blank, noise, ranges.repeats)
+    return Built(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 
 
-def build_like(dataset: Dataset, ranges: Ranges, rng: np.random.Generator) -> Built:
-    """A cell of chance around a user's own scanner, poses and target.
-
-    The scanner is what a calibration makes of the data, off by a little; target and columns are the data's.
-
-    Args:
-        dataset: A placed stripe with joint angles.
-        ranges: Its noise takes the place of what the data set does not state.
-        rng: Where chance comes from.
-    """
-    poses, points = dataset.poses, dataset.points
-    assert dataset.robot is not None
-    assert poses.q is not None
-    assert points.pixel is not None
-    assert points.xyz is not None
-    found = calibrate(dataset, Plan(generations=GENERATIONS, seed=int(rng.integers(1 << 30))))
-    drawn = {item.name: item for item in found.model.parameters.items}
-    eye = Eye(_jittered(found.value, drawn, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
-    pairs = list(zip(points.pose.tolist(), points.names, strict=True))
-    rows = np.array([pairs.index(pair) for pair in dict.fromkeys(pairs)])
-    pose, xyz = points.pose[rows], points.xyz[rows]
-    middle = xyz.mean(axis=0)
-    axes = np.linalg.svd(xyz - middle, full_matrices=False)[2]
-    camera = dataset.flange()[:, :3, 3].mean(axis=0) - middle
-    axes[2] *= np.sign(axes[2] @ camera)
-    axes[0] *= np.linalg.det(axes)
-    target = Target(middle, axes)
-    inside = target.inside(xyz)
-    n = len(poses)
-    timed = poses.time_s is not None and not dataset.time_is_order
-    time: Array = np.asarray(poses.time_s if timed else 60.0 * np.arange(n))
-    qd = np.zeros(poses.q.shape) if poses.qd is None else poses.qd
-    cell = Cell(
-        run=Run(
-            Arm(dataset.robot),
-            poses.q,
-            qd,
-            time,
-            middle,
-            float(np.linalg.norm(inside[:, :2], axis=1).max()) / 2,
-            float(rng.uniform(*PAYLOAD_KG)),
-        ),
-        eye=eye,
-        target=target,
-        pose=pose,
-        at=points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1],
-        level=inside[:, 2],
-    )
-    noise = Noise(
-        pixel_px=dataset.noise.pixel_px or _round(rng.uniform(*ranges.pixel_px)),
-        target_m=dataset.noise.target_m or _round(rng.uniform(*ranges.target_m)),
-    )
-    blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
-    repeats = len(pairs) // len(rows) if points.repeat is not None else 1
-    return Built(_in_sight(cell), blank, noise, max(1, repeats))
-
-
-def _round(value: float) -> float:
+def rounded(value: float) -> float:
+    """Three digits, as people state noise."""
     return float(f"{value:.3g}")
 
 
@@ -225,20 +166,10 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
     return np.asarray(seen)
 
 
-def _jittered(
-    found: Callable[[str], float], drawing: dict[str, Parameter], rng: np.random.Generator
-) -> dict[str, float]:
-    truth = {}
-    for name, item in drawing.items():
-        move = min(WORKSHOP.get(name, np.inf) / 10, 0.02 * (item.upper - item.lower)) * rng.uniform(-1.0, 1.0)
-        truth[name] = float(np.clip(found(name) + move, item.lower, item.upper))
-    return truth
-
-
-def _in_sight(cell: Cell) -> Cell:
+def in_sight(cell: Cell, image_px: tuple[int, int]) -> Cell:
     """The same cell, points that the camera would not show left out."""
     seen = cell.seen(())
     with np.errstate(invalid="ignore"):
-        good = (np.abs(seen.pixel / (np.array(IMAGE_PX) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
+        good = (np.abs(seen.pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
     good &= np.bincount(cell.pose[good], minlength=len(cell.run.q))[cell.pose] >= LEAST_POINTS
     return replace(cell, pose=cell.pose[good], at=cell.at[good], level=cell.level[good])

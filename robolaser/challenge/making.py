@@ -6,7 +6,8 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.challenge.building import Built, Ranges, build, build_like
+from robolaser.challenge.building import Built, Ranges, build
+from robolaser.challenge.imitating import Model, build_like
 from robolaser.challenge.judging import DETECTABLE, Judge
 from robolaser.challenge.reading import exact, read
 from robolaser.challenge.worlds.departure import Departure
@@ -43,11 +44,11 @@ class World:
     truth: Mapping[str, Any]
 
 
-def make(source: Robot | Dataset, kind: str, *, seed: int, name: str = "blind", ranges: Ranges | None = None) -> World:
+def make(source: Robot | Model, kind: str, *, seed: int, name: str = "blind", ranges: Ranges | None = None) -> World:
     """One world.
 
     Args:
-        source: An arm, or a data set whose arm, scanner, poses and noise are to be kept.
+        source: An arm, or a data set (see `model_of`) whose arm, scanner, poses, target and noise are kept.
         kind: One of `KINDS`.
         seed: Same seed, same world.
         name: Of the data set: it should say nothing.
@@ -166,6 +167,6 @@ def _recorded(
     return replace(dataset, poses=poses, noise=noise)
 
 
-def _arm(source: Robot | Dataset) -> str:
-    robot = source.robot if isinstance(source, Dataset) else source
+def _arm(source: Robot | Model) -> str:
+    robot = source.dataset.robot if isinstance(source, Model) else source
     return robot.name if robot else ""

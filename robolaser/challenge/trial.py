@@ -9,12 +9,13 @@ import numpy as np
 
 import robolaser
 from robolaser.challenge.building import Ranges
+from robolaser.challenge.imitating import model_of
 from robolaser.challenge.making import KINDS, make
 from robolaser.challenge.outcome import outcome
 from robolaser.challenge.sealing import TRUTH, seal, unseal
 from robolaser.challenge.tally import tally
 from robolaser.dataset import Dataset
-from robolaser.errors import DiagnosisUnreadable, KindUnknown, NotToImitate, OutputExists
+from robolaser.errors import DiagnosisUnreadable, KindUnknown, OutputExists
 from robolaser.folder import load
 from robolaser.robot import Robot
 from robolaser.saving import save
@@ -66,19 +67,17 @@ def new(
     for kind in kinds:
         if kind not in KINDS:
             raise KindUnknown(kind, KINDS)
-    for source in sources:
-        if isinstance(source, Dataset):
-            _see_to(source)
     if (folder / TRUTH).exists() and not overwrite:
         raise OutputExists(folder / TRUTH)
     rng = np.random.default_rng(seed)
+    patterns = [model_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)
     children = rng.integers(1 << 40, size=count)
     truths = {}
     for i, kind in enumerate(drawn):
         tell("making worlds", i / count)
         name = f"world-{i:03d}"
-        world = make(sources[i % len(sources)], kind, seed=int(children[i]), name=name, ranges=ranges)
+        world = make(patterns[i % len(patterns)], kind, seed=int(children[i]), name=name, ranges=ranges)
         save(world.dataset, folder / name, overwrite=overwrite)
         (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
         truths[name] = world.truth
@@ -93,15 +92,6 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
     for i in np.argsort(whole - shares, kind="stable")[: count - int(whole.sum())]:
         whole[i] += 1
     return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
-
-
-def _see_to(dataset: Dataset) -> None:
-    if dataset.kind != "stripe" or not len(dataset.points):
-        raise NotToImitate(dataset.name, "it has no points of a stripe scanner")
-    if dataset.robot is None or dataset.poses.q is None:
-        raise NotToImitate(dataset.name, "it has no robot with joint angles")
-    if not dataset.placed:
-        raise NotToImitate(dataset.name, "nobody knows where its target is")
 
 
 def score(folder: Path, *, seed: int = 1, tell: Told = _nothing) -> dict[str, Any]:

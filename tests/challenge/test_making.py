@@ -7,6 +7,7 @@ import pytest
 
 import robolaser
 from robolaser.challenge.building import Ranges
+from robolaser.challenge.imitating import model_of, stepped
 from robolaser.challenge.making import KINDS, make
 from robolaser.challenge.trial import deal
 from robolaser.challenge.worlds.families import FAMILIES, GROSS, STRANGERS
@@ -63,7 +64,7 @@ def test_truth_is_plain_json(worlds):
 
 def test_a_world_like_a_data_set_keeps_its_poses_and_its_noise(worlds):
     model = worlds["none"].dataset
-    like = make(model, "outliers", seed=3)
+    like = make(model_of(model, seed=1), "outliers", seed=3)
     np.testing.assert_array_equal(like.dataset.poses.q, model.poses.q)
     assert like.dataset.noise.target_m == model.noise.target_m
     assert like.truth["robot"] == model.robot.name
@@ -76,3 +77,14 @@ def test_kinds_are_dealt_in_their_shares(count):
     dealt = deal({"none": 1.0, "single": 3.0}, count, np.random.default_rng(1))
     assert len(dealt) == count
     assert abs(dealt.count("single") - 0.75 * count) < 1
+
+
+def test_steps_of_a_tilted_target_are_found_to_the_last_digit():
+    rng = np.random.default_rng(6)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)) * 0.05 + np.eye(3))[0]
+    flat = np.column_stack([rng.uniform(-0.3, 0.3, (200, 2)), rng.choice([0.0, 0.03, 0.06], 200)])
+    xyz = flat @ turn.T + [0.5, 0.1, 0.0]
+    target, level = stepped(xyz, np.array([0.5, 0.1, 1.0]))
+    np.testing.assert_allclose(target.inside(xyz)[:, 2], level, atol=1e-12)
+    np.testing.assert_allclose(np.unique((level - level.min()).round(9)), [0.0, 0.03, 0.06])
+    assert np.linalg.det(target.axes) == pytest.approx(1.0)

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.challenge.worlds.arm import Arm
 
 
@@ -16,9 +16,9 @@ class Run:
 
     Attributes:
         arm: The arm as drawn.
-        q: Joint angles as read, (n, j) [rad or m], in the order of time.
+        q: Joint angles as read, (n, j) [rad or m].
         qd: Velocities at the reading, (n, j) [rad/s or m/s].
-        time: Since the start, (n,) [s].
+        time: Of each pose, (n,) [s].
         middle: Of the target, (3,) in the base frame [m].
         radius: Of the part of the target that is looked at [m].
         payload_kg: What the flange carries; the URDF does not know of it.
@@ -35,8 +35,13 @@ class Run:
     @property
     def share(self) -> Array:
         """How far the run is, 0 to 1, (n,)."""
-        share: Array = (self.time - self.time[0]) / max(1e-9, float(np.ptp(self.time)))
+        share: Array = (self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time)))
         return share
+
+    @property
+    def order(self) -> Ints:
+        """The poses as they came, (n,)."""
+        return np.argsort(self.time, kind="stable")
 
     def column(self, joint: str) -> int:
         """The column of a joint in q."""

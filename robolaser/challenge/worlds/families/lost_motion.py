@@ -35,8 +35,8 @@ class LostMotion(Departure):
         q = q.copy()
         column = run.column(self.where)
         half = self.size / 2
-        output = q[0, column] + half * self.began
-        for row, angle in enumerate(q[:, column]):
-            output = min(max(output, angle - half), angle + half)
+        output = q[run.order[0], column] + half * self.began
+        for row in run.order:
+            output = min(max(output, q[row, column] - half), q[row, column] + half)
             q[row, column] = output
         return q

@@ -37,6 +37,6 @@ class Warming(Departure):
         """Longer by `size` [m] once warm."""
         links = links.copy()
         along = links[:, run.column(self.where), :3, 3]
-        grown = run.warmed(self.tau) / run.warmed(self.tau)[-1]
+        grown = run.warmed(self.tau) / run.warmed(self.tau).max()
         along += self.size * grown[:, None] * along / np.linalg.norm(along, axis=1, keepdims=True)
         return links
