@@ -19,6 +19,7 @@ from robolaser.robot import Robot
 KINDS = ("none", "single", "pair", "triple", "unknown", "outliers")
 USUAL = {"none": 0.14, "single": 0.5, "pair": 0.14, "triple": 0.04, "unknown": 0.1, "outliers": 0.08}
 """Share of each kind where none is asked for."""
+MOVING = 0.55  # of the worlds have an arm that moves at the exposure, whether or not it matters
 ON_TOP = 0.12  # of the worlds with effects have outliers too
 FAINT = 0.08  # of the effects may stay below what can be seen
 ALONE = 0.6  # of the strangers
@@ -58,10 +59,10 @@ def make(source: Robot | Model, kind: str, *, seed: int, name: str = "blind", ra
         TargetOutOfSight: The arm cannot look at a target often enough.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_arm(source).encode()]))
-    names = _effects(kind, rng)
-    moving = "latency" in names or rng.random() < 0.5
+    moving = bool(rng.random() < MOVING)
     ranges = ranges or Ranges()
     built = build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
+    names = _effects(kind, built, rng)
     departures: list[Departure] = []
     each = []
     for effect in names:
@@ -96,15 +97,18 @@ def make(source: Robot | Model, kind: str, *, seed: int, name: str = "blind", ra
     return World(replace(dataset, name=name), truth)
 
 
-def _effects(kind: str, rng: np.random.Generator) -> list[str]:
-    known = [str(name) for name in rng.permutation(KNOWN)]
+def _effects(kind: str, built: Built, rng: np.random.Generator) -> list[str]:
+    """Effects of a kind, of those that have a place in this cell."""
+    there = [name for name, family in FAMILIES.items() if family.places(built.cell.run)]
+    known = [str(name) for name in rng.permutation([name for name in KNOWN if name in there])]
     on_top = [GROSS] if rng.random() < ON_TOP else []
     if kind == "none":
         return []
     if kind == "outliers":
         return [GROSS]
     if kind == "unknown":
-        return [str(rng.choice(STRANGERS)), *(known[:1] if rng.random() > ALONE else [])]
+        stranger = str(rng.choice([name for name in STRANGERS if name in there]))
+        return [stranger, *(known[:1] if rng.random() > ALONE else [])]
     return known[: {"single": 1, "pair": 2, "triple": 3}[kind]] + on_top
 
 

@@ -28,8 +28,8 @@ class CrossTalk(Departure):
 
     @classmethod
     def places(cls, run: Run) -> tuple[str, ...]:
-        """Every joint that moves the flange."""
-        return run.arm.joints
+        """Every joint that has a neighbour."""
+        return run.arm.joints if len(run.arm.joints) > 1 else ()
 
     def joints(self, q: Array, run: Run) -> Array:
         """Turned on by up to `size` [rad] across the other's range."""

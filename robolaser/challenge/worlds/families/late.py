@@ -27,8 +27,8 @@ class Late(Departure):
 
     @classmethod
     def places(cls, run: Run) -> tuple[str, ...]:
-        """Between controller and camera."""
-        return ("timing",)
+        """Between controller and camera; in an arm at rest it changes nothing."""
+        return ("timing",) if run.qd.any() else ()
 
     def joints(self, q: Array, run: Run) -> Array:
         """Where it was when the shutter opened."""
