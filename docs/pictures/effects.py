@@ -1,0 +1,235 @@
+"""The pictures of docs/effects.md: what each effect leaves once the ordinary parameters were fitted without it.
+
+Run from the repository's root: .venv/bin/python docs/pictures/effects.py [NAME]...
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robolaser import Plan, calibrate, find_robot
+from robolaser.algorithms.names import POLISH_ONLY
+from robolaser.arrays import Array
+from robolaser.dataset import Noise
+from robolaser.effects.effect import Suspect
+from robolaser.effects.joint_offset import JointOffset
+from robolaser.scanner import Model
+from robolaser.simulate import Simulated, simulate
+
+FOLDER = Path(__file__).parent / "effects"
+INK, BLUE, RED = "#3c434a", "#2b6cb1", "#c0492b"
+SIZE = (4.6, 2.4)
+DOTS = {"s": 9, "linewidths": 0, "alpha": 0.8}
+POSES, POINTS = 70, 6
+NOISE = Noise(pixel_px=0.02)
+
+Draw = Callable[[Axes, Simulated, Array], None]
+
+
+def left_over(made: Simulated) -> Array:
+    """Target less predicted point after a calibration that does not know of the effect, (m, 3) [mm]."""
+    found = calibrate(made.dataset, Plan(algorithm=POLISH_ONLY, seed=1))
+    model = found.model
+    x = np.array([[found.value(name) for name in model.parameters.names]])
+    return 1e3 * model.residuals(x)[0]
+
+
+def as_angle(made: Simulated, errors: Array, joint: str) -> Array:
+    """The turn of one joint that would explain most of each error, (m,) [mrad]."""
+    model = Model(made.dataset, (Suspect(JointOffset, joint),))
+    x = np.repeat(model.parameters.nominal[None], 2, axis=0)
+    x[:, -1] = (-1e-4, 1e-4)
+    low, high = model.residuals(x)
+    slope = (high - low) / 2e-4
+    return -(errors * slope).sum(axis=1) / (slope**2).sum(axis=1)
+
+
+def per_pose(made: Simulated, values: Array) -> Array:
+    """Means over the rows of each pose, (n, ...)."""
+    pose = made.dataset.points.pose
+    return np.stack([values[pose == i].mean(axis=0) for i in range(len(made.dataset.poses))])
+
+
+def over_angle(joint: str) -> Draw:
+    """Errors as turns of a joint, over its angle."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        column = made.dataset.robot.joints.index(joint)
+        angle = np.degrees(made.dataset.poses.q[:, column])
+        ax.scatter(angle, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
+        ax.set_xlabel(f"angle of {joint} [°]")
+        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+
+    return draw
+
+
+def over_torque(joint: str) -> Draw:
+    """Errors as turns of a joint, over what it bears."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        borne = Model(made.dataset).scene.gravity_torques[:, made.dataset.robot.joints.index(joint)]
+        ax.scatter(borne, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
+        ax.set_xlabel(f"torque of {joint} [Nm]")
+        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+
+    return draw
+
+
+def by_approach(joint: str) -> Draw:
+    """Errors as turns of a joint, over its angle, one colour for each way it came."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        column = made.dataset.robot.joints.index(joint)
+        way = Model(made.dataset).scene.approach[:, column]
+        angle, turn = np.degrees(made.dataset.poses.q[:, column]), per_pose(made, as_angle(made, errors, joint))
+        for sign, colour, word in ((1, BLUE, "came upwards"), (-1, RED, "came downwards")):
+            ax.scatter(angle[way == sign], turn[way == sign], color=colour, label=word, **DOTS)
+        ax.legend(fontsize=7, frameon=False, loc="upper right")
+        ax.set_xlabel(f"angle of {joint} [°]")
+        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+
+    return draw
+
+
+def over_run(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the base's axes over the run."""
+    mean = per_pose(made, errors)
+    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
+        ax.scatter(made.dataset.poses.time_s / 60, mean[:, i], color=colour, label=name, **DOTS)
+    ax.legend(fontsize=7, frameon=False, ncols=3)
+    ax.set_xlabel("time [min]")
+    ax.set_ylabel("error, base's\naxes [mm]")
+
+
+def in_camera_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the camera's axes over the run."""
+    over_run(ax, made, in_camera(made, errors))
+    ax.set_ylabel("error, camera's\naxes [mm]")
+
+
+def in_camera(made: Simulated, errors: Array) -> Array:
+    """Errors along the camera's axes, (m, 3)."""
+    model = Model(made.dataset, made.suspects)
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    bend = model.bend(values)
+    T = (model.flange(values, bend) @ model.sensor.mount(values, bend))[0]
+    return np.einsum("mba,mb->ma", T[made.dataset.points.pose, :3, :3], errors)
+
+
+def along_stripe(component: int) -> Draw:
+    """Errors along one of the camera's axes, over the place along the stripe."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        ax.scatter(made.dataset.points.pixel[:, 0], in_camera(made, errors)[:, component], color=BLUE, **DOTS)
+        ax.set_xlabel("place along the stripe, image u [px]")
+        ax.set_ylabel(f"error, camera's\n{'xyz'[component]} [mm]")
+
+    return draw
+
+
+def over_tilt(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Height errors over the tilt of the surface."""
+    ax.scatter(np.degrees(np.arctan(Model(made.dataset).scene.tilt)), errors[:, 2], color=BLUE, **DOTS)
+    ax.set_xlabel("tilt of the surface across the stripe [°]")
+    ax.set_ylabel("error, height [mm]")
+
+
+def over_speed(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the motion, over the speed of each point."""
+    poses, robot = made.dataset.poses, made.dataset.robot
+    model = Model(made.dataset)
+    x = np.array([made.truth[name] for name in model.parameters.names])[None]
+    now = model.residuals(x)[0]
+    step = 1e-4
+    ahead = robot.forward((poses.q + step * poses.qd)[None]) @ np.linalg.inv(made.dataset.flange())
+    shown = (made.dataset.points.xyz - now)[..., None]
+    T = ahead[0][made.dataset.points.pose]
+    velocity = ((T[:, :3, :3] @ shown)[..., 0] + T[:, :3, 3] - shown[..., 0]) / step
+    speed = np.linalg.norm(velocity, axis=1)
+    ax.scatter(1e3 * speed, (errors * velocity).sum(axis=1) / speed, color=BLUE, **DOTS)
+    ax.set_xlabel("speed of the point at the exposure [mm/s]")
+    ax.set_ylabel("error along\nthe motion [mm]")
+
+
+def as_arrows(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors in the target's plane as arrows."""
+    xyz = made.dataset.points.xyz
+    ax.quiver(xyz[:, 0], xyz[:, 1], errors[:, 0], errors[:, 1], color=BLUE, angles="xy", width=0.004)
+    ax.set_aspect("equal")
+    ax.set_xlabel("x on the target [m]")
+    ax.set_ylabel("y [m]")
+
+
+def as_heights(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors in height over the target."""
+    xyz = made.dataset.points.xyz
+    most = np.abs(errors[:, 2]).max()
+    drawn = ax.scatter(xyz[:, 0], xyz[:, 1], c=errors[:, 2], cmap="coolwarm", vmin=-most, vmax=most, **DOTS)
+    ax.figure.colorbar(drawn, ax=ax, label="height [mm]")
+    ax.set_aspect("equal")
+    ax.set_xlabel("x on the target [m]")
+    ax.set_ylabel("y [m]")
+
+
+def by_row(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Sizes of errors, row by row."""
+    length = np.linalg.norm(errors, axis=1)
+    colours = np.where(np.isin(np.arange(len(length)), made.gross), RED, BLUE)
+    ax.scatter(np.arange(len(length)), length, c=colours, **DOTS)
+    ax.set_yscale("log")
+    ax.set_xlabel("row of points.csv")
+    ax.set_ylabel("error [mm]")
+
+
+PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
+    "joint_offset": ({"joint_offset:joint_3": 3e-3}, over_angle("joint_3")),
+    "link_geometry": ({"link_geometry:joint_3": 2e-3, "link_geometry:joint_3.turn_x": 2e-3}, over_angle("joint_2")),
+    "joint_compliance": ({"joint_compliance:joint_3": 3e-4}, over_torque("joint_3")),
+    "backlash": ({"backlash:joint_3": 1.2e-3}, by_approach("joint_3")),
+    "transmission_error": ({"transmission_error:joint_2": 6e-4, "transmission_error:joint_2.cycles": 9.0},
+                           over_angle("joint_2")),
+    "encoder_scale": ({"encoder_scale:joint_3": 2e-3}, over_angle("joint_3")),
+    "encoder_eccentricity": ({"encoder_eccentricity:joint_1": 1e-3, "encoder_eccentricity:joint_1.cosine": 1e-3},
+                             over_angle("joint_1")),
+    "base_shift": ({"base_shift:base": 1e-3, "base_shift:base.z": -5e-4, "base_shift:base.moment": 0.6}, over_run),
+    "thermal_drift": ({"thermal_drift:joint_3": 2e-3}, over_run),
+    "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
+    "latency": ({"latency:timing": 0.02}, over_speed),
+    "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
+    "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),
+    "laser_curvature": ({"laser_curvature:laser": 0.08}, along_stripe(0)),
+    "laser_roll": ({"laser_roll:laser": 0.02}, along_stripe(0)),
+    "laser_drift": ({"laser_drift:laser": 1e-3}, in_camera_over_run),
+    "stripe_bias": ({"stripe_bias:laser": 1.0}, over_tilt),
+    "target_scale": ({"target_scale:target": 5e-3}, as_arrows),
+    "target_warp": ({"target_warp:target": 1e-3, "target_warp:target.yy": -1e-3}, as_heights),
+    "outliers": ({"outliers": 0.03}, by_row),
+}  # fmt: skip
+"""For each effect what is put into the cell, a little more than usual, and the view in which it shows."""
+
+
+def main(names: list[str]) -> None:
+    FOLDER.mkdir(exist_ok=True)
+    for name in names or PICTURES:
+        effects, draw = PICTURES[name]
+        made = simulate(find_robot("scorbot_er7"), poses=POSES, points=POINTS, noise=NOISE, effects=effects, seed=4)
+        errors = left_over(made)
+        figure = Figure(figsize=SIZE, dpi=96, layout="constrained", facecolor="white")
+        ax = figure.subplots()
+        draw(ax, made, errors)
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.grid(color="#e6e9ed", linewidth=0.7)
+        ax.set_axisbelow(True)
+        ax.tick_params(colors=INK, length=0, labelsize=7)
+        ax.xaxis.label.set(color=INK, fontsize=8)
+        ax.yaxis.label.set(color=INK, fontsize=8)
+        ax.set_title(f"{name}: {np.sqrt((errors**2).sum(axis=1).mean()):.2f} mm RMS left", fontsize=8, color=INK)
+        figure.savefig(FOLDER / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
