@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from robolaser.calibration import Calibration
     from robolaser.dataset import Dataset
+    from robolaser.diagnosis import diagnose
     from robolaser.effects import EFFECTS
     from robolaser.errors import RobolaserError
     from robolaser.fit import Plan, calibrate
@@ -20,6 +21,7 @@ _HOME = {
     "Plan": "fit",
     "RobolaserError": "errors",
     "calibrate": "fit",
+    "diagnose": "diagnosis",
     "find_robot": "robots",
     "load": "folder",
     "save": "saving",
@@ -32,6 +34,7 @@ __all__ = [
     "Plan",
     "RobolaserError",
     "calibrate",
+    "diagnose",
     "find_robot",
     "load",
     "save",

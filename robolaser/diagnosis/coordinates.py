@@ -58,10 +58,18 @@ class OfPoses:
             yield _words(name), smooth(values[:, None])
 
     def posture(self) -> Iterator[tuple[str, Array]]:
-        """The posture as a whole."""
+        """All joints at once."""
         q = self._dataset.poses.q
-        turns = self._dataset.flange()[:, :3, :3].reshape(len(self._dataset.poses), 9) if q is None else q
-        yield "posture", smooth(turns, SMOOTH_POSTURE * np.sqrt(turns.shape[1]))
+        if q is not None:
+            yield "posture", smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
+
+    def hanging(self) -> Iterator[tuple[str, Array]]:
+        """The direction of gravity, as the flange feels it."""
+        dataset = self._dataset
+        down = np.array((0.0, 0.0, -1.0) if dataset.robot is None else dataset.robot.gravity)
+        if np.any(down):
+            felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
+            yield "direction of gravity in the flange", smooth(felt, 2.0)
 
     def joint(self, column: int, name: str) -> Iterator[tuple[str, Array]]:
         """Those of one joint."""

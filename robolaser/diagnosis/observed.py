@@ -54,6 +54,12 @@ class Observed:
         group[kept] = of_row
         return cls(replace(dataset, points=averaged), shots, group)
 
+    @classmethod
+    def single(cls, dataset: Dataset) -> "Observed":
+        """Each shot a row of its own."""
+        rows = np.arange(len(dataset.points), dtype=np.int64)
+        return cls(dataset, np.ones_like(rows), rows)
+
     def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
 

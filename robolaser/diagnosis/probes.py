@@ -36,7 +36,7 @@ class Probe:
             bent = self._bend(at, passing)
             if at is not seam:
                 return bent
-            if seam in (Seam.FLANGE, Seam.MOUNT):
+            if seam in (Seam.FLANGE, Seam.LINKS):
                 return move @ bent if left else bent @ move
             return bent + move
 
@@ -57,6 +57,19 @@ class Probe:
         assert robot is not None
         step = TURN_RAD * np.eye(len(robot.joints))[robot.joints.index(name)]
         return self._by(Seam.JOINTS, [(step, -step, TURN_RAD)])
+
+    def placement(self, joint: str) -> Array:
+        """By shifts and turns of a joint on the link before it, in its own frame, (3m, 6) [1/m, 1/rad]."""
+        robot = self._problem.model.dataset.robot
+        assert robot is not None
+        column, still = robot.joints.index(joint), np.tile(np.eye(4), (len(robot.joints), 1, 1))
+
+        def of_one(move: Array) -> Array:
+            moves = still.copy()
+            moves[column] = move
+            return moves
+
+        return self._by(Seam.LINKS, [(of_one(up), of_one(down), h) for up, down, h in _twists()])
 
     def base(self, centre: Array) -> Array:
         """By shifts and turns of the flange, in the base frame and about a centre (3,), (3m, 6) [1/m, 1/rad]."""

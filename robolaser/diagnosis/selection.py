@@ -46,7 +46,7 @@ class Search:
     tell: Callable[[str], None] = lambda what: None
     _fits: dict[frozenset[Suspect], Fitted] = field(default_factory=dict)
     _signatures: dict[frozenset[Suspect], list[Signature]] = field(default_factory=dict)
-    _tried: dict[Suspect, int] = field(default_factory=dict)
+    _found: dict[Suspect, Signature] = field(default_factory=dict)
 
     def fit(self, near: Fitted, added: Sequence[Signature] = (), removed: Suspect | None = None) -> Fitted:
         """Fit another set of suspects, starting from one that was fitted."""
@@ -56,7 +56,7 @@ class Search:
         if key in self._fits:
             return self._fits[key]
         for signature in added:
-            self._tried[signature.suspect] = signature.tried
+            self._found[signature.suspect] = signature
         values = dict(zip(near.problem.parameters.names, near.x, strict=True))
         if added:
             values |= _promised(near, added)
@@ -74,9 +74,13 @@ class Search:
             self._signatures[key] = sorted(found, key=lambda s: price(s.suspect, s.tried) - s.gain)
         return self._signatures[key]
 
+    def seen(self, fitted: Fitted) -> list[Signature]:
+        """The signatures by which the effects of a fitted model were found, with its own shapes."""
+        return [self._found[suspect] for suspect in fitted.suspects]
+
     def price(self, fitted: Fitted) -> float:
         """What its effects must have gained, in squared whitened misfit."""
-        return sum(price(suspect, self._tried.get(suspect, 1)) for suspect in fitted.suspects)
+        return sum(price(suspect, self._found[suspect].tried) for suspect in fitted.suspects)
 
     def cost(self, fitted: Fitted, spread: float) -> float:
         """Misfit, in units of how much whole poses scatter, and the price of the effects."""

@@ -55,6 +55,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
         for name in joints:
             for coordinate, shapes in (*of_poses.joint(robot.joints.index(name), name), *of_poses.run(), *of_poses.posture()):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
+            yield Site(name, f"placement of {name}", probe.placement(name) * motion)
         if qd is not None and np.abs(qd).max() > 0:
             speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
             late = np.sum(speeds, axis=0)
@@ -62,11 +63,11 @@ def sites(fitted: Fitted) -> Iterator[Site]:
             for coordinate, shapes in of_poses.run():
                 yield Site("timing", coordinate, over_poses(late, shapes))
     base = probe.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
-    for coordinate, shapes in (*of_poses.run(), *of_poses.posture()):
+    for coordinate, shapes in of_poses.run():
         yield Site("base", coordinate, over_poses(base, shapes))
     carried = "hand_eye" if dataset.kind == "stripe" else "tool"
     held = probe.tool() * motion
-    for coordinate, shapes in (*of_poses.run(), *of_poses.posture()):
+    for coordinate, shapes in (*of_poses.run(), *of_poses.hanging()):
         yield Site(carried, coordinate, over_poses(held, shapes))
     yield from _of_rows(fitted, probe, of_poses)
 

@@ -1,5 +1,6 @@
 """The judge: every threshold of the diagnosis, and what follows from the evidence."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,6 +9,7 @@ from robolaser.effects.effect import Suspect
 
 if TYPE_CHECKING:
     from robolaser.diagnosis.fitted import Fitted
+    from robolaser.diagnosis.where import Lies
 
 ENTRY = 16.0
 """Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""
@@ -40,3 +42,41 @@ GROSS = 5.5
 SITE_SIGNIFICANT = 18.0
 """Twice the log of a likelihood ratio, from which on a gap is said to lie at a site: with a hundred coordinates asked,
 chance gets there once in 500 times."""
+
+PRIOR_NONE = 0.0
+"""What it costs to name nothing: the price of an effect is counted on the other side."""
+PRIOR_UNKNOWN = 12.0
+"""What it costs, in squared whitened misfit, to say that the cause is none of the library's: it is so in fewer than
+one cell in a hundred that the library explains as well."""
+INDISTINGUISHABLE = 20.0
+"""Squared whitened misfit, in units of the dispersion, below which two effects are not told apart: at 14 chance exchanges
+them three times in a hundred, and what is seen of it scatters by 7."""
+EXPLAINED = 0.02
+"""Share of what the effects explained, up to which the rest counts as their form being a little different."""
+SCATTER = 6.0
+"""Standard deviations by which the squared misfit may exceed its expectation: the noise is known to a few per cent."""
+DETECTED = 1.28
+"""Standard deviations above the threshold at which an effect is found nine times in ten."""
+
+FEWEST_POSES = 5
+"""Poses with points, below which no effect is judged: what is left fits anything."""
+BELIEVED = 0.5
+"""Probability that something unknown explains what an effect does, beyond which the effect is not named."""
+
+
+def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"]) -> str:
+    """`no_gap`, `explained` or `unexplained`.
+
+    Args:
+        start: The model without effects.
+        final: The model with those that were found.
+        left: Places where something is left, by the likelihood of a function there.
+    """
+    freedoms = len(final.r) - len(final.x)
+    closed = start.misfit - final.misfit
+    rest = max(sum(lies.likelihood_ratio for lies in left), final.misfit - freedoms - SCATTER * np.sqrt(2.0 * freedoms))
+    if not left and rest <= 0:
+        return "explained" if final.suspects else "no_gap"
+    if final.suspects and rest <= EXPLAINED * closed:
+        return "explained"
+    return "unexplained"

@@ -68,23 +68,7 @@ def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
         fitted: The model.
         fold_of_pose: The group in which each pose is held out, (n,).
     """
-    rest = fitted.rest
-    fields = [_Field(site, fitted.projected(site.columns)) for site in sites(fitted)]
-    asked = len(fields)
-    chosen: list[tuple[_Field, float, float]] = []
-    white = rest
-    B = [field.B for field in fields]
-    for _ in range(MOST):
-        ratios = [_Field(field.site, b).ratio(white) for field, b in zip(fields, B, strict=True)]
-        best = int(np.argmax([ratio for ratio, _ in ratios]))
-        ratio, size = ratios[best]
-        if ratio < SITE_SIGNIFICANT:
-            break
-        chosen.append((fields[best], ratio, size))
-        U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
-        shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
-        white = white - shrink @ (U.T @ white)
-        B = [b - shrink @ (U.T @ b) for b in B]
+    chosen, asked = _chosen(fitted)
     if not chosen:
         return []
     shares = _shares(fitted, chosen, fold_of_pose)
@@ -99,6 +83,33 @@ def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
         for (field, ratio, _), share in zip(chosen, shares, strict=True)
     ]
     return sorted(found, key=lambda lies: -lies.share)
+
+
+def explained(fitted: Fitted) -> float:
+    """What functions of any form at any site would explain of what a model leaves, in squared whitened misfit.
+
+    Twice the logarithm of their likelihood ratio, less what chance would give the best of them.
+    """
+    return sum(ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted)[0])
+
+
+def _chosen(fitted: Fitted) -> tuple[list[tuple[_Field, float, float]], int]:
+    """The sites that the residuals speak for, each with its likelihood ratio and size; and how many were asked."""
+    fields = [_Field(site, fitted.projected(site.columns)) for site in sites(fitted)]
+    chosen: list[tuple[_Field, float, float]] = []
+    white, B = fitted.rest, [field.B for field in fields]
+    for _ in range(MOST):
+        ratios = [_Field(field.site, b).ratio(white) for field, b in zip(fields, B, strict=True)]
+        best = int(np.argmax([ratio for ratio, _ in ratios]))
+        ratio, size = ratios[best]
+        if ratio < SITE_SIGNIFICANT:
+            break
+        chosen.append((fields[best], ratio, size))
+        U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
+        shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
+        white = white - shrink @ (U.T @ white)
+        B = [b - shrink @ (U.T @ b) for b in B]
+    return chosen, len(fields)
 
 
 def _shares(fitted: Fitted, chosen: Sequence[tuple[_Field, float, float]], fold_of_pose: Ints) -> Array:

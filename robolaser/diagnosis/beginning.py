@@ -1,0 +1,60 @@
+"""Where a diagnosis begins: gross errors left out, repeats averaged, the noise known, the sensor's parameters fitted."""
+
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.arrays import Array, Bools
+from robolaser.dataset import Dataset
+from robolaser.diagnosis.fitted import Fitted, Problem
+from robolaser.diagnosis.gross import beyond, gross_rows, robust
+from robolaser.diagnosis.observed import Observed
+from robolaser.jacobian import jacobian
+from robolaser.noise import NoiseModel
+from robolaser.parameters import Parameters
+from robolaser.scanner import Model
+
+STEPS = 20
+"""Of the first fit, which only has to be near."""
+
+
+@final
+@dataclass(frozen=True)
+class Beginning:
+    """A data set made ready.
+
+    Attributes:
+        dataset: As it was given, each shot a row.
+        sensor: The sensor's parameters.
+        shots: Noise of each shot by itself.
+        near: Parameters near those that fit, found while some rows may be gross errors, (d,).
+    """
+
+    dataset: Dataset
+    sensor: Parameters
+    shots: NoiseModel
+    near: Array
+
+    @classmethod
+    def of(cls, dataset: Dataset) -> tuple["Beginning", Bools]:
+        """Fit robustly to single shots; and mark those that look like gross errors, (rows of points.csv,)."""
+        model = Model(dataset)
+        sensor = model.parameters
+        shots = Observed.single(dataset)
+        x = sensor.nominal
+        noise = shots.noise(model, x, jacobian(model, x), dataset)
+        fitted = robust(Problem.of(model, noise, sensor).fit(x, steps=STEPS))
+        return cls(dataset, sensor, noise, fitted.x), gross_rows(fitted)
+
+    def fitted(self, gross: Bools) -> tuple[Observed, Fitted]:
+        """The sensor's parameters fitted to averaged rows without those marked, (rows of points.csv,)."""
+        observed = Observed.of(self.dataset, gross)
+        model = Model(observed.dataset)
+        noise = observed.noise(model, self.near, jacobian(model, self.near), self.dataset)
+        fitted = Problem.of(model, noise, self.sensor).fit(self.near)
+        return observed, fitted
+
+    def gross(self, final: Fitted) -> Bools:
+        """Rows that the final model leaves far off, (rows of points.csv,)."""
+        model = Model(self.dataset, final.suspects)
+        return beyond(Fitted(Problem.of(model, self.shots, self.sensor), final.x))
+
