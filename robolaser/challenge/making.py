@@ -28,6 +28,7 @@ UNTIMED = 0.15  # of the worlds lack velocities,
 MEASURED = 0.3  # and so many have the arm's temperature, whether or not it matters
 ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
 TAUS = (0.1, 1.0)  # of a warm-up, over the run
+LOUD = 1.5e5  # the squared misfit above which an effect is made smaller: nobody needs help with it
 CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
 
 
@@ -130,10 +131,11 @@ def _departure(built: Built, effect: str, taken: list[str], rng: np.random.Gener
         size = float(np.exp(rng.uniform(np.log(least), np.log(most))))
         departure = family.drawn(str(rng.choice(free)), size, run, rng)
         judge = _seen_by(built, departure, rng)
-        if faint or judge.misfit > DETECTABLE:
+        if effect == GROSS or (faint and judge.misfit < DETECTABLE) or DETECTABLE < judge.misfit < LOUD:
             break
-        grow = np.sqrt(DETECTABLE * rng.uniform(1.1, CLEARLY) / max(judge.misfit, 1e-3))
-        departure = replace(departure, size=float(np.copysign(min(most, abs(departure.size) * grow), departure.size)))
+        goal = DETECTABLE * rng.uniform(1.1, CLEARLY) if judge.misfit < DETECTABLE else LOUD * rng.uniform(0.1, 1.0)
+        fitting = abs(departure.size) * np.sqrt(goal / max(judge.misfit, 1e-3))
+        departure = replace(departure, size=float(np.copysign(min(most, fitting), departure.size)))
         judge = _seen_by(built, departure, rng)
         if judge.misfit > DETECTABLE:
             break

@@ -125,7 +125,7 @@ def score(folder: Path, *, seed: int = 1, tell: Told = _nothing) -> dict[str, An
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
     """The diagnosis of a data set, as diagnosis.json has it."""
-    found: dict[str, Any] = robolaser.diagnose(dataset, seed=seed).as_json()
+    found: dict[str, Any] = robolaser.diagnose(dataset, seed=seed)
     return found
 
 

@@ -9,6 +9,9 @@ from robolaser.arrays import Array
 from robolaser.challenge.worlds.departure import Departure
 from robolaser.challenge.worlds.run import Run
 
+LEAST_SWING_NM = 0.2  # of the torque over the run
+ALIKE = 0.98  # correlation of the torques with and without payload
+
 
 @final
 @dataclass(frozen=True)
@@ -27,8 +30,14 @@ class Bending(Departure):
 
     @classmethod
     def places(cls, run: Run) -> tuple[str, ...]:
-        """Every joint that moves the flange."""
-        return run.arm.joints
+        """Joints on which the URDF's masses weigh, and much as the whole weight does: else nobody could name it."""
+        whole = run.arm.torques(run.q, run.payload_kg)
+        masses = run.arm.torques(run.q, 0.0)
+        alike = [
+            np.corrcoef(*pair)[0, 1] if min(np.ptp(pair, axis=1)) > LEAST_SWING_NM else 0.0
+            for pair in zip(whole.T, masses.T, strict=True)
+        ]
+        return tuple(joint for joint in run.arm.joints if alike[run.column(joint)] > ALIKE)
 
     def joints(self, q: Array, run: Run) -> Array:
         """Sunk: by `size` [rad] under the largest torque of the run."""

@@ -26,7 +26,7 @@ class Warped(Departure):
     def drawn(cls, where: str, size: float, run: Run, rng: np.random.Generator) -> Self:
         """Of this size."""
         return cls(
-            where, size, str(rng.choice(["tile", "saddle", "wave"])), rng.uniform(-np.pi, np.pi), rng.uniform(1.0, 3.0)
+            where, size, str(rng.choice(["tile", "saddle", "wave"])), rng.uniform(-np.pi, np.pi), rng.uniform(1.5, 4.0)
         )
 
     @classmethod
