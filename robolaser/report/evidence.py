@@ -12,6 +12,7 @@ from robolaser.dataset import Dataset
 from robolaser.noise import NoiseModel, pixel_from_repeats
 from robolaser.noise.disturbances import disturbances
 from robolaser.parameters import Values
+from robolaser.scanner import Model
 from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import vector
 from robolaser.sensors.stripe import Stripe
@@ -85,21 +86,24 @@ class Evidence:
     @cached_property
     def known(self) -> Array:
         """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
-        model, points = self.calibration.model, self.calibration.model.dataset.points
-        known: Array
-        if isinstance(model.sensor, Stripe):
-            known = model.sensor.target(self.values, self.bend)[0]
-        elif points.xyz is not None:
-            known = self.bend(Seam.TARGET, points.xyz[None])[0]
-        else:
-            known = np.stack([vector(self.values, f"socket.{name}")[0] for name in points.names])
-        return known
+        return known_points(self.calibration.model, self.values, self.bend)
 
     def per_pose(self, errors: Array) -> tuple[Ints, Array]:
         """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
         pose = self.calibration.model.dataset.points.pose
         seen = np.unique(pose)
         return seen, np.array([1e3 * rms(errors[pose == number]) for number in seen])
+
+
+def known_points(model: Model, values: Values, bend: Bend) -> Array:
+    """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
+    points = model.dataset.points
+    if isinstance(model.sensor, Stripe):
+        return model.sensor.target(values, bend)[0]
+    if points.xyz is not None:
+        measured: Array = bend(Seam.TARGET, points.xyz[None])[0]
+        return measured
+    return np.stack([vector(values, f"socket.{name}")[0] for name in points.names])
 
 
 def lengths_mm(errors: Array) -> Array:

@@ -1,0 +1,129 @@
+"""What to beware of with an effect that was found, and what to do about it."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from robolaser.diagnosis.result import Diagnosis, Finding
+
+SURE = 0.95
+"""Probability below which a finding is called a likelihood."""
+CLEAR = 2.0
+"""Standard deviations from zero, below which a number may as well be none."""
+
+CAVEATS: Mapping[str, str] = {
+    "joint_offset": "counts from the zero that the robot's controller was given",
+    "link_geometry": "numbers that turn about or slide along the joint's own axis are another's offset",
+    "joint_compliance": "scales with the URDF's masses: an arm 10 % heavier than said makes it 10 % too large",
+    "backlash": "takes for granted that the arm came straight from the pose before",
+    "transmission_error": "its frequency is one of several that were tried",
+    "encoder_scale": "seen only over the angles that these poses span",
+    "encoder_eccentricity": "seen only over the angles that these poses span",
+    "base_shift": "robot and target look the same from here: either may have moved",
+    "thermal_drift": "holds for a warm-up like this one",
+    "hand_eye_drift": "holds for a run like this one",
+    "latency": "takes the velocities in the data for those at the exposure",
+    "radial_distortion": "believe it where the stripe was seen, not in the image's corners",
+    "laser_curvature": "believe it where the stripe was seen, not beyond",
+    "laser_drift": "holds for a warm-up like this one",
+    "stripe_bias": "holds for this target's surface",
+    "target_warp": "only its bow is known, and only where points were seen",
+}
+CAVEAT: Final = "holds for poses like the ones measured"
+"""Of an effect that has no words of its own."""
+
+REMEDIES: Mapping[str, str] = {
+    "joint_offset": "Set the zero of {where} anew, or use `robot_corrected.urdf`, which has it.",
+    "link_geometry": "Use `robot_corrected.urdf`: it has {where} where it was found.",
+    "joint_compliance": "Carry less, or correct the angle of {where} for what it bears.",
+    "backlash": "Come to each pose of {where} from the same side, or have its gear adjusted.",
+    "transmission_error": "Correct {where} by the model, or have its gear looked at.",
+    "encoder_scale": "Correct the gear ratio or the counts per turn of {where}.",
+    "encoder_eccentricity": "Correct {where} by the model, or have its encoder centred.",
+    "base_shift": "See what is loose: clamp base and target, and measure again.",
+    "thermal_drift": "Let the arm warm up before measuring, or correct for the temperature.",
+    "hand_eye_drift": "Tighten the scanner's bracket, or calibrate at shorter intervals.",
+    "latency": "Trigger the camera and read the joints together, or stand still at each exposure.",
+    "radial_distortion": "Use the lens as found here: `camera.yaml` has it.",
+    "tangential_distortion": "Use the lens as found here: `camera.yaml` has it.",
+    "laser_curvature": "Use the corrected model: a bent sheet cannot be mended by turning it.",
+    "laser_roll": "Turn the projector in its mount, or use the corrected model.",
+    "laser_drift": "Switch the projector on well before measuring.",
+    "stripe_bias": "Look at surfaces squarely, expose shorter, or use a duller target.",
+    "target_scale": "Measure the target with a caliper: its squares are not what the data set says.",
+    "target_warp": "Use a stiffer target, or glue it to glass.",
+}
+REMEDY: Final = "Use the corrected model."
+SITES: Mapping[str, str] = {
+    "camera": "the lens and how it is fixed",
+    "laser": "the projector: its mount, its warm-up, its focus",
+    "hand_eye": "the bracket between flange and scanner",
+    "target": "the target: flatness, print, fixing",
+    "base": "what base and target stand on",
+    "timing": "how camera and joint readings are synchronised",
+    "image": "single images, and how the stripe is found in them",
+    "tool": "how ball or reflectors are fixed to the flange",
+}
+"""What to look at, by the site where something unexplained lies; a joint is a joint."""
+
+
+def caveats(diagnosis: Diagnosis, found: Finding, number: str) -> list[str]:
+    """What to beware of with a number of an effect, the gravest first."""
+    said = []
+    if found.rivals:
+        others = ", ".join(f"{rival.kind.name} at {rival.where}" for rival in found.rivals)
+        said.append(f"these poses cannot tell it from {others}")
+    if found.probability < SURE:
+        said.append("likely rather than sure")
+    one = found.numbers[number]
+    if one.std is None:
+        said.append("its error is not known: these data do not fix it")
+    elif abs(one.value) < CLEAR * one.std:
+        said.append("may as well be zero")
+    if diagnosis.verdict == "unexplained":
+        said.append("something unexplained is left, which it may have taken a part of")
+    return [*said, CAVEATS.get(found.suspect.kind.name, CAVEAT)]
+
+
+def to_do(diagnosis: Diagnosis) -> list[str]:
+    """What to do next, most useful first."""
+    said = []
+    for found in diagnosis.findings:
+        remedy = REMEDIES.get(found.suspect.kind.name, REMEDY).format(where=found.suspect.where)
+        said.append(f"{found.suspect.kind.name} at {found.suspect.where}: {remedy}")
+    if diagnosis.verdict == "unexplained":
+        said.append(_look(diagnosis))
+    if diagnosis.next_poses:
+        said.append(_measure(diagnosis))
+    if len(diagnosis.gross):
+        said.append("Look at the images of the gross errors listed below; they count for nothing here.")
+    if diagnosis.findings:
+        said.append("Until then use the corrected model, `calibration.json`: it has all the effects found.")
+    if diagnosis.verdict == "no_gap":
+        said.append(
+            "Nothing needs mending. To become more accurate than this, lower the noise: repeat shots, or find the"
+            " stripe better."
+        )
+    return said
+
+
+def _look(diagnosis: Diagnosis) -> str:
+    if not diagnosis.where:
+        return "The rest lies at no one place. More poses, spread wider, may show where."
+    site = diagnosis.where[0].site
+    return (
+        f"Look at {SITES.get(site, f'{site}: gear, encoder and bearings')}. The rest goes with the"
+        f" {diagnosis.where[0].coordinate}, in no form that an effect of the library has; your own effect may."
+    )
+
+
+def _measure(diagnosis: Diagnosis) -> str:
+    count = len(diagnosis.next_poses)
+    poses = "the pose" if count == 1 else f"the {count} poses"
+    torn = next((found for found in diagnosis.findings if found.rivals), None)
+    if torn is None:
+        return f"Measure {poses} listed below: they would tell most."
+    rival = torn.rivals[0]
+    return (
+        f"Measure {poses} listed below: they tell {torn.suspect.kind.name} at {torn.suspect.where} from"
+        f" {rival.kind.name} at {rival.where}."
+    )

@@ -1,0 +1,84 @@
+"""The page a person looks at after a diagnosis: one file that needs nothing else."""
+
+from robolaser.dataset import Dataset
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.report import words
+from robolaser.report.diagnosis import rows
+from robolaser.report.diagnosis.advice import to_do
+from robolaser.report.digits import millimetres, plain
+from robolaser.report.page import render
+
+VERDICTS = {
+    "no_gap": "no gap",
+    "explained": "explained",
+    "unexplained": "unexplained",
+}
+FEW = 8
+"""Rows of a table of details from which it is folded away until asked for."""
+
+
+def page(diagnosis: Diagnosis, *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        diagnosis: The result.
+        command: What to type to repeat it.
+    """
+    from robolaser.report.diagnosis.pictures import FIRST, THEN  # noqa: PLC0415 - Matplotlib is slow to import
+
+    lead, _, sense = diagnosis.sentence.partition(". ")
+    joints, poses = rows.pose_table(diagnosis)
+    return render(
+        "diagnosis.html",
+        diagnosis=diagnosis,
+        dataset=diagnosis.dataset,
+        verdict=VERDICTS[diagnosis.verdict],
+        setting=setting(diagnosis),
+        lead=f"{lead.rstrip('.')}.",
+        sense=sense,
+        gap=gap_lines(diagnosis),
+        effects=rows.effect_rows(diagnosis),
+        rivals=rows.rival_rows(diagnosis),
+        places=rows.place_rows(diagnosis),
+        limits=list(rows.limit_rows(diagnosis)),
+        joints=joints,
+        next_poses=poses,
+        gross=list(rows.gross_rows(diagnosis)),
+        noise=list(noise_lines(diagnosis)),
+        to_do=to_do(diagnosis),
+        first=[drawn for draw in FIRST if (drawn := draw(diagnosis)) is not None],
+        pictures=[drawn for draw in THEN if (drawn := draw(diagnosis)) is not None],
+        few=FEW,
+        command=command,
+        version=words.version(),
+    )
+
+
+def setting(diagnosis: Diagnosis) -> str:
+    """What was diagnosed from what."""
+    dataset: Dataset = diagnosis.dataset
+    arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
+    seen = len(set(dataset.points.pose.tolist()))
+    return f"{words.MEASURED_BY[dataset.kind]}, {arm}, {len(dataset.points)} points in {seen} poses"
+
+
+def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """The gap step by step: what, how much, and how to read it."""
+    gap = diagnosis.gap
+    low, high = gap.after_ci95_m
+    lines = [
+        ("the sim as given", millimetres(gap.nominal_m), "before anything was fitted"),
+        ("calibrated", millimetres(gap.calibrated_m), "ordinary parameters fitted, no effect in the model"),
+        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetres(low)} to {millimetres(high)}"),
+        ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
+    ]
+    return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
+
+
+def noise_lines(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Each source of noise and its standard deviation."""
+    lines = []
+    for name, sigma in diagnosis.noise.items():
+        what, unit = words.SOURCES.get(name, (name, ""))
+        lines.append((what, plain(sigma, unit, 2)))
+    return lines

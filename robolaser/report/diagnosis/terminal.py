@@ -1,0 +1,72 @@
+"""A diagnosis in twenty lines on the terminal."""
+
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from robolaser.diagnosis.result import Diagnosis, Number
+from robolaser.report.diagnosis import rows
+from robolaser.report.diagnosis.advice import caveats, to_do
+from robolaser.report.diagnosis.page import gap_lines, setting
+from robolaser.report.digits import millimetres
+
+WIDE = 160  # of text that goes to a file
+MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
+"""Lines of each."""
+
+
+def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print verdict, gap, effects, places and what to do; plain text where nobody looks on.
+
+    Args:
+        diagnosis: The result.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
+    """
+    out = console or Console(highlight=False)
+    if not out.is_terminal:
+        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+    out.print(Text(f"{diagnosis.dataset.name}: {setting(diagnosis)}", style="bold"))
+    out.print(Text(diagnosis.sentence))
+    for what, size, how in gap_lines(diagnosis):
+        out.print(Text(f"  {what:<17} {size:>10}   ") + Text(how, style="dim"))
+    if diagnosis.findings:
+        out.print(_effects(diagnosis))
+    for place in rows.place_rows(diagnosis)[:MOST_PLACES]:
+        what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
+        out.print(Text(f"{place.share:.0f} % {what} at {place.site}, going with the {place.coordinate}", style="dim"))
+    for advice in to_do(diagnosis)[:MOST_ADVICE]:
+        out.print(Text(f"- {advice}"))
+    if diagnosis.not_testable:
+        out.print(Text(f"Not testable: {', '.join(diagnosis.not_testable)}", style="dim"))
+    if folder is not None:
+        out.print(Text(f"Look at {folder / 'report.html'}"))
+
+
+def _effects(diagnosis: Diagnosis) -> Table:
+    """A line for each effect, with the number that is farthest from zero and the gravest caveat."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    for heading in ("effect", "value", "probability", "gap without it", "beware"):
+        table.add_column(heading, no_wrap=True)
+    for found in diagnosis.findings[:MOST_EFFECTS]:
+        name = max(found.numbers, key=lambda one: _clarity(found.numbers[one]))
+        table.add_row(
+            Text(f"{found.suspect.kind.name}:{found.suspect.where} {name}"),
+            rows.with_error(found.numbers[name]),
+            rows.percent(found.probability),
+            millimetres(found.gap_without_m),
+            Text(caveats(diagnosis, found, name)[0], style="dim"),
+        )
+    left = len(diagnosis.findings) - MOST_EFFECTS
+    if left > 0:
+        table.add_row(Text(f"and {left} more"), "in diagnosis.json")
+    for column in table.columns[:-1]:
+        column.min_width = max(len(str(cell)) for cell in (column.header, *column.cells))
+    return table
+
+
+def _clarity(number: Number) -> float:
+    return abs(number.value) / number.std if number.std else 0.0

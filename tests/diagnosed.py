@@ -1,0 +1,112 @@
+"""Small diagnoses of every kind of sensor and verdict, put together by hand rather than found."""
+
+from dataclasses import replace
+
+import numpy as np
+from calibrated import arm, point, socket, stripe
+
+from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number
+from robolaser.diagnosis.where import Lies
+from robolaser.diagnosis.words import sentence
+from robolaser.effects import EFFECTS, suspects
+from robolaser.effects.effect import Suspect
+
+GEOMETRIC = ("joint_offset:bend", "link_geometry:lift")
+BY_NAME = {kind.name: kind for kind in EFFECTS}
+
+
+def suspect(text):
+    name, _, where = text.partition(":")
+    return Suspect(BY_NAME[name], where)
+
+
+def of(calibration, verdict="explained", *, rivals=(), gross=()):
+    """A diagnosis whose final model is that of a calibration."""
+    model, x = calibration.model, calibration.x
+    names = model.parameters.names
+    after = calibration.residuals
+    rng = np.random.default_rng(8)
+    before = after + (5e-4 * rng.normal(size=after.shape) if model.suspects else 0.0)
+    gap_m = np.geomspace(8e-4, 1.2e-4, len(model.suspects) + 1) if verdict != "no_gap" else np.array([1.12e-4])
+    findings = []
+    for k, one in enumerate(model.suspects):
+        numbers = {}
+        for item in one.parameters.items:
+            i = names.index(item.name)
+            std = float(calibration.std[i])
+            number = Number(float(x[i]), std if np.isfinite(std) else None, item.unit)
+            numbers[item.name.rpartition(".")[2]] = number
+        findings.append(Finding(one, 0.97, numbers, gap_m[k], gap_m[k + 1], gap_m[0], tuple(map(suspect, rivals))))
+    joints = model.dataset.robot.joints if model.dataset.robot else ()
+    site = model.suspects[0].where if model.suspects else "base"
+    lies = (
+        ()
+        if verdict == "no_gap"
+        else (Lies(site, f"angle of {site}", 0.91, 80.0, 1e-12), Lies("image", "time", 0.06, 20.0, 1e-3))
+    )
+    gap = Gap(0.012, gap_m[0], gap_m[-1], 1.1e-4, (0.9 * gap_m[-1], 1.1 * gap_m[-1]))
+    gross = np.array(gross, dtype=np.int64)
+    free = (suspect("backlash:turn"), suspect("joint_offset:turn")) if joints else ()
+    return Diagnosis(
+        dataset=model.dataset,
+        verdict=verdict,
+        sentence=sentence(verdict, findings, lies, gap, gross),
+        gap=gap,
+        where=lies,
+        findings=tuple(findings),
+        gross=gross,
+        not_testable={"latency": "no joint velocities in the data"},
+        next_poses=tuple({name: 0.1 * (k + 1) for name in joints} for k in range(2 if joints else 0)),
+        limits=tuple(Limit(one, one.kind.declared()[0][0], size, "rad") for one, size in zip(free, (1e-4, None))),
+        front=tuple(Choice(model.suspects[:k], float(gap_m[k])) for k in range(len(gap_m))),
+        model=model,
+        x=x,
+        std=calibration.std,
+        observed=model.dataset,
+        before_m=before,
+        after_m=after,
+        noise=calibration.noise,
+        seconds=2.5,
+    )
+
+
+def with_effects(calibration, wanted, seed=9):
+    """The same data, made up again as a cell with effects would give them."""
+    rng = np.random.default_rng(seed)
+    model = replace(calibration.model, suspects=suspects(wanted, calibration.model.dataset))
+    sizes = rng.uniform(0.02, 0.1, len(model.effect_parameters)) * model.effect_parameters.upper
+    x = np.concatenate([calibration.x, sizes])
+    std = np.concatenate([calibration.std, 0.02 * np.abs(sizes)])
+    residuals = rng.normal(scale=1e-4, size=calibration.residuals.shape)
+    bounds = np.zeros(len(x), dtype=bool)
+    return replace(calibration, model=model, x=x, std=std, residuals=residuals, held_out=None, on_bound=bounds)
+
+
+def explained():
+    return of(stripe(robot=arm(), effects=(*GEOMETRIC, "laser_roll")), rivals=("encoder_scale:bend",), gross=(3, 7))
+
+
+def no_gap():
+    return of(stripe(robot=arm()), "no_gap", gross=(5,))
+
+
+def unexplained():
+    return of(with_effects(point(), ("joint_offset:bend",)), "unexplained")
+
+
+def nothing_known():
+    return of(with_effects(socket(), ()), "unexplained")
+
+
+def without_robot():
+    return of(stripe(effects=("laser_roll", "radial_distortion")), "explained")
+
+
+MADE = {
+    "explained": explained,
+    "no_gap": no_gap,
+    "unexplained": unexplained,
+    "nothing_known": nothing_known,
+    "without_robot": without_robot,
+}
+"""Diagnoses to report on."""
