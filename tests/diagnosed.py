@@ -56,8 +56,10 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         findings=tuple(findings),
         gross=gross,
         not_testable={"latency": "no joint velocities in the data"},
-        next_poses=tuple({name: 0.1 * (k + 1) for name in joints} for k in range(2 if joints else 0)),
-        limits=tuple(Limit(one, one.kind.declared()[0][0], size, "rad") for one, size in zip(free, (1e-4, None))),
+        next_poses=tuple(dict.fromkeys(joints, 0.1 * (k + 1)) for k in range(2 if joints else 0)),
+        limits=tuple(
+            Limit(one, one.kind.declared()[0][0], size, "rad") for one, size in zip(free, (1e-4, None), strict=False)
+        ),
         front=tuple(Choice(model.suspects[:k], float(gap_m[k])) for k in range(len(gap_m))),
         model=model,
         x=x,

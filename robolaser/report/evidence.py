@@ -99,7 +99,8 @@ def known_points(model: Model, values: Values, bend: Bend) -> Array:
     """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
     points = model.dataset.points
     if isinstance(model.sensor, Stripe):
-        return model.sensor.target(values, bend)[0]
+        known: Array = model.sensor.target(values, bend)[0]
+        return known
     if points.xyz is not None:
         measured: Array = bend(Seam.TARGET, points.xyz[None])[0]
         return measured

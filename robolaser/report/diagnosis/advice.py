@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from robolaser.diagnosis.result import Diagnosis, Finding
+from robolaser.diagnosis.result import Diagnosis, Finding, Number
 
 SURE = 0.95
 """Probability below which a finding is called a likelihood."""
@@ -66,22 +66,24 @@ SITES: Mapping[str, str] = {
 """What to look at, by the site where something unexplained lies; a joint is a joint."""
 
 
-def caveats(diagnosis: Diagnosis, found: Finding, number: str) -> list[str]:
-    """What to beware of with a number of an effect, the gravest first."""
+def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
+    """What to beware of with an effect, the gravest first; never nothing."""
     said = []
     if found.rivals:
         others = ", ".join(f"{rival.kind.name} at {rival.where}" for rival in found.rivals)
         said.append(f"these poses cannot tell it from {others}")
     if found.probability < SURE:
         said.append("likely rather than sure")
-    one = found.numbers[number]
-    if one.std is None:
-        said.append("its error is not known: these data do not fix it")
-    elif abs(one.value) < CLEAR * one.std:
-        said.append("may as well be zero")
     if diagnosis.verdict == "unexplained":
-        said.append("something unexplained is left, which it may have taken a part of")
+        said.append("may have taken a part of what is unexplained")
     return [*said, CAVEATS.get(found.suspect.kind.name, CAVEAT)]
+
+
+def doubt(number: Number) -> str:
+    """What to beware of with one number; may be empty."""
+    if number.std is None:
+        return "not fixed by these data"
+    return "may as well be zero" if abs(number.value) < CLEAR * number.std else ""
 
 
 def to_do(diagnosis: Diagnosis) -> list[str]:

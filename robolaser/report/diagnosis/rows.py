@@ -11,7 +11,7 @@ from robolaser.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis, Limit, Number
 from robolaser.effects.effect import Suspect
 from robolaser.effects.places import moving_joints
-from robolaser.report.diagnosis.advice import caveats
+from robolaser.report.diagnosis.advice import caveats, doubt
 from robolaser.report.digits import measured, millimetres, plain
 
 SMALL = 1e-3
@@ -21,16 +21,15 @@ SMALL = 1e-3
 @final
 @dataclass(frozen=True)
 class EffectRow:
-    """One number of an effect that was found.
+    """An effect that was found.
 
     Attributes:
-        effect: Its name; empty in all but its first row.
+        effect: Its name.
         where: Its place.
         meaning: In a few words.
-        number: Which of the effect's numbers.
-        value: With its error and unit.
-        probability: Of the effect; empty in all but its first row.
-        closes: The gap before and after; empty in all but its first row.
+        numbers: Name of each, value with error and unit, and what to beware of with it.
+        probability: Of the effect.
+        closes: The gap before and after.
         without: The gap when this one alone is taken out again.
         caveat: What to beware of.
     """
@@ -38,8 +37,7 @@ class EffectRow:
     effect: str
     where: str
     meaning: str
-    number: str
-    value: str
+    numbers: Sequence[tuple[str, str, str]]
     probability: str
     closes: str
     without: str
@@ -69,25 +67,20 @@ class PlaceRow:
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
-    """The effects found, most important first, a row for each of their numbers."""
-    rows = []
-    for found in diagnosis.findings:
-        for i, (name, number) in enumerate(found.numbers.items()):
-            first = i == 0
-            rows.append(
-                EffectRow(
-                    effect=found.suspect.kind.name if first else "",
-                    where=found.suspect.where,
-                    meaning=found.suspect.kind.title if first else "",
-                    number=name,
-                    value=with_error(number),
-                    probability=percent(found.probability) if first else "",
-                    closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}" if first else "",
-                    without=millimetres(found.gap_without_m) if first else "",
-                    caveat="; ".join(caveats(diagnosis, found, name)),
-                )
-            )
-    return rows
+    """The effects found, most important first."""
+    return [
+        EffectRow(
+            effect=found.suspect.kind.name,
+            where=found.suspect.where,
+            meaning=found.suspect.kind.title,
+            numbers=[(name, with_error(number), doubt(number)) for name, number in found.numbers.items()],
+            probability=percent(found.probability),
+            closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
+            without=millimetres(found.gap_without_m),
+            caveat="; ".join(caveats(diagnosis, found)),
+        )
+        for found in diagnosis.findings
+    ]
 
 
 def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:

@@ -58,7 +58,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
             rows.with_error(found.numbers[name]),
             rows.percent(found.probability),
             millimetres(found.gap_without_m),
-            Text(caveats(diagnosis, found, name)[0], style="dim"),
+            Text(caveats(diagnosis, found)[0], style="dim"),
         )
     left = len(diagnosis.findings) - MOST_EFFECTS
     if left > 0:

@@ -1,6 +1,7 @@
 """The cell drawn in a typical pose, the guilty places marked."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +17,7 @@ from robolaser.report.diagnosis.rows import percent
 ELEVATION = np.radians(18.0)
 """How far from above the cell is looked at."""
 FAN_LINES = 40
-LEAST_SHARE = 0.05
+LEAST_SHARE = 0.1
 """Share from which on a place is guilty."""
 
 
@@ -109,10 +110,8 @@ def _target(ax: Axes, points: Array, is_guilty: object) -> None:
     from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - only here
 
     colour = HELD_OUT if is_guilty else MUTED
-    try:
+    with suppress(QhullError, ValueError):  # a few points on a line have no outline
         ax.add_patch(Polygon(points[ConvexHull(points).vertices], fc=GRID, ec=colour, alpha=0.5, lw=1.0, zorder=0))
-    except (QhullError, ValueError):
-        pass
     ax.plot(*points.T, "o", ms=1.5, mew=0, color=colour, alpha=0.6, zorder=1)
 
 
@@ -128,8 +127,9 @@ def _marks(ax: Axes, posture: Posture, view: Array, guilty: Mapping[str, str]) -
         at = places[site] @ view
         if site != "target":
             ax.plot(*at, "o", ms=11, color=HELD_OUT, zorder=5)
+        beside = (11, 5) if site in posture.joints else (11, -15)
         ax.annotate(
-            _label(site, guilty), at, (11, 5), textcoords="offset points", color=HELD_OUT, weight="bold", zorder=6
+            _label(site, guilty), at, beside, textcoords="offset points", color=HELD_OUT, weight="bold", zorder=6
         )
     elsewhere = [_label(site, guilty) for site in guilty if site not in places]
     if elsewhere:
@@ -145,5 +145,5 @@ def _label(site: str, guilty: Mapping[str, str]) -> str:
     return f"{site} {guilty[site]}".rstrip()
 
 
-def _colour(site: str, guilty: Sequence[str] | Mapping[str, str]) -> str:
+def _colour(site: str, guilty: Mapping[str, str]) -> str:
     return HELD_OUT if site in guilty else INK

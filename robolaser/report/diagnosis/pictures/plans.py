@@ -30,7 +30,7 @@ def plans(diagnosis: Diagnosis) -> Picture:
     shown = both if diagnosis.findings else {"now": diagnosis.after_m}
     lengths = lengths_mm(next(iter(shown.values())))
     rows = some_rows(lengths, MOST)
-    factor = magnification(float(np.percentile(lengths, 95)), float(extent[across].max()))
+    factor = magnification(float(np.percentile(lengths, 95)), 2 * float(extent[across].max()))
 
     def paint(figure: Figure) -> None:
         wide = extent[across[0]] > WIDE * extent[across[1]]

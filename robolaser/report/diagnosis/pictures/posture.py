@@ -87,7 +87,8 @@ def typical(model: Model) -> int:
 
 def _projector(T_base_camera: Array, values: Values) -> Array:
     """Where the sheet cuts the camera's x axis."""
-    return apply(T_base_camera, np.array([[float(values["b"][0]), 0.0, 0.0]]))[0]
+    place: Array = apply(T_base_camera, np.array([float(values["b"][0]), 0.0, 0.0]))
+    return place
 
 
 def _seen(model: Model, values: Values, bend: Bend, pose: int) -> Array:
