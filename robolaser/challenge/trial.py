@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +96,7 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
     return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
 
 
-def score(folder: Path, *, seed: int = 1, tell: Told = _nothing) -> dict[str, Any]:
+def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Told = _nothing) -> dict[str, Any]:
     """Open the seals of a trial and score the diagnoses in it.
 
     A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written there.
@@ -102,6 +104,7 @@ def score(folder: Path, *, seed: int = 1, tell: Told = _nothing) -> dict[str, An
     Args:
         folder: Of the trial.
         seed: Of the diagnoses that are still to be made.
+        jobs: How many of them at a time.
         tell: Progress.
 
     Returns:
@@ -112,15 +115,23 @@ def score(folder: Path, *, seed: int = 1, tell: Told = _nothing) -> dict[str, An
         DiagnosisUnreadable: A file is no diagnosis.
     """
     truths = unseal(folder)
-    outcomes = {}
-    for i, (name, truth) in enumerate(truths.items()):
-        tell("diagnosing", i / len(truths))
-        path = folder / name / DIAGNOSIS
-        if not path.exists():
-            path.parent.mkdir(exist_ok=True)
-            write_text(path, json.dumps(diagnosed(load(folder / name), seed=seed), indent=1) + "\n")
-        outcomes[name] = outcome(truth, read_diagnosis(path))
-    return tally(outcomes)
+    missing = [folder / name for name in truths if not (folder / name / DIAGNOSIS).exists()]
+    if jobs == 1:
+        for i, world in enumerate(missing):
+            tell("diagnosing", i / len(missing))
+            _diagnose(world, seed)
+    else:
+        with ProcessPoolExecutor(jobs) as pool:
+            for i, _ in enumerate(pool.map(_diagnose, missing, repeat(seed))):
+                tell("diagnosing", i / len(missing))
+    return tally({name: outcome(truth, read_diagnosis(folder / name / DIAGNOSIS)) for name, truth in truths.items()})
+
+
+def _diagnose(world: Path, seed: int) -> None:
+    found = diagnosed(load(world), seed=seed)
+    path = world / DIAGNOSIS
+    path.parent.mkdir(exist_ok=True)
+    write_text(path, json.dumps(found, indent=1) + "\n")
 
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:

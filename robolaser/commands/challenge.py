@@ -69,6 +69,7 @@ class Challenge(Command):
         parser.add_argument("folder", metavar="DIR", type=Path, help="of the trial")
         parser.add_argument("--output", metavar="DIR", type=Path, help="for score.json; default: the trial's folder")
         parser.add_argument("--seed", metavar="N", type=seed, default=1, help="of diagnoses not yet made; default: 1")
+        parser.add_argument("--jobs", metavar="N", type=count, default=1, help="diagnoses at a time; default: 1")
         parser.add_argument("--force", action="store_true", help="overwrite a score that is there")
         parser.set_defaults(act=_score)
 
@@ -140,9 +141,10 @@ def _score(args: argparse.Namespace) -> None:
     file = folder / "score.json"
     if file.exists() and not args.force:
         raise OutputExists(file)
+    if args.output:
+        make_folder(folder)
     with progress_bar() as tell:
-        scored = score(args.folder, seed=args.seed, tell=tell)
-    make_folder(folder)
+        scored = score(args.folder, seed=args.seed, jobs=args.jobs, tell=tell)
     write_text(file, json.dumps(scored, indent=1) + "\n")
     print("\n".join(summary(scored)))
     print(f"Wrote {file}")
@@ -160,6 +162,8 @@ TITLES = {
 
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
+    from robolaser.challenge.worlds.families import STRANGERS  # noqa: PLC0415 - `--help` must not pay for physics
+
     lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
     lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]
     unknown = scored["unknown"]
@@ -183,6 +187,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         for true, row in scored["confusion"].items()
         for column, said in row.items()
         if column not in (true, "no_gap") and true not in ("none", "outliers")
+        if column != "unexplained" or true not in STRANGERS
     ]
     lines += [f"{said:4d} x {text}" for said, text in sorted(taken, reverse=True)[:MOST_ROWS]]
     return lines

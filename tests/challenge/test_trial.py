@@ -53,6 +53,14 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial, jobs):
+    for path in sorted(trial.rglob(DIAGNOSIS.name))[:2]:
+        path.unlink()
+    assert main(["challenge", "score", str(trial), "--jobs", jobs]) == 0
+    assert len(list(trial.rglob(DIAGNOSIS.name))) == 4
+
+
 def test_a_score_that_is_there_stays_unless_forced(trial):
     main(["challenge", "score", str(trial)])
     assert main(["challenge", "score", str(trial)]) == 1
@@ -104,6 +112,13 @@ def test_what_cannot_be_is_said_in_a_sentence(typed, code, message, trial, tmp_p
     words = [word.format(trial=trial, new=tmp_path / "new") for word in typed]
     assert main(["challenge", *words]) == code
     assert message in capsys.readouterr().err
+
+
+def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, capsys):
+    floating = tmp_path / "floating"
+    assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
+    assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
+    assert "nobody knows where its target is" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
