@@ -1,10 +1,13 @@
 """The gap against the number of effects: what each further effect buys, as the best sets of every size show."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
 from pymoo.core.duplicate import DefaultDuplicateElimination
+from pymoo.core.mating import Mating
+from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.optimize import minimize
 
 from robolaser.arrays import Array, Bools, Ints
@@ -18,11 +21,11 @@ from robolaser.problems import Addition, BestAmplitudes, GapAgainstComplexity, N
 
 LEADERS = 12
 """Effects that the front is made of."""
-POPULATION = 48
+POPULATION = 60
 GENERATIONS = 30
 CROSSED = 0.85
-MUTATED = 0.1
-SLOWING = 2.0
+MUTATED = 0.2
+SLOWING = 1.0
 """Of the non-uniform mutation: inclusion numbers must go on crossing the middle."""
 TRIED = 3
 """Matings to fill a generation: few effects have few sets, and soon none is new."""
@@ -78,7 +81,7 @@ def stepwise(fitted: Fitted, signatures: Sequence[Signature], most: int = LEADER
     tall = np.column_stack([columns / np.sqrt(size), fitted.rest])
     G = tall.T @ tall
     ends = np.cumsum([0] + [signature.columns.shape[1] for signature in signatures])
-    spans = [np.arange(start, end) for start, end in zip(ends, ends[1:], strict=False)]
+    spans = [np.arange(start, end) for start, end in pairwise(ends)]
     prices = [price(signature.suspect, signature.tried) for signature in signatures]
     order: list[int] = []
     for _ in range(min(most, len(signatures))):
@@ -136,15 +139,17 @@ def question(fitted: Fitted, signatures: Sequence[Signature], fold: Ints) -> Gap
 
 def searched(problem: GapAgainstComplexity, seed: int) -> Bools:
     """The sets of effects in NSGA-II's last generation, (c, n); the first effects are taken to be the best."""
-    algorithm = NSGA2(
-        pop_size=POPULATION,
-        sampling=_first_generation(problem, np.random.default_rng(seed)),
-        crossover=ArithmeticCrossover(prob=CROSSED),
-        mutation=NonUniformMutation(prob_var=MUTATED, b=SLOWING),
+    each_set_once = DefaultDuplicateElimination(func=lambda pop: problem.chosen(pop.get("X")).astype(float))
+    mating = Mating(
+        TournamentSelection(func_comp=binary_tournament),
+        ArithmeticCrossover(prob=CROSSED),
+        NonUniformMutation(prob_var=MUTATED, b=SLOWING),
         repair=BestAmplitudes(),
-        eliminate_duplicates=DefaultDuplicateElimination(func=lambda pop: problem.chosen(pop.get("X")).astype(float)),
+        eliminate_duplicates=each_set_once,
         n_max_iterations=TRIED,
     )
+    first = _first_generation(problem, np.random.default_rng(seed))
+    algorithm = NSGA2(POPULATION, first, mating=mating, eliminate_duplicates=each_set_once)
     found = minimize(problem, algorithm, ("n_gen", GENERATIONS), seed=seed)
     return problem.chosen(found.pop.get("X"))
 
