@@ -74,17 +74,17 @@ def _no_gap(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str
 
 
 def _explained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
-    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}."
+    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_untold(findings)}"
 
 
 def _unexplained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
-    lies = f" It lies at {where[0].site}, and goes with the {where[0].coordinate}." if where else ""
+    lies = f" What is left lies at {where[0].site} ({where[0].coordinate})." if where else ""
     if not findings:
         return (
             f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
             f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
         )
-    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}: something is left.{lies}"
+    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}.{lies}{_untold(findings)}"
 
 
 def _shrinks(gap: Gap) -> str:
@@ -95,16 +95,25 @@ def _shrinks(gap: Gap) -> str:
 
 
 def _causes(findings: Sequence[Finding]) -> str:
-    clauses = [_hedged(found) for found in findings[:NAMED]]
+    clauses = [clause(found.suspect) for found in findings[:NAMED]]
     more = len(findings) - len(clauses)
     if more:
         clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
     return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
 
 
-def _hedged(found: Finding) -> str:
-    if not found.rivals:
-        return clause(found.suspect)
-    others = f" and {len(found.rivals) - 1} more" if len(found.rivals) > 1 else ""
-    rival = found.rivals[0]
-    return f"{clause(found.suspect)} (or {rival.kind.name} at {rival.where}{others}: these poses cannot tell)"
+def _untold(findings: Sequence[Finding]) -> str:
+    """What could as well be the cause; may be empty."""
+    torn = [found for found in findings if found.rivals]
+    said = [f"{_at(found.suspect)} from {_one_of(found.rivals)}" for found in torn[:NAMED]]
+    more = len(torn) - len(said)
+    others = f", nor {more} more from theirs" if more else ""
+    return f" These poses do not tell {', nor '.join(said)}{others}." if said else ""
+
+
+def _one_of(rivals: Sequence[Suspect]) -> str:
+    return _at(rivals[0]) + (f" and {len(rivals) - 1} more" if len(rivals) > 1 else "")
+
+
+def _at(suspect: Suspect) -> str:
+    return f"{suspect.kind.name} at {suspect.where}"

@@ -96,11 +96,11 @@ def _against_noise(over: float, chance: float, ratio: float) -> str:
     if over < UNMODELLED:
         return (
             f"That is {times(ratio)} times the noise: a little is unmodelled, or the noise is larger than stated."
-            " Effects added with `--with` may close it."
+            " `robolaser diagnose` says which."
         )
     return (
         f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
-        " mends it. Effects added with `--with` may: `robolaser list effects` shows them."
+        " mends it. `robolaser diagnose` says where it lies, and which effects explain it."
     )
 
 

@@ -113,8 +113,8 @@ def _look(diagnosis: Diagnosis) -> str:
         return "The rest lies at no one place. More poses, spread wider, may show where."
     site = diagnosis.where[0].site
     return (
-        f"Look at {SITES.get(site, f'{site}: gear, encoder and bearings')}. The rest goes with the"
-        f" {diagnosis.where[0].coordinate}, in no form that an effect of the library has; your own effect may."
+        f"Look at {SITES.get(site, f'{site}: gear, encoder and bearings')}. What is left there follows:"
+        f" {diagnosis.where[0].coordinate}, but in no form that an effect of the library has; one of your own may."
     )
 
 

@@ -37,7 +37,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
         out.print(_effects(diagnosis))
     for place in rows.place_rows(diagnosis)[:MOST_PLACES]:
         what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
-        out.print(Text(f"{place.share:.0f} % {what} at {place.site}, going with the {place.coordinate}", style="dim"))
+        out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
     for advice in to_do(diagnosis)[:MOST_ADVICE]:
         out.print(Text(f"- {advice}"))
     if diagnosis.not_testable:

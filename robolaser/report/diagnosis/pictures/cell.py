@@ -12,11 +12,12 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.canvas import FITTED, GRID, HELD_OUT, INK, MUTED, PAPER, Picture, picture
 from robolaser.report.diagnosis.pictures.posture import Posture
-from robolaser.report.diagnosis.rows import percent
 
 ELEVATION = np.radians(18.0)
 """How far from above the cell is looked at."""
 FAN_LINES = 40
+NEAR = 0.06
+"""Distance, relative to the arm's size, below which joints share a label."""
 LEAST_SHARE = 0.1
 """Share from which on a place is guilty."""
 
@@ -65,7 +66,7 @@ def accused(diagnosis: Diagnosis) -> Mapping[str, str]:
     places = [*found, *(site for site, share in shares.items() if share >= LEAST_SHARE and not found)]
     if diagnosis.verdict == "unexplained":
         places += [site for site, share in shares.items() if share >= LEAST_SHARE]
-    return {site: percent(round(min(1.0, shares[site]), 2)) if site in shares else "" for site in dict.fromkeys(places)}
+    return {site: f"{100 * min(1.0, shares[site]):.0f} %" if site in shares else "" for site in dict.fromkeys(places)}
 
 
 def _view(posture: Posture) -> Array:
@@ -134,11 +135,24 @@ def _marks(ax: Axes, posture: Posture, view: Array, guilty: Mapping[str, str]) -
     elsewhere = [_label(site, guilty) for site in guilty if site not in places]
     if elsewhere:
         ax.annotate("\n".join(elsewhere), (0, 1), xycoords="axes fraction", va="top", color=HELD_OUT, weight="bold")
-    if posture.joints:
-        for name, place in zip(posture.joints, posture.line[1:] @ view, strict=False):
-            if name not in guilty:
-                ax.annotate(name, place, (-8, 0), textcoords="offset points", ha="right", va="center", color=MUTED,
-                            fontsize=8)  # fmt: skip
+    for label, at in _innocent(posture, view, guilty):
+        ax.annotate(
+            label, tuple(at), (-9, 0), textcoords="offset points", ha="right", va="center", color=MUTED, fontsize=8
+        )
+
+
+def _innocent(posture: Posture, view: Array, guilty: Mapping[str, str]) -> list[tuple[str, Array]]:
+    """Names of joints that are not guilty, those at one place in one label."""
+    near = NEAR * float(np.ptp(posture.line @ view, axis=0).max())
+    labels: list[tuple[str, Array]] = []
+    for name, at in zip(posture.joints, posture.line[1:] @ view, strict=False):
+        if name in guilty:
+            continue
+        if labels and np.linalg.norm(at - labels[-1][1]) < near:
+            labels[-1] = (f"{labels[-1][0]}, {name}", labels[-1][1])
+        else:
+            labels.append((name, at))
+    return labels
 
 
 def _label(site: str, guilty: Mapping[str, str]) -> str:

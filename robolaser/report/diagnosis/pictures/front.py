@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from robolaser.diagnosis.result import Choice, Diagnosis
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, NOISE, Picture, picture, plain_log
 
-NAMED = 8
-"""Points of the front with their newest effect's name."""
+WORTH_A_NAME = 0.95
+"""Gap over that of the point before, below which a point is named."""
 
 
 def front(diagnosis: Diagnosis) -> Picture | None:
@@ -28,7 +28,7 @@ def front(diagnosis: Diagnosis) -> Picture | None:
         for i, choice in enumerate(choices):
             if frozenset(choice.suspects) == chosen:
                 ax.plot(counts[i], gaps[i], "o", ms=12, mfc="none", mew=1.6, color=HELD_OUT)
-            if i < NAMED:
+            if i == 0 or gaps[i] < WORTH_A_NAME * gaps[i - 1]:
                 label = ax.annotate(_newest(choices, i), (counts[i], gaps[i]), (8, 6), textcoords="offset points",
                                     color=MUTED, fontsize=8.5)  # fmt: skip
                 label.set_in_layout(False)
