@@ -9,6 +9,7 @@ them anew, which they need once the effect library has changed (their rivals are
 import argparse
 import json
 import os
+import sys
 import tempfile
 import time
 import traceback
@@ -100,9 +101,10 @@ def main() -> None:
     seconds, broken = [], 0
     with ProcessPoolExecutor(args.jobs) as pool:
         futures = {pool.submit(run, task): task for task in tasks}
-        for future in as_completed(futures):
+        for done, future in enumerate(as_completed(futures), 1):
             task = futures[future]
             truth, found, spent = future.result()
+            print(f"{done}/{len(tasks)} {task.folder.name} {spent:.1f} s", file=sys.stderr)
             if args.only_make:
                 print(f"{task.folder.name:32} {_places(truth['each'])}", flush=True)
                 continue
