@@ -1,0 +1,161 @@
+"""What the page of a diagnosis promises to whoever opens it."""
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from calibrated import arm, stripe
+from diagnosed import MADE, of
+from test_page import Reader
+
+from robolaser.diagnosis.result import Limit
+from robolaser.report.diagnosis import page
+from robolaser.report.diagnosis.pictures.cell import accused
+from robolaser.report.diagnosis.pictures.posture import Posture
+from robolaser.report.diagnosis.pictures.waterfall import steps
+from robolaser.report.diagnosis.rows import limit_rows, percent
+from robolaser.se3 import inverse
+
+HOSTILE = "<script>alert('$x_$')</script> & \"quotes\" $\\frac$ 測定\x07"
+
+
+@pytest.fixture(scope="module")
+def made():
+    return {name: make() for name, make in MADE.items()}
+
+
+@pytest.fixture(scope="module")
+def pages(made):
+    return {name: page(one, command="robolaser diagnose cell --output result") for name, one in made.items()}
+
+
+@pytest.fixture(params=MADE)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def text(name, pages):
+    return pages[name]
+
+
+@pytest.fixture
+def diagnosis(name, made):
+    return made[name]
+
+
+def said(text):
+    return " ".join("".join(Reader(text).texts).replace("\u2212", "-").split())
+
+
+def test_the_page_needs_nothing_from_elsewhere(text):
+    read = Reader(text)
+    assert all(link.startswith(("#", "data:")) for link in read.links)
+    assert not re.search(r"url\((?!#)|@import", text)
+    assert not [tag for tag, _ in read.tags if tag in ("script", "iframe", "object", "embed")]
+    assert not re.findall(r"https?://(?!www\.w3\.org/)", text)
+    assert len(text.encode()) < 3_000_000
+
+
+def test_every_element_is_closed_and_every_id_its_own(text):
+    read = Reader(text)
+    assert not read.open
+    assert len(set(read.ids)) == len(read.ids)
+
+
+def test_every_picture_is_sound_and_says_what_it_shows(text):
+    pictures = re.findall(r"<svg role.*?</svg>", text, flags=re.DOTALL)
+    assert len(pictures) >= 4
+    for picture in pictures:
+        root = ET.fromstring(picture.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1))
+        assert len(root.get("aria-label")) > 20
+    assert text.count("<figcaption>") == len(pictures)
+
+
+def test_the_verdict_comes_first_then_gap_and_places_then_what_to_do(text, diagnosis):
+    words = said(text)
+    lead = diagnosis.sentence.partition(". ")[0]
+    order = [words.index(lead), words.index("How far the gap shrinks"), words.index("Where the gap lies")]
+    order.append(words.index("What to do"))
+    assert order == sorted(order)
+
+
+def test_every_sentence_of_the_verdict_is_on_the_page(text, diagnosis):
+    for sentence in diagnosis.sentence.rstrip(".").split(". "):
+        assert sentence in said(text)
+
+
+def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagnosis):
+    table = re.search(r'<table class="stacked found".*?</table>', text, flags=re.DOTALL)
+    assert bool(table) == bool(diagnosis.findings)
+    if not table:
+        return
+    rows = table[0].split("<tr ")[2:]
+    assert len(rows) == len(diagnosis.findings)
+    for row, found in zip(rows, diagnosis.findings, strict=True):
+        assert found.suspect.kind.name in row
+        assert f" at {found.suspect.where}" in row
+        assert row.count("±") == len([one for one in found.numbers.values() if one.std is not None])
+        assert percent(found.probability) in row
+        assert row.count(" mm") >= 3
+        assert re.search(r'class="note">[^<]{10,}<', row)
+
+
+def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
+    words = said(pages["explained"])
+    assert "encoder_scale at bend" in words
+    assert "latency" in words
+    assert "no joint velocities in the data" in words
+    dataset = made["explained"].dataset
+    for row in made["explained"].gross:
+        pose, point = dataset.poses.names[dataset.points.pose[row]], dataset.points.names[row]
+        assert f'<th scope="row">{row + 1}</th><td>{pose}</td><td>{point}</td>' in pages["explained"]
+
+
+def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
+    diagnosis = made["explained"]
+    one = replace(diagnosis.limits[0], size=np.radians(0.01))
+    rows = list(limit_rows(replace(diagnosis, limits=(one, Limit(one.suspect, one.number, None, "rad")))))
+    assert len(rows) == 1
+    assert rows[0][0] == one.suspect.kind.name
+    assert rows[0][2].startswith(f"{one.suspect.where} < 0.01°")
+
+
+def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
+    bars = steps(diagnosis)
+    hanging = [bar for bar in bars if bar.before is not None]
+    assert bars[0].after == hanging[0].before == pytest.approx(1e3 * diagnosis.gap.nominal_m)
+    for one, following in zip(hanging, hanging[1:], strict=False):
+        assert one.after == pytest.approx(following.before)
+    assert bars[-2].after == pytest.approx(hanging[-1].after) == pytest.approx(1e3 * diagnosis.gap.after_m)
+    assert bars[-1].after == pytest.approx(1e3 * diagnosis.gap.noise_floor_m)
+
+
+def test_every_guilty_place_is_marked_and_without_a_gap_none(diagnosis):
+    marked = accused(diagnosis)
+    assert {found.suspect.where for found in diagnosis.findings} <= set(marked)
+    assert bool(marked) == (diagnosis.verdict != "no_gap")
+
+
+def test_the_drawn_scanner_hangs_on_the_drawn_flange():
+    diagnosis = of(stripe(robot=arm(), effects=("joint_offset:bend",)))
+    posture = Posture.of(diagnosis)
+    model = diagnosis.model
+    values = model.parameters.values(diagnosis.x[None])
+    mount = model.sensor.mount(values, model.bend(values))[0, 0]
+    flange = model.flange(values)[0, model.dataset.poses.names.index(posture.name)]
+    np.testing.assert_allclose(posture.line[-1], flange[:3, 3], atol=1e-12)
+    np.testing.assert_allclose((inverse(flange) @ np.append(posture.camera, 1.0))[:3], mount[:3, 3], atol=1e-12)
+    assert len(posture.line) == 2 + len(posture.joints)
+
+
+def test_names_from_data_stay_text():
+    read = Reader(page(of(stripe(name=HOSTILE, robot=arm(), effects=("laser_roll",))), command=HOSTILE))
+    assert not [tag for tag, _ in read.tags if tag == "script"]
+    assert "<script>alert" in "".join(read.texts)
+
+
+def test_the_same_diagnosis_gives_the_same_page(made, pages):
+    assert page(made["unexplained"], command="robolaser diagnose cell --output result") == pages["unexplained"]

@@ -1,0 +1,88 @@
+"""What is said of a diagnosis: verdict, advice, and the lines on the terminal."""
+
+import io
+
+import pytest
+from calibrated import arm, stripe
+from diagnosed import MADE, of
+from rich.console import Console
+
+from robolaser.diagnosis.words import SAID, clause
+from robolaser.effects import EFFECTS
+from robolaser.effects.effect import Suspect
+from robolaser.report.diagnosis import print_diagnosis
+from robolaser.report.diagnosis.advice import CAVEATS, REMEDIES, to_do
+from robolaser.report.diagnosis.rows import percent
+
+
+@pytest.fixture(params=MADE)
+def diagnosis(request):
+    return MADE[request.param]()
+
+
+def printed(diagnosis, folder=None):
+    file = io.StringIO()
+    print_diagnosis(diagnosis, folder, console=Console(file=file))
+    return file.getvalue()
+
+
+def test_words_are_only_about_effects_that_there_are():
+    known = {kind.name for kind in EFFECTS}
+    assert set(SAID) <= known
+    assert set(REMEDIES) <= known
+    assert set(CAVEATS) <= known
+
+
+@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
+def test_every_effect_can_be_said_in_a_clause(kind):
+    said = clause(Suspect(kind, "joint_3"))
+    assert len(said) > 15
+    assert "{" not in said
+
+
+def test_an_effect_that_nobody_has_words_for_is_said_by_its_title():
+    class Unheard:
+        name = "unheard"
+        title = "the floor gives way"
+
+    assert clause(Suspect(Unheard, "base")) == "base: the floor gives way"
+
+
+def test_a_verdict_says_millimetres_and_what_noise_gives(diagnosis):
+    assert diagnosis.sentence.count(" mm") >= 2
+    assert "noise alone gives 0.11 mm" in diagnosis.sentence
+    assert diagnosis.sentence.endswith(".")
+
+
+def test_gross_errors_are_counted_in_the_verdict():
+    assert "One row" in MADE["no_gap"]().sentence
+    assert "2 rows" in MADE["explained"]().sentence
+
+
+def test_what_poses_cannot_tell_is_admitted():
+    assert "do not tell joint_offset at bend from encoder_scale at bend" in MADE["explained"]().sentence
+
+
+def test_every_verdict_leads_to_something_to_do(diagnosis):
+    said = to_do(diagnosis)
+    assert said
+    for found in diagnosis.findings:
+        assert any(one.startswith(f"{found.suspect.kind.name} at {found.suspect.where}") for one in said)
+
+
+def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path):
+    text = printed(diagnosis, tmp_path)
+    assert "\x1b" not in text
+    assert len(text.splitlines()) <= 24
+    assert str(tmp_path / "report.html") in text.replace("\n", "")
+    for found in diagnosis.findings:
+        assert f"{found.suspect.kind.name}:{found.suspect.where}" in text
+
+
+def test_names_are_not_taken_for_markup():
+    assert "[bold]x[/bold]" in printed(of(stripe(name="[bold]x[/bold]", robot=arm()), "no_gap"))
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.998, "99.8 %"), (1.0, "> 99.9 %"), (0.0, "< 0.1 %"), (0.5, "50 %")])
+def test_nothing_is_certain(share, said):
+    assert percent(share) == said
