@@ -3,6 +3,7 @@
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -127,7 +128,7 @@ def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
     bars = steps(diagnosis)
     hanging = [bar for bar in bars if bar.before is not None]
     assert bars[0].after == hanging[0].before == pytest.approx(1e3 * diagnosis.gap.nominal_m)
-    for one, following in zip(hanging, hanging[1:], strict=False):
+    for one, following in pairwise(hanging):
         assert one.after == pytest.approx(following.before)
     assert bars[-2].after == pytest.approx(hanging[-1].after) == pytest.approx(1e3 * diagnosis.gap.after_m)
     assert bars[-1].after == pytest.approx(1e3 * diagnosis.gap.noise_floor_m)

@@ -16,6 +16,8 @@ from robolaser.report.digits import millimetres
 WIDE = 160  # of text that goes to a file
 MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
 """Lines of each."""
+LEAST_SHARE = 5.0
+"""Share in per cent, from which on a place is worth a line."""
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
@@ -35,15 +37,23 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
         out.print(Text(f"  {what:<17} {size:>10}   ") + Text(how, style="dim"))
     if diagnosis.findings:
         out.print(_effects(diagnosis))
-    for place in rows.place_rows(diagnosis)[:MOST_PLACES]:
+    places = [place for place in rows.place_rows(diagnosis) if place.share >= LEAST_SHARE]
+    for place in places[:MOST_PLACES]:
         what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
         out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
     for advice in to_do(diagnosis)[:MOST_ADVICE]:
         out.print(Text(f"- {advice}"))
-    if diagnosis.not_testable:
-        out.print(Text(f"Not testable: {', '.join(diagnosis.not_testable)}", style="dim"))
+    if untested := _untested(diagnosis):
+        out.print(Text(f"Not testable: {', '.join(untested)}", style="dim"))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
+
+
+def _untested(diagnosis: Diagnosis) -> list[str]:
+    """Effects that could be tested at none of their places."""
+    tested = {limit.suspect.kind.name for limit in diagnosis.limits if limit.size is not None}
+    tested |= {found.suspect.kind.name for found in diagnosis.findings}
+    return [name for name in diagnosis.not_testable if name not in tested]
 
 
 def _effects(diagnosis: Diagnosis) -> Table:
