@@ -46,6 +46,7 @@ class Search:
     tell: Callable[[str], None] = lambda what: None
     _fits: dict[frozenset[Suspect], Fitted] = field(default_factory=dict)
     _signatures: dict[frozenset[Suspect], list[Signature]] = field(default_factory=dict)
+    _spread: float = np.inf
     _found: dict[Suspect, Signature] = field(default_factory=dict)
 
     def fit(self, near: Fitted, added: Sequence[Signature] = (), removed: Suspect | None = None) -> Fitted:
@@ -89,7 +90,8 @@ class Search:
     def best(self) -> Fitted:
         """The set of effects that explains the most for its price.
 
-        Effects are added while that pays; then each is taken out, or exchanged for another; then again.
+        Effects are added while that pays; then each is taken out, or exchanged for another; then again. All are judged
+        by the least scatter of poses that any set has left so far, so that no step is ever taken back for another's.
         """
         state = self.start
         while True:
@@ -99,7 +101,7 @@ class Search:
             state = better
 
     def _better(self, state: Fitted, options: Sequence[Fitted]) -> Fitted | None:
-        spread = dispersion(min([state, *options], key=lambda fit: fit.misfit))
+        self._spread = spread = min([self._spread, *map(dispersion, [state, *options])])
         best = min(options, key=lambda fit: self.cost(fit, spread), default=state)
         return best if self.cost(best, spread) < self.cost(state, spread) - LEAST_GAIN else None
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import numpy as np
+
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
@@ -14,10 +16,12 @@ from robolaser.seams import Seam
 @final
 @dataclass(frozen=True)
 class JointCompliance(Effect):
-    """A joint behind its encoder yields to what it bears: q' = q - compliance g(q), g the gravity torque.
+    """A joint behind its encoder yields to what it bears: q' = q - compliance g - payload g1 - hardening g |g|.
 
-    It is taken at the angles read, from the URDF's masses and the payload. What the arm weighs in truth scales the
-    number: a URDF that is 10 % too light makes it 10 % too large.
+    g is the gravity torque at the angles read, from the URDF's masses and the payload that is written down. What the
+    arm weighs in truth scales the number: a URDF that is 10 % too light makes it 10 % too large. g1 is the torque of
+    one kilogram at the flange, where scanner and cables weigh what no URDF says: `payload` is their mass times the
+    compliance. Gears stiffen as they wind up (`hardening` below zero) or soften.
     """
 
     name: ClassVar[str] = "joint_compliance"
@@ -26,6 +30,8 @@ class JointCompliance(Effect):
     seam: ClassVar[Seam] = Seam.JOINTS
 
     compliance: Array = parameter(unit="rad/Nm", bound=2e-3, typical=1e-4)
+    payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, typical=1e-4)
+    hardening: Array = parameter(unit="rad/Nm²", bound=1e-4, typical=5e-7)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -38,8 +44,10 @@ class JointCompliance(Effect):
         return () if cls.missing(dataset) else moving_joints(dataset)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
-        """Let the joint sink by compliance times torque."""
+        """Let the joint sink."""
         column = joint_column(scene, self.where)
         bent = spread(passing, len(self.compliance))
-        bent[:, :, column] -= self.compliance[:, None] * scene.gravity_torques[:, column]
+        g, of_one_kg = scene.gravity_torques[:, column], scene.torques_of_one_kg[:, column]
+        bent[:, :, column] -= self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
+        bent[:, :, column] -= self.hardening[:, None] * g * np.abs(g)
         return bent

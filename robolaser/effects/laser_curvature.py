@@ -15,9 +15,10 @@ from robolaser.seams import Seam
 @final
 @dataclass(frozen=True)
 class LaserCurvature(Effect):
-    r"""The sheet bulges along the stripe: a point slides on its viewing ray until :math:`n \cdot P = d + κ y^2 / 2`.
+    r"""The sheet bulges along the stripe: a point slides on its ray until :math:`n \cdot P = d + (κ + c / z) y^2 / 2`.
 
-    y is the camera's coordinate along the stripe, n the nominal sheet's normal: turning it by the few degrees that the
+    κ is the curvature of a sheet that bulges everywhere alike; c that of a cone, as line lenses throw it, which is the
+    flatter the farther from the lens. y is the camera's coordinate along the stripe, n the nominal sheet's normal: turning it by the few degrees that the
     true sheet differs changes κ by as many per cent, and nothing else.
     """
 
@@ -27,6 +28,7 @@ class LaserCurvature(Effect):
     seam: ClassVar[Seam] = Seam.LIGHT
 
     curvature: Array = parameter(unit="1/m", bound=1.0, typical=0.04)
+    cone: Array = parameter(unit="", bound=0.5, typical=0.01)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -39,10 +41,11 @@ class LaserCurvature(Effect):
         return () if cls.missing(dataset) else ("laser",)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
-        """Slide each point P along its ray to s P, with s = 1 + κ (s y)² / (2 n · P)."""
+        """Slide each point P along its ray to s P, with s = 1 + (κ + c/z) (s y)² / (2 n · P)."""
         theta = scene.dataset.parameters["theta"].nominal
         away = np.cos(theta) * passing[..., 0] + np.sin(theta) * passing[..., 2]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            share = self.curvature[:, None] * passing[..., 1] ** 2 / (2 * away)
+            bulge = self.curvature[:, None] + self.cone[:, None] / passing[..., 2]
+            share = bulge * passing[..., 1] ** 2 / (2 * away)
             slide = 2.0 / (1.0 + np.sqrt(np.maximum(1.0 - 4.0 * share, 0.0)))
         return np.asarray(passing * slide[..., None])

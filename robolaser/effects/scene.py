@@ -10,7 +10,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.effects.course import approached, progress, rise
 from robolaser.effects.surface import Plane, plane_of, tilt_of
-from robolaser.effects.weight import torques
+from robolaser.effects.weight import of_one_kg, torques
 from robolaser.robot import Robot
 
 
@@ -78,6 +78,13 @@ class Scene:
         """What each joint must bear at the angles read, the payload included, (n, j) [Nm or N]."""
         assert self.robot is not None  # as above
         return torques(self.robot, self.poses)
+
+    @cached_property
+    def torques_of_one_kg(self) -> Array:
+        """What each joint must bear of one kilogram at the flange, (n, j) [Nm or N]."""
+        assert self.robot is not None  # as above
+        assert self.poses.q is not None
+        return of_one_kg(self.robot, self.poses.q)
 
     @cached_property
     def flange(self) -> Array:

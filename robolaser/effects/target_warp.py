@@ -7,8 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.centres import centres
-from robolaser.effects.effect import Effect, Scene, parameter, shape
+from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.lacking import no_flat_target
 from robolaser.seams import Seam
 
@@ -16,11 +15,11 @@ from robolaser.seams import Seam
 @final
 @dataclass(frozen=True)
 class TargetWarp(Effect):
-    """The target bows along its normal: by xx ξ² + xy ξ η + yy η².
+    """The target's height along its normal is a polynomial of the fourth degree in ξ and η instead of zero.
 
-    ξ and η are the place on the target from where it is true, over half the larger extent of its points; ξ runs along
-    the frame's x axis as near as the plane lets it (along y on a plane across x). Where the target is true is a shape,
-    counted from the middle of the points.
+    ξ and η are the place on the target from the middle of its points, over half their larger extent; ξ runs along the
+    frame's x axis as near as the plane lets it (along y on a plane across x). `xxy` is the factor of ξ² η. Height and
+    slope of the whole (`z`, `x`, `y`) count because a placed target stands where one part of it says.
     """
 
     name: ClassVar[str] = "target_warp"
@@ -34,8 +33,18 @@ class TargetWarp(Effect):
     xx: Array = parameter(unit="m", bound=0.02, typical=5e-4)
     xy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
     yy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    centre_x: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
-    centre_y: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
+    z: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    x: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    y: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xxx: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xxy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xyy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    yyy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xxxx: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xxxy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xxyy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    xyyy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
+    yyyy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -47,15 +56,11 @@ class TargetWarp(Effect):
         """The target of a stripe scanner."""
         return () if cls.missing(dataset) else ("target",)
 
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """The middle and places around it."""
-        return centres(Scene.of(dataset).target.half)
-
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Lift each point along the normal."""
         plane = scene.target
-        centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
-        xi, eta = np.moveaxis(((passing - plane.centre) @ plane.axes[:, :2] - centre) / plane.half, -1, 0)
-        lift = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
+        xi, eta = np.moveaxis((passing - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
+        lift = np.zeros_like(xi)
+        for name, *_ in self.declared():
+            lift = lift + getattr(self, name)[:, None] * xi ** name.count("x") * eta ** name.count("y")
         return np.asarray(passing + lift[..., None] * plane.axes[:, 2])

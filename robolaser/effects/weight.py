@@ -25,14 +25,17 @@ def torques(robot: Robot, poses: Poses) -> Array:
     assert poses.q is not None  # there is a robot, so there are joint angles
     borne = robot.gravity_torques(poses.q)
     mass = payload(poses)
-    if not mass.any():
-        return borne
-    frames = robot.joint_frames(poses.q[None])[0]
-    tip = robot.forward(poses.q[None])[0, :, :3, 3]
+    return borne + mass[:, None] * of_one_kg(robot, poses.q) if mass.any() else borne
+
+
+def of_one_kg(robot: Robot, q: Array) -> Array:
+    """What each joint must bear to hold one kilogram at the flange's origin, (n, j) -> (n, j) [Nm or N]."""
+    frames = robot.joint_frames(q[None])[0]
+    tip = robot.forward(q[None])[0, :, :3, 3]
     chain = list(robot.chain)
     axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], robot.axes[chain])
     arms = np.cross(axes, tip[:, None] - frames[..., :3, 3])
     lever = np.where(robot.prismatic[chain][:, None], axes, arms)
-    borne = borne.copy()
-    borne[:, chain] -= mass[:, None] * (lever @ np.array(robot.gravity))
+    borne = np.zeros_like(q)
+    borne[:, chain] = -(lever @ np.array(robot.gravity))
     return borne
