@@ -9,6 +9,8 @@ from robolaser.effects.effect import Suspect
 
 NAMED = 3
 """Effects that a sentence names; the rest are counted."""
+EVEN = 0.5
+"""Probability below which an effect is said to be perhaps the cause."""
 
 SAID: Mapping[str, str] = {
     "joint_offset": "the zero of {where} is off",
@@ -95,11 +97,15 @@ def _shrinks(gap: Gap) -> str:
 
 
 def _causes(findings: Sequence[Finding]) -> str:
-    clauses = [clause(found.suspect) for found in findings[:NAMED]]
+    clauses = [_perhaps(found) + clause(found.suspect) for found in findings[:NAMED]]
     more = len(findings) - len(clauses)
     if more:
         clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
     return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
+
+
+def _perhaps(found: Finding) -> str:
+    return "" if found.probability >= EVEN else "perhaps "
 
 
 def _untold(findings: Sequence[Finding]) -> str:

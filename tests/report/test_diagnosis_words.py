@@ -1,13 +1,14 @@
 """What is said of a diagnosis: verdict, advice, and the lines on the terminal."""
 
 import io
+from dataclasses import replace
 
 import pytest
 from calibrated import arm, stripe
 from diagnosed import MADE, of
 from rich.console import Console
 
-from robolaser.diagnosis.words import SAID, clause
+from robolaser.diagnosis.words import SAID, clause, sentence
 from robolaser.effects import EFFECTS
 from robolaser.effects.effect import Suspect
 from robolaser.report.diagnosis import print_diagnosis
@@ -68,6 +69,16 @@ def test_every_verdict_leads_to_something_to_do(diagnosis):
     assert said
     for found in diagnosis.findings:
         assert any(one.startswith(f"{found.suspect.kind.name} at {found.suspect.where}") for one in said)
+
+
+def test_what_is_unlikely_is_said_so_and_not_to_be_mended():
+    diagnosis = MADE["unexplained"]()
+    (found,) = diagnosis.findings
+    doubtful = replace(found, probability=0.01)
+    said = sentence("unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.gross)
+    assert "perhaps the zero of bend is off" in said
+    assert "perhaps" not in diagnosis.sentence
+    assert "Do not mend it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]
 
 
 def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path):

@@ -4,11 +4,14 @@ from collections.abc import Mapping
 from typing import Final
 
 from robolaser.diagnosis.result import Diagnosis, Finding, Number
+from robolaser.diagnosis.words import EVEN
 
 SURE = 0.95
 """Probability below which a finding is called a likelihood."""
 CLEAR = 2.0
 """Standard deviations from zero, below which a number may as well be none."""
+FEW = 2
+"""Rivals that a caveat names."""
 
 CAVEATS: Mapping[str, str] = {
     "joint_offset": "counts from the zero that the robot's controller was given",
@@ -70,8 +73,9 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """What to beware of with an effect, the gravest first; never nothing."""
     said = []
     if found.rivals:
-        others = ", ".join(f"{rival.kind.name} at {rival.where}" for rival in found.rivals)
-        said.append(f"these poses cannot tell it from {others}")
+        others = [f"{rival.kind.name} at {rival.where}" for rival in found.rivals[:FEW]]
+        more = len(found.rivals) - len(others)
+        said.append(f"these poses cannot tell it from {', '.join(others)}" + (f" and {more} more" if more else ""))
     if found.probability < SURE:
         said.append("likely rather than sure")
     if diagnosis.verdict == "unexplained":
@@ -91,6 +95,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     said = []
     for found in diagnosis.findings:
         remedy = REMEDIES.get(found.suspect.kind.name, REMEDY).format(where=found.suspect.where)
+        if found.probability < EVEN:
+            remedy = "Do not mend it yet: something else is likelier."
         said.append(f"{found.suspect.kind.name} at {found.suspect.where}: {remedy}")
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))

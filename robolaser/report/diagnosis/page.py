@@ -80,5 +80,5 @@ def noise_lines(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     lines = []
     for name, sigma in diagnosis.noise.items():
         what, unit = words.SOURCES.get(name, (name, ""))
-        lines.append((what, plain(sigma, unit, 2)))
+        lines.append((what, plain(sigma, unit, 2) if sigma > 0 else "not known, taken as none"))
     return lines

@@ -59,8 +59,9 @@ def _untested(diagnosis: Diagnosis) -> list[str]:
 def _effects(diagnosis: Diagnosis) -> Table:
     """A line for each effect, with the number that is farthest from zero and the gravest caveat."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in ("effect", "value", "probability", "gap without it", "beware"):
+    for heading in ("effect", "value", "probability", "gap without it"):
         table.add_column(heading, no_wrap=True)
+    table.add_column("beware")
     for found in diagnosis.findings[:MOST_EFFECTS]:
         name = max(found.numbers, key=lambda one: _clarity(found.numbers[one]))
         table.add_row(
@@ -73,8 +74,6 @@ def _effects(diagnosis: Diagnosis) -> Table:
     left = len(diagnosis.findings) - MOST_EFFECTS
     if left > 0:
         table.add_row(Text(f"and {left} more"), "in diagnosis.json")
-    for column in table.columns[:-1]:
-        column.min_width = max(len(str(cell)) for cell in (column.header, *column.cells))
     return table
 
 

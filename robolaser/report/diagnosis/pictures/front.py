@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from robolaser.diagnosis.result import Choice, Diagnosis
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, NOISE, Picture, picture, plain_log
 
-WORTH_A_NAME = 0.95
+WORTH_A_NAME = 0.9
 """Gap over that of the point before, below which a point is named."""
 
 
@@ -38,10 +38,13 @@ def front(diagnosis: Diagnosis) -> Picture | None:
         ax.set_ylabel("error on new poses, RMS [mm]", color=MUTED)
         plain_log(ax.yaxis)
 
+    ringed = any(frozenset(choice.suspects) == chosen for choice in choices)
     return picture(
         "Gap against complexity",
-        "No set of as few effects leaves a smaller gap than those drawn. Ringed: the set that was chosen; another"
-        " effect would have to close more than it costs.",
+        "No set of as few effects was found that leaves a smaller gap than those drawn."
+        + (
+            " Ringed: the set that was chosen; another effect would have to close more than it costs." if ringed else ""
+        ),
         f"The gap falls from {gaps[0]:.3g} to {gaps[-1]:.3g} mm with {counts[-1]} effects.",
         paint,
     )
