@@ -148,6 +148,16 @@ def test_a_result_is_never_overwritten_silently(cell, tmp_path, capsys, file):
     assert (tmp_path / file).read_text() == "mine"
 
 
+def test_nothing_of_an_overwritten_result_stays(cell, tmp_path):
+    for file in ("diagnosis.json", "robot_corrected.urdf", "camera.yaml"):
+        (tmp_path / file).write_text("of before")
+    geometric = ["--without", "joint_offset", "--without", "link_geometry"]
+    assert main(["diagnose", str(cell), "--output", str(tmp_path), "--force", *geometric]) == 0
+    assert not (tmp_path / "robot_corrected.urdf").exists()
+    assert not (tmp_path / "camera.yaml").exists()
+    assert read(tmp_path / "diagnosis.json")["format"] == "robolaser-diagnosis/1"
+
+
 def test_the_sensor_is_in_the_written_robot():
     for make in MADE.values():
         text = robot_urdf(corrected(make(), 1))

@@ -65,6 +65,8 @@ class Diagnose(Command):
                 RESULT: json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
             }
             write_together({out / name: text.encode() for name, text in texts.items() if text is not None})
+            for name in (name for name, text in texts.items() if text is None):
+                (out / name).unlink(missing_ok=True)  # of the result that was here before
         except KeyboardInterrupt:
             raise Interrupted(None) from None
         print_diagnosis(found, out)
