@@ -129,8 +129,7 @@ class Search:
 def _promised(near: Fitted, added: Sequence[Signature]) -> dict[str, float]:
     """Where the linear model puts all parameters once effects are added, by name."""
     white = np.hstack([signature.white for signature in added])
-    columns = np.hstack([signature.columns for signature in added])
-    amplitudes = -np.linalg.lstsq(columns, near.rest, rcond=1e-6)[0]
+    amplitudes = -np.linalg.lstsq(near.projected(white), near.rest, rcond=1e-6)[0]
     moved = near.x + near.problem.prior * near.step(near.r + white @ amplitudes)
     values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
     at = 0
