@@ -10,6 +10,8 @@ SURE = 0.95
 """Probability below which a finding is called a likelihood."""
 CLEAR = 2.0
 """Standard deviations from zero, below which a number may as well be none."""
+ALIKE = 0.5
+"""Share relative to the largest, from which on a place is worth a look too."""
 FEW = 2
 """Rivals that a caveat names."""
 
@@ -117,10 +119,14 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
 def _look(diagnosis: Diagnosis) -> str:
     if not diagnosis.where:
         return "The rest lies at no one place. More poses, spread wider, may show where."
-    site = diagnosis.where[0].site
+    largest = diagnosis.where[0].share
+    alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
+    sites = list(reversed(alike))
+    looked = "; and at ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
+    follows = ", ".join(dict.fromkeys(alike[site] for site in sites))
     return (
-        f"Look at {SITES.get(site, f'{site}: gear, encoder and bearings')}. What is left there follows:"
-        f" {diagnosis.where[0].coordinate}, but in no form that an effect of the library has; one of your own may."
+        f"Look at {looked}. What is left there follows: {follows}; but in no form that an effect of the library has."
+        " One of your own may."
     )
 
 
