@@ -12,6 +12,7 @@ from robolaser.effects.effect import Suspect
 from robolaser.noise import NoiseModel
 from robolaser.parameters import Parameters
 from robolaser.scanner import Model
+from robolaser.uncertainty import UNIFORM
 
 STEP = 1e-4
 """Of a central difference, as a share of a parameter's scale."""
@@ -59,7 +60,7 @@ class Problem:
         """
         own = sensor or Model(model.dataset).parameters
         parameters = own + model.effect_parameters
-        prior = parameters.width.copy()
+        prior = UNIFORM * parameters.width
         prior[np.isin(parameters.names, model.sensor.held)] = 0.0
         return cls(model, parameters, prior, noise)
 
@@ -74,9 +75,20 @@ class Problem:
         return np.isin(self.parameters.names, list(names))
 
     def within(self, x: Array) -> Array:
-        """Candidates (c, d) with the shapes of effects brought back between their bounds."""
-        inside = np.clip(x, self.parameters.lower, self.parameters.upper)
-        return np.where(self._is_shape, inside, x)
+        """Candidates (c, d) brought back between their bounds."""
+        return np.clip(x, self.parameters.lower, self.parameters.upper)
+
+    def stuck(self, x: Array, J: Array, r: Array) -> Bools:
+        """Parameters on a bound that the misfit would push beyond it, (d,).
+
+        Args:
+            x: (d,).
+            J: By parameters in units of their priors, (k, d).
+            r: (k,).
+        """
+        uphill = J.T @ r + self.penalty(x[None])[0]
+        low, high = x <= self.parameters.lower, x >= self.parameters.upper
+        return np.asarray((low & (uphill > 0)) | (high & (uphill < 0)))
 
     def plain(self, x: Array) -> Array:
         """Residuals, (c, d) -> (c, m, 3) [m]."""
@@ -99,8 +111,8 @@ class Problem:
         return found
 
     def penalty(self, x: Array) -> Array:
-        """Distance from the nominal values in units of the prior, (c, d) -> (c, d)."""
-        free = self.prior > 0
+        """Distance from the nominal values in units of the prior, (c, d) -> (c, d); shapes may be anything."""
+        free = (self.prior > 0) & ~self._is_shape
         return np.where(free, (x - self.parameters.nominal) / np.where(free, self.prior, 1.0), 0.0)
 
     def fit(self, start: Array, weight: Array | None = None, steps: int = MOST_STEPS) -> "Fitted":
@@ -125,7 +137,9 @@ class Problem:
         cost = float(misfit(x[None])[0])
         for _ in range(steps):
             r = rows(x[None])[0]
-            J = np.vstack([self.slopes(x, lambda at: w * self(at)) * self.prior, np.diag((self.prior > 0) * 1.0)])
+            J = self.slopes(x, lambda at: w * self(at)) * self.prior
+            free = (self.prior > 0) & ~self.stuck(x, J, r[: len(J)])
+            J = np.vstack([J * free, np.diag(free * 1.0)])
             valley = _Valley.of(J)
             if valley.promise(r) < ENOUGH:
                 break
@@ -201,8 +215,24 @@ class Fitted:
 
     @cached_property
     def J(self) -> Array:
-        """Whitened residuals by parameters in units of their priors, (3m, d)."""
-        return self.problem.noise.whiten(self.slopes.T).T * self.problem.prior
+        """Whitened residuals by parameters in units of their priors, (3m, d); zero for those stuck on a bound."""
+        return self._every * ~self.stuck
+
+    @cached_property
+    def _every(self) -> Array:
+        J: Array = self.problem.noise.whiten(self.slopes.T).T * self.problem.prior
+        return J
+
+    @cached_property
+    def stuck(self) -> Bools:
+        """Parameters on a bound that the misfit would push beyond it, (d,)."""
+        return self.problem.stuck(self.x, self._every, self.r)
+
+    @cached_property
+    def inward(self) -> Array:
+        """What those stuck on a bound would do on their way back, what the others can do projected out, (3m + d, q)."""
+        ways = np.where(self.x <= self.problem.parameters.lower, 1.0, -1.0)[self.stuck]
+        return self.projected(self._every[:, self.stuck] * ways)
 
     @cached_property
     def Q(self) -> Array:

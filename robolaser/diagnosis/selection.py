@@ -129,7 +129,8 @@ class Search:
 def _promised(near: Fitted, added: Sequence[Signature]) -> dict[str, float]:
     """Where the linear model puts all parameters once effects are added, by name."""
     white = np.hstack([signature.white for signature in added])
-    amplitudes = -np.linalg.lstsq(near.projected(white), near.rest, rcond=1e-6)[0]
+    columns = np.hstack([near.projected(white), near.inward])
+    amplitudes = -np.linalg.lstsq(columns, near.rest, rcond=1e-6)[0][: white.shape[1]]
     moved = near.x + near.problem.prior * near.step(near.r + white @ amplitudes)
     values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
     at = 0
@@ -151,7 +152,7 @@ def _pairs(found: Sequence[Signature]) -> list[tuple[Signature, Signature]]:
     for i, one in enumerate(some):
         for other in some[:i]:
             U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
-            gain = float(((U[:, s > SEEN_APART].T @ one.rest) ** 2).sum())
+            gain = float(((U[:, s > SEEN_APART].T @ one.against.rest) ** 2).sum())
             worth = gain - price(one.suspect, one.tried) - price(other.suspect, other.tried)
             if worth > max(alone, 0.0) + WORTH:
                 options.append((worth, i, one, other))

@@ -33,7 +33,7 @@ class Signature:
         shapes: Its inner numbers, by name.
         white: Whitened residuals by its numbers in units of their typical sizes, (3m, k).
         columns: The same, the fitted parameters projected out, (3m + d, k).
-        rest: What the fitted model leaves, (3m + d,).
+        against: The fitted model.
         tried: Values of the shapes that were tried for this.
     """
 
@@ -41,7 +41,7 @@ class Signature:
     shapes: tuple[float, ...]
     white: Array
     columns: Array
-    rest: Array
+    against: Fitted
     tried: int
 
     @cached_property
@@ -53,15 +53,28 @@ class Signature:
         return kept
 
     @cached_property
+    def _solved(self) -> tuple[Array, float]:
+        """The numbers that lower the misfit most, (k,), and by how much.
+
+        Parameters that stand on a bound come back from it where the effect makes them.
+        """
+        rest, k = self.against.rest, self.columns.shape[1]
+        both = np.hstack([self.columns, self.against.inward])
+        steps = -np.linalg.lstsq(both, rest, rcond=1e-6)[0]
+        if (steps[k:] < 0).any():
+            both, steps = self.columns, -np.linalg.lstsq(self.columns, rest, rcond=1e-6)[0]
+        ahead = rest + both @ steps
+        return steps[:k], float(rest @ rest - ahead @ ahead)
+
+    @property
     def gain(self) -> float:
         """By how much the effect would lower the squared misfit, as far as the model is linear."""
-        return float(((self.basis.T @ self.rest) ** 2).sum())
+        return self._solved[1]
 
-    @cached_property
+    @property
     def amplitudes(self) -> Array:
         """The numbers that would do so, in units of their typical sizes, (k,)."""
-        found: Array = -np.linalg.lstsq(self.columns, self.rest, rcond=1e-6)[0]
-        return found
+        return self._solved[0]
 
     @property
     def numbers(self) -> int:
@@ -105,7 +118,7 @@ def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int) -> Signatur
             tuple(shapes),
             white[:, i * k : (i + 1) * k],
             projected[:, i * k : (i + 1) * k],
-            fitted.rest,
+            fitted,
             tried,
         )
         for i, shapes in enumerate(grid.tolist())

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_weight
 from robolaser.effects.places import joint_column, moving_joints, spread
 from robolaser.seams import Seam
@@ -16,22 +16,23 @@ from robolaser.seams import Seam
 @final
 @dataclass(frozen=True)
 class JointCompliance(Effect):
-    """A joint behind its encoder yields to what it bears: q' = q - compliance g - payload g1 - hardening g |g|.
+    """A joint behind its encoder yields to what it bears: q' = q - d, d = compliance g + payload g1, hardened.
 
     g is the gravity torque at the angles read, from the URDF's masses and the payload that is written down. What the
     arm weighs in truth scales the number: a URDF that is 10 % too light makes it 10 % too large. g1 is the torque of
     one kilogram at the flange, where scanner and cables weigh what no URDF says: `payload` is their mass times the
-    compliance. Gears stiffen as they wind up (`hardening` below zero) or soften.
+    compliance. Gears stiffen as they wind up: d (1 - hardening |d| / max |d|); below zero they soften.
     """
 
     name: ClassVar[str] = "joint_compliance"
     title: ClassVar[str] = "gives way under the gravity torque of the URDF's masses"
     reference: ClassVar[str] = "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad"
     seam: ClassVar[Seam] = Seam.JOINTS
+    looks_around: ClassVar[bool] = True
 
     compliance: Array = parameter(unit="rad/Nm", bound=2e-3, typical=1e-4)
     payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, typical=1e-4)
-    hardening: Array = parameter(unit="rad/Nm²", bound=1e-4, typical=5e-7)
+    hardening: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -48,6 +49,8 @@ class JointCompliance(Effect):
         column = joint_column(scene, self.where)
         bent = spread(passing, len(self.compliance))
         g, of_one_kg = scene.gravity_torques[:, column], scene.torques_of_one_kg[:, column]
-        bent[:, :, column] -= self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
-        bent[:, :, column] -= self.hardening[:, None] * g * np.abs(g)
+        wound = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
+        most = np.abs(wound).max(axis=1, keepdims=True)
+        share = np.abs(wound) / np.where(most > 0, most, 1.0)
+        bent[:, :, column] -= wound * (1.0 - self.hardening[:, None] * share)
         return bent

@@ -15,11 +15,12 @@ from robolaser.seams import Seam
 @final
 @dataclass(frozen=True)
 class LaserCurvature(Effect):
-    r"""The sheet bulges along the stripe: a point slides on its ray until :math:`n \cdot P = d + (κ + c / z) y^2 / 2`.
+    r"""The sheet bulges along the stripe: a point slides on its ray until :math:`n \cdot P = d + κ y^2/2 + t(r - s)`.
 
-    κ is the curvature of a sheet that bulges everywhere alike; c that of a cone, as line lenses throw it, which is the
-    flatter the farther from the lens. y is the camera's coordinate along the stripe, n the nominal sheet's normal: turning it by the few degrees that the
-    true sheet differs changes κ by as many per cent, and nothing else.
+    κ is the curvature of a sheet that bulges everywhere alike; t = tan(cone) that of a cone, as line lenses throw it: r
+    and s are the distances from the projector to the point and to the stripe's middle beside it. y is the camera's
+    coordinate along the stripe, n the nominal sheet's normal: turning it by the few degrees that the true sheet
+    differs changes κ by as many per cent, and nothing else.
     """
 
     name: ClassVar[str] = "laser_curvature"
@@ -28,7 +29,7 @@ class LaserCurvature(Effect):
     seam: ClassVar[Seam] = Seam.LIGHT
 
     curvature: Array = parameter(unit="1/m", bound=1.0, typical=0.04)
-    cone: Array = parameter(unit="", bound=0.5, typical=0.01)
+    cone: Array = parameter(unit="rad", bound=0.3, typical=0.01)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -41,11 +42,13 @@ class LaserCurvature(Effect):
         return () if cls.missing(dataset) else ("laser",)
 
     def bend(self, passing: Array, scene: Scene) -> Array:
-        """Slide each point P along its ray to s P, with s = 1 + (κ + c/z) (s y)² / (2 n · P)."""
+        """Slide each point P along its ray to σ P, with σ (1 - t (r - s) / n · P) = 1 + κ (σ y)² / (2 n · P)."""
         theta = scene.dataset.parameters["theta"].nominal
-        away = np.cos(theta) * passing[..., 0] + np.sin(theta) * passing[..., 2]
+        x, y, z = np.moveaxis(passing, -1, 0)
+        away = np.cos(theta) * x + np.sin(theta) * z
+        ahead = np.abs(z / np.cos(theta))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            bulge = self.curvature[:, None] + self.cone[:, None] / passing[..., 2]
-            share = bulge * passing[..., 1] ** 2 / (2 * away)
-            slide = 2.0 / (1.0 + np.sqrt(np.maximum(1.0 - 4.0 * share, 0.0)))
+            less = 1.0 - np.tan(self.cone)[:, None] * (np.hypot(ahead, y) - ahead) / away
+            bulge = self.curvature[:, None] * y**2 / (2 * away)
+            slide = 2.0 / (less + np.sqrt(np.maximum(less**2 - 4.0 * bulge, 0.0)))
         return np.asarray(passing * slide[..., None])
