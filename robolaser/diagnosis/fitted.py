@@ -27,6 +27,8 @@ BENDS = 0.75
 """Length of the acceleration, relative to the step, up to which it is believed."""
 ENOUGH = 0.02
 """A step that promises less of the squared whitened misfit ends the fit: noise alone moves it by more than 1."""
+TOUCH = 1e-6
+"""Distance from a bound, as a share of what lies between the two, from which on a parameter stands on it."""
 MOST_STEPS = 60
 EPS = 1e-12
 """Singular values below this share of the largest belong to parameters that are held."""
@@ -87,7 +89,8 @@ class Problem:
             r: (k,).
         """
         uphill = J.T @ r + self.penalty(x[None])[0]
-        low, high = x <= self.parameters.lower, x >= self.parameters.upper
+        near = TOUCH * self.parameters.width
+        low, high = x <= self.parameters.lower + near, x >= self.parameters.upper - near
         return np.asarray((low & (uphill > 0)) | (high & (uphill < 0)))
 
     def plain(self, x: Array) -> Array:
@@ -231,7 +234,8 @@ class Fitted:
     @cached_property
     def inward(self) -> Array:
         """What those stuck on a bound would do on their way back, what the others can do projected out, (3m + d, q)."""
-        ways = np.where(self.x <= self.problem.parameters.lower, 1.0, -1.0)[self.stuck]
+        middle = (self.problem.parameters.lower + self.problem.parameters.upper) / 2
+        ways = np.where(self.x < middle, 1.0, -1.0)[self.stuck]
         return self.projected(self._every[:, self.stuck] * ways)
 
     @cached_property

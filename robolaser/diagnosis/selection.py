@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.signatures import Signature, signatures, typical
+from robolaser.diagnosis.signatures import Signature, best_steps, signatures, typical
 from robolaser.diagnosis.verdict import dispersion, price
 from robolaser.effects.effect import Suspect
 
@@ -130,7 +130,7 @@ def _promised(near: Fitted, added: Sequence[Signature]) -> dict[str, float]:
     """Where the linear model puts all parameters once effects are added, by name."""
     white = np.hstack([signature.white for signature in added])
     columns = np.hstack([near.projected(white), near.inward])
-    amplitudes = -np.linalg.lstsq(columns, near.rest, rcond=1e-6)[0][: white.shape[1]]
+    amplitudes = best_steps(columns, near.rest)[: white.shape[1]]
     moved = near.x + near.problem.prior * near.step(near.r + white @ amplitudes)
     values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
     at = 0

@@ -19,6 +19,8 @@ STEP = 1e-3
 DENSE = 40
 """Values of the shapes beyond which an effect on a joint is tried by way of the joint's free motion: then thousands
 cost what tens do."""
+SMALL = 1e-5
+"""Singular values of unit columns below this share of the largest belong to directions that are not seen."""
 SEEN = 1e-8
 """Share of a signature's square beyond which something of it is left that the parameters do not imitate."""
 
@@ -60,9 +62,9 @@ class Signature:
         """
         rest, k = self.against.rest, self.columns.shape[1]
         both = np.hstack([self.columns, self.against.inward])
-        steps = -np.linalg.lstsq(both, rest, rcond=1e-6)[0]
+        steps = best_steps(both, rest)
         if (steps[k:] < 0).any():
-            both, steps = self.columns, -np.linalg.lstsq(self.columns, rest, rcond=1e-6)[0]
+            both, steps = self.columns, best_steps(self.columns, rest)
         ahead = rest + both @ steps
         return steps[:k], float(rest @ rest - ahead @ ahead)
 
@@ -80,6 +82,14 @@ class Signature:
     def numbers(self) -> int:
         """How many numbers it has that the data see."""
         return self.basis.shape[1]
+
+
+def best_steps(columns: Array, rest: Array) -> Array:
+    """Steps along columns (k, n) that lower the squares of what is left (k,) most, (n,)."""
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    steps: Array = -np.linalg.lstsq(columns / length, rest, rcond=SMALL)[0] / length
+    return steps
 
 
 def typical(suspect: Suspect) -> Array:
