@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from robolaser.arrays import Array, Bools
 from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted, Problem
@@ -15,6 +17,8 @@ from robolaser.scanner import Model
 
 STEPS = 20
 """Of the first fit, which only has to be near."""
+SETTLED = 1.1
+"""Factor by which noise that is estimated may change without a new search."""
 
 
 @final
@@ -45,16 +49,41 @@ class Beginning:
         fitted = robust(Problem.of(model, noise, sensor).fit(x, steps=STEPS))
         return cls(dataset, sensor, noise, fitted.x), gross_rows(fitted)
 
-    def fitted(self, gross: Bools) -> tuple[Observed, Fitted]:
-        """The sensor's parameters fitted to averaged rows without those marked, (rows of points.csv,)."""
+    def fitted(self, gross: Bools, final: Fitted | None = None) -> tuple[Observed, Fitted]:
+        """The sensor's parameters fitted to averaged rows without gross errors.
+
+        Args:
+            gross: Marks them, (rows of points.csv,).
+            final: A model with effects, found before: noise that nobody stated is estimated from what it leaves.
+        """
         observed = Observed.of(self.dataset, gross)
-        model = Model(observed.dataset)
-        noise = observed.noise(model, self.near, jacobian(model, self.near), self.dataset)
+        model, x = Model(observed.dataset), self.near
+        noise = observed.noise(model, x, jacobian(model, x), self.dataset)
+        if final is not None and final.suspects:
+            bent = model.with_suspects(final.suspects)
+            noise = observed.noise(bent, final.x, jacobian(bent, final.x), self.dataset)
         fitted = Problem.of(model, noise, self.sensor).fit(self.near)
         return observed, fitted
+
+    def settled(self, final: Fitted, gross: Bools) -> bool:
+        """Whether what a model with effects leaves speaks for the noise that it was fitted with.
+
+        Args:
+            final: The model.
+            gross: Rows left out of it, (rows of points.csv,).
+        """
+        if not final.suspects:
+            return True
+        model, x, used = final.problem.model, final.x, final.problem.noise
+        found = Observed.of(self.dataset, gross).noise(model, x, jacobian(model, x), self.dataset)
+        ratio = _size(found) / _size(used)
+        return 1.0 / SETTLED < ratio < SETTLED
 
     def gross(self, final: Fitted) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
         model = Model(self.dataset, final.suspects)
         return beyond(Fitted(Problem.of(model, self.shots, self.sensor), final.x))
 
+
+def _size(noise: NoiseModel) -> float:
+    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import final
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
@@ -17,17 +18,30 @@ KEPT = 1e-3
 """Shapes with a smaller share of the variance are left out."""
 MOST = 24
 """Shapes at most, but for the one coordinate in which each pose has its own."""
+LANDMARKS = 300
+"""Values of a coordinate that make its shapes; those between are interpolated (Nyström)."""
 
 
 def smooth(coordinate: Array, length: float = SMOOTH) -> Array:
     """Independent shapes of a smooth function of coordinates (n, k), the most likely first, (n, p).
 
-    A Gaussian process with a squared-exponential kernel of unit variance, without its mean, by its eigenvectors.
+    A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
+    by those of some of them (Williams, Seeger 2001), so that the cost grows as their number.
     """
     spread = np.ptp(coordinate, axis=0)
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
-    distance = ((scaled[:, None] - scaled[None]) ** 2).sum(axis=-1)
-    return _shapes(np.exp(-0.5 * distance))
+    if len(scaled) <= LANDMARKS:
+        return _shapes(_kernel(scaled, scaled))
+    order = np.lexsort(scaled.T[::-1])
+    marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
+    shapes = _shapes(_kernel(marks, marks))
+    extended: Array = _kernel(scaled, marks) @ (shapes / (shapes**2).sum(axis=0))
+    return extended
+
+
+def _kernel(some: Array, others: Array) -> Array:
+    kernel: Array = np.exp(-0.5 * cdist(some, others, "sqeuclidean"))
+    return kernel
 
 
 def _shapes(kernel: Array) -> Array:

@@ -1,9 +1,5 @@
 """Rows that no model and no noise accounts for: gross errors, found while the model itself may still be wrong."""
 
-
-
-
-
 import numpy as np
 
 from robolaser.arrays import Array, Bools
@@ -50,13 +46,15 @@ def gross_rows(fitted: Fitted) -> Bools:
     model = fitted.problem.model
     of_pose = model.dataset.points.pose
     values = fitted.problem.parameters.values(fitted.x[None])
+    root = _roots(fitted.problem.noise)
+    r = (root @ fitted.plain[..., None])[..., 0]
+    enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= LEAST_POINTS
+    if not enough.any():
+        return beyond(fitted)
     moves = np.concatenate(
         [np.broadcast_to(np.eye(3), (len(of_pose), 3, 3)) * SHIFT_M, skew(arms(model, values)) * TURN_RAD], axis=-1
     )
-    root = _roots(fitted.problem.noise)
-    r, B = (root @ fitted.plain[..., None])[..., 0], root @ moves
-    enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= LEAST_POINTS
-    B = B * enough[of_pose, None, None]
+    B = root @ moves * enough[of_pose, None, None]
     left = r
     for _ in range(ROUNDS):
         norm = np.linalg.norm(left, axis=-1)

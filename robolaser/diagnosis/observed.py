@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset
 from robolaser.noise import NoiseModel, pixel_from_repeats
 from robolaser.noise.disturbances import disturbances
-from robolaser.noise.model import LEAST, OF_POSES, noise_from
+from robolaser.noise.model import FLOOR_M, OF_POSES, noise_from
 from robolaser.noise.whitening import group_sums
 from robolaser.scanner import Model
 
@@ -64,7 +64,9 @@ class Observed:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
 
         Errors of whole poses that nobody stated are left out: what the model lacks looks the same, and is what the
-        diagnosis is after.
+        diagnosis is after. Unless the rows of a pose say nothing: where there is one row only, its error is all that
+        there is to estimate; and where rows fit each other exactly they were made from one measurement, and differ
+        from pose to pose only.
 
         Args:
             model: Of the averaged data set.
@@ -73,16 +75,19 @@ class Observed:
             raw: The data set with its repeats.
         """
         share = 1.0 / np.sqrt(self.shots)[:, None, None]
-        sources = tuple(
-            replace(source, effect=source.effect * share) if source.name in AVERAGED else source
-            for source in disturbances(model, x)
-        )
         stated = raw.noise
         pixel = stated.pixel_px if stated.pixel_px is not None else pixel_from_repeats(raw)
         known = {"pixel": pixel, "target": stated.target_m, "joint": stated.joint_rad, "point": stated.point_m}
+        alone = np.bincount(self.dataset.points.pose).max() == 1
+        sources = tuple(
+            replace(source, effect=source.effect * share) if source.name in AVERAGED else source
+            for source in disturbances(model, x)
+            if not alone or source.name not in OF_POSES or known.get(source.name) is not None
+        )
         open_rows = [source.name for source in sources if source.name not in OF_POSES and known.get(source.name) is None]
         if not open_rows:
             sigmas = {source.name: float(known.get(source.name) or 0.0) for source in sources}
             return NoiseModel(sources, sigmas)
         with_pixel = replace(raw, points=self.dataset.points, noise=replace(stated, pixel_px=pixel))
-        return noise_from(with_pixel, sources, model.residuals(x[None])[0], J).for_weights()
+        found = noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
+        return found if all(found.sigmas[name] < FLOOR_M for name in open_rows) else found.for_weights()

@@ -14,8 +14,6 @@ from robolaser.effects.places import moving_joints
 
 LEVER_M = 0.3
 """A turn counts as the shift that it makes at this distance."""
-ROWS_FOR_SHAPES = 300
-"""Rows whose places make the shapes of functions over image and target; the others are interpolated."""
 
 
 @final
@@ -84,19 +82,19 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         pixel, xyz = dataset.points.pixel, dataset.points.xyz
         assert pixel is not None
         assert xyz is not None
-        place = _smooth_over(pixel)
+        place = smooth(pixel)
         yield Site("camera", "image position", over_rows(probe.pixel(), place))
         sheet = probe.sheet()
         along = 0 if dataset.stripe_axis == "u" else 1
-        yield Site("laser", "position along the stripe", over_rows(sheet, _smooth_over(pixel[:, [along]])))
+        yield Site("laser", "position along the stripe", over_rows(sheet, smooth(pixel[:, [along]])))
         yield Site("laser", "image position", over_rows(sheet, place))
         if np.ptp(model.scene.tilt) > 0:
-            yield Site("laser", "tilt of the surface", over_rows(sheet, _smooth_over(model.scene.tilt[:, None])))
+            yield Site("laser", "tilt of the surface", over_rows(sheet, smooth(model.scene.tilt[:, None])))
         for coordinate, shapes in of_poses.run():
             drift = np.concatenate([shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1)
             yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
     if dataset.points.xyz is not None and dataset.kind == "stripe":
-        yield Site("target", "place on the target", over_rows(probe.target(), _smooth_over(dataset.points.xyz)))
+        yield Site("target", "place on the target", over_rows(probe.target(), smooth(dataset.points.xyz)))
 
 
 def _centred(values: Array, pose: Array, n: int) -> Array:
@@ -104,16 +102,3 @@ def _centred(values: Array, pose: Array, n: int) -> Array:
     mean = np.bincount(pose, values, minlength=n) / np.maximum(np.bincount(pose, minlength=n), 1)
     scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]
     return scaled
-
-
-def _smooth_over(places: Array) -> Array:
-    """Shapes of a smooth function over the rows' places, (m, p); by the Nyström method where rows are many."""
-    if len(places) <= ROWS_FOR_SHAPES:
-        return smooth(places)
-    chosen = np.linspace(0, len(places) - 1, ROWS_FOR_SHAPES).round().astype(int)
-    shapes = smooth(places[chosen])
-    spread = np.ptp(places, axis=0)
-    length = 0.35 * np.where(spread > 0, spread, 1.0)
-    between = np.exp(-0.5 * (((places[:, None] - places[chosen][None]) / length) ** 2).sum(axis=-1))
-    extended: Array = between @ (shapes / (shapes**2).sum(axis=0))
-    return extended
