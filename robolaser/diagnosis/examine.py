@@ -17,7 +17,7 @@ from robolaser.diagnosis.gap import folds, held_out, interval, rms
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.next_poses import next_poses
 from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Number
-from robolaser.diagnosis.rivals import Stand, rival, stands
+from robolaser.diagnosis.rivals import Stand, echoes, rival, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.signatures import library
 from robolaser.diagnosis.verdict import BELIEVED, FEWEST_POSES, dispersion, judge
@@ -27,8 +27,8 @@ from robolaser.effects import EFFECTS
 from robolaser.effects.effect import Effect, Suspect
 from robolaser.errors import EffectUnknown
 
-ROUNDS = 3
-"""Times that gross errors are looked for again once effects are in the model."""
+ROUNDS = 6
+"""Times that gross errors, and noise that nobody stated, are looked for again once effects are in the model."""
 
 Progress = Callable[[str, float], None]
 
@@ -89,12 +89,13 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     beginning, gross = Beginning.of(dataset)
     enough = len(np.unique(dataset.points.pose)) >= FEWEST_POSES
     suspects = library(kinds, dataset) if enough else []
+    final = None
     for _ in range(ROUNDS):
-        observed, start = beginning.fitted(gross)
+        observed, start = beginning.fitted(gross, final)
         search = Search(start, suspects, lambda what: tell(what, 0.3))
         final = search.best()
         again = beginning.gross(final)
-        if np.array_equal(again, gross):
+        if np.array_equal(again, gross) and beginning.settled(final, gross):
             break
         gross = again
     fold = folds(observed, seed)
@@ -141,14 +142,23 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
 
 
 def _believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[Stand], list[Lies]]:
-    """Take back effects that something unknown explains better, the least likely first."""
+    """Take back effects that something unknown explains better, and those that only echo the form of a larger one."""
+    left = where(final, fold)
     while True:
-        left = where(final, fold)
-        standing = stands(search, final, dispersion(final))
-        doubtful = [stand for stand in standing if stand.unknown > BELIEVED]
-        if not doubtful or not left:
+        spread = dispersion(final)
+        strange = {
+            suspect: search.strange(final, search.fit(final, removed=suspect)) if left else 0.0
+            for suspect in final.suspects
+        }
+        doubtful = sorted((suspect for suspect in strange if strange[suspect] > BELIEVED), key=lambda s: -strange[s])
+        if not doubtful:
+            standing = [stand(search, final, suspect, spread, strange[suspect]) for suspect in final.suspects]
+            doubtful = echoes(standing, final)
+        if not doubtful:
             return final, standing, left
-        final = max(doubtful, key=lambda stand: stand.unknown).without
+        for suspect in doubtful[: max(1, len(doubtful) // 2)]:
+            final = search.fit(final, removed=suspect)
+        left = where(final, fold)
 
 
 def _findings(

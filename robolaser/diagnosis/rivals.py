@@ -1,5 +1,6 @@
 """How sure it is that an effect is the cause: what else could stand in its place."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -7,12 +8,13 @@ import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import INDISTINGUISHABLE, PRIOR_NONE, PRIOR_UNKNOWN
-from robolaser.diagnosis.where import explained
+from robolaser.diagnosis.verdict import ECHO, INDISTINGUISHABLE, PRIOR_NONE
 from robolaser.effects.effect import Suspect
 
 TRIED = 10
 """Rivals that are fitted in an effect's place."""
+SHARE = 0.5
+"""Share of what an effect explains that a rival must promise to be fitted."""
 
 
 @final
@@ -23,43 +25,52 @@ class Stand:
     Attributes:
         suspect: The effect.
         probability: Of it.
-        unknown: Probability that something unknown explains what it does, with no need of it.
         without: The final model without it, fitted.
         rivals: Those that these poses cannot tell from it, nearest first, and what each leaves.
     """
 
     suspect: Suspect
     probability: float
-    unknown: float
     without: Fitted
     rivals: tuple[Fitted, ...]
 
 
-def stands(search: Search, final: Fitted, spread: float) -> list[Stand]:
-    """Judge each effect of the final model."""
-    return [_stand(search, final, suspect, spread) for suspect in final.suspects]
+def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strange: float) -> Stand:
+    """Judge an effect of the final model.
 
-
-def _stand(search: Search, final: Fitted, suspect: Suspect, spread: float) -> Stand:
+    Args:
+        search: Fits other sets.
+        final: The model.
+        suspect: The effect.
+        spread: By how much whole poses scatter more than noise.
+        strange: Probability of something unknown in its place.
+    """
     without = search.fit(final, removed=suspect)
     lost = without.misfit - final.misfit
     offered = [s for s in search.signatures(without) if s.suspect != suspect]
-    near = [s for s in sorted(offered, key=lambda s: -s.gain)[:TRIED] if s.gain > 0.5 * lost]
+    near = [s for s in sorted(offered, key=lambda s: -s.gain)[:TRIED] if s.gain > SHARE * lost]
     others = [search.fit(without, [s]) for s in near]
-    others = [fit for fit in others if suspect not in fit.suspects]
-    costs = np.array([search.cost(fit, spread) for fit in (final, *others)])
-    unknown = search.cost(without, spread) - explained(without) / spread + PRIOR_UNKNOWN
-    nothing = search.cost(without, spread) + PRIOR_NONE
-    own = search.cost(final, spread) - explained(final) / spread
-    costs = np.concatenate([costs, [nothing]])
+    costs = np.array([*(search.cost(fit, spread) for fit in (final, *others)), search.cost(without, spread) + PRIOR_NONE])
     weights = np.exp(-0.5 * (costs - costs.min()))
-    strange = float(1.0 / (1.0 + np.exp(np.clip(0.5 * (unknown - own), -700.0, 700.0))))
     probability = float(weights[0] / weights.sum()) * (1.0 - strange)
     close = [fit for fit in others if (fit.misfit - final.misfit) / spread < INDISTINGUISHABLE]
-    return Stand(suspect, probability, strange, without, tuple(sorted(close, key=lambda fit: search.cost(fit, spread))))
+    return Stand(suspect, probability, without, tuple(sorted(close, key=lambda fit: search.cost(fit, spread))))
 
 
 def rival(stand: Stand, final: Fitted) -> list[Suspect]:
     """The effects that stand in its place in each of its rivals."""
     held = set(final.suspects)
     return [next(s for s in fit.suspects if s not in held) for fit in stand.rivals]
+
+
+def echoes(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
+    """Effects that explain next to nothing beside another, and that others elsewhere would explain as well.
+
+    An effect whose true form differs a little from the library's leaves a rest that many explain in part.
+    """
+    lost = [one.without.misfit - final.misfit for one in standing]
+    return [
+        one.suspect
+        for one, own in sorted(zip(standing, lost, strict=True), key=lambda pair: pair[1])
+        if own < ECHO * max(lost) and any(place.where != one.suspect.where for place in rival(one, final))
+    ]

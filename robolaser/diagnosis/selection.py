@@ -8,7 +8,8 @@ import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted, Problem
 from robolaser.diagnosis.signatures import Signature, best_steps, signatures, typical
-from robolaser.diagnosis.verdict import dispersion, price
+from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, price
+from robolaser.diagnosis.where import explained
 from robolaser.effects.effect import Suspect
 
 LEADERS = 6
@@ -27,7 +28,7 @@ NEAR = 0.6
 """Share of the largest gain that an effect must promise to be worth a full fit."""
 LEAST_GAIN = 1e-3
 """A smaller change of the cost is none."""
-MOST = 12
+MOST = 8
 """Effects at most."""
 
 
@@ -46,6 +47,8 @@ class Search:
     tell: Callable[[str], None] = lambda what: None
     _fits: dict[frozenset[Suspect], Fitted] = field(default_factory=dict)
     _signatures: dict[frozenset[Suspect], list[Signature]] = field(default_factory=dict)
+    _begun: set[tuple[frozenset[Suspect], tuple[object, ...]]] = field(default_factory=set)
+    _unknown: dict[frozenset[Suspect], tuple[float, float]] = field(default_factory=dict)
     _spread: float = np.inf
     _found: dict[Suspect, Signature] = field(default_factory=dict)
 
@@ -54,18 +57,29 @@ class Search:
         kept = tuple(suspect for suspect in near.suspects if suspect != removed)
         chosen = (*kept, *(signature.suspect for signature in added))
         key = frozenset(chosen)
-        if key in self._fits:
+        begun = tuple(sorted((signature.suspect.kind.name, signature.suspect.where, signature.shapes) for signature in added))
+        if key in self._fits and (not added or (key, begun) in self._begun):
             return self._fits[key]
-        for signature in added:
-            self._found[signature.suspect] = signature
+        self._begun.add((key, begun))
+        self._found |= {signature.suspect: signature for signature in added}
         values = dict(zip(near.problem.parameters.names, near.x, strict=True))
         if added:
             values |= _promised(near, added)
         sensor = self.start.problem.sensor
         problem = Problem.of(self.start.problem.model.with_suspects(chosen), self.start.problem.noise, sensor)
         x = np.array([values[name] for name in problem.parameters.names])
-        self._fits[key] = problem.fit(problem.within(x[None])[0])
+        fitted = problem.fit(problem.within(x[None])[0])
+        if key not in self._fits or fitted.misfit < self._fits[key].misfit:
+            self._fits[key] = fitted
         return self._fits[key]
+
+    def settled(self, state: Fitted) -> Fitted:
+        """The same effects, the shapes of each sought anew now that the others are known."""
+        for suspect in state.suspects[:-1]:
+            if suspect.kind.shapes() and len(state.suspects) > 1:
+                less = self.fit(state, removed=suspect)
+                state = min(state, self.fit(less, signatures(less, [suspect])), key=lambda fit: fit.misfit)
+        return state
 
     def signatures(self, fitted: Fitted) -> list[Signature]:
         """Of all suspects that it does not hold, best first."""
@@ -87,18 +101,36 @@ class Search:
         """Misfit, in units of how much whole poses scatter, and the price of the effects."""
         return fitted.misfit / spread + self.price(fitted)
 
+    def strange(self, fitted: Fitted, without: Fitted) -> float:
+        """Probability that something unknown explains what some effects do, with no need of them.
+
+        Functions of any form at any site stand for the unknown, beside the effects and in their place.
+        """
+        apart = self._beside_unknown(without) + PRIOR_UNKNOWN - self._beside_unknown(fitted)
+        return float(1.0 / (1.0 + np.exp(np.clip(0.5 * apart, -700.0, 700.0))))
+
+    def _beside_unknown(self, fitted: Fitted) -> float:
+        key = frozenset(fitted.suspects)
+        if key not in self._unknown or self._unknown[key][0] != fitted.misfit:
+            self._unknown[key] = fitted.misfit, self.cost(fitted, 1.0) - explained(fitted)
+        return self._unknown[key][1]
+
     def best(self) -> Fitted:
         """The set of effects that explains the most for its price.
 
         Effects are added while that pays; then each is taken out, or exchanged for another; then again. All are judged
         by the least scatter of poses that any set has left so far, so that no step is ever taken back for another's.
+        Where something unknown explains what is left with no need of another effect, none is added.
         """
         state = self.start
         while True:
-            better = self._better(state, self._additions(state)) or self._better(state, self._exchanges(state))
+            better = self._better(state, self._additions(state))
+            if better is not None and self.strange(self.settled(better), state) > BELIEVED:
+                better = None
+            better = better or self._better(state, self._exchanges(state))
             if better is None:
                 return state
-            state = better
+            state = self.settled(better)
 
     def _better(self, state: Fitted, options: Sequence[Fitted]) -> Fitted | None:
         self._spread = spread = min([self._spread, *map(dispersion, [state, *options])])

@@ -8,9 +8,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.probes import Probe
-from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Suspect, bend_with
 from robolaser.seams import Seam
 

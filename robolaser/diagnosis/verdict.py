@@ -51,6 +51,8 @@ one cell in a hundred that the library explains as well."""
 INDISTINGUISHABLE = 20.0
 """Squared whitened misfit, in units of the dispersion, below which two effects are not told apart: at 14 chance exchanges
 them three times in a hundred, and what is seen of it scatters by 7."""
+ECHO = 0.05
+"""Share of what a larger effect explains, below which an effect that others could replace is that one's echo."""
 EXPLAINED = 0.02
 """Share of what the effects explained, up to which the rest counts as their form being a little different."""
 SCATTER = 6.0
