@@ -33,7 +33,9 @@ ROUNDS = 6
 Progress = Callable[[str, float], None]
 
 
-def diagnose(dataset: Dataset, effects: Sequence[type[Effect]] | None = None, seed: int | None = None) -> dict[str, Any]:
+def diagnose(
+    dataset: Dataset, effects: Sequence[type[Effect]] | None = None, seed: int | None = None
+) -> dict[str, Any]:
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
     Args:
@@ -152,7 +154,8 @@ def _believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[S
         }
         doubtful = sorted((suspect for suspect in strange if strange[suspect] > BELIEVED), key=lambda s: -strange[s])
         if not doubtful:
-            standing = [stand(search, final, suspect, spread, strange[suspect]) for suspect in final.suspects]
+            rest = sum(lies.likelihood_ratio for lies in left)
+            standing = [stand(search, final, suspect, spread, strange[suspect], rest) for suspect in final.suspects]
             doubtful = echoes(standing, final)
         if not doubtful:
             return final, standing, left
@@ -202,7 +205,9 @@ def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
     for item in suspect.parameters.items:
         column = names.index(item.name)
         variance = float(final.covariance[column, column])
-        found[item.name.rsplit(".", 1)[1]] = Number(float(final.x[column]), float(np.sqrt(max(variance, 0.0))), item.unit)
+        found[item.name.rsplit(".", 1)[1]] = Number(
+            float(final.x[column]), float(np.sqrt(max(variance, 0.0))), item.unit
+        )
     return found
 
 
@@ -236,5 +241,3 @@ def _not_testable(
     for name, places in unseen.items():
         reasons.setdefault(name, f"at {', '.join(places)} these poses cannot tell it from the ordinary parameters")
     return reasons
-
-

@@ -129,7 +129,9 @@ def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, 
     return pixel, shown, np.asarray(on & inside)
 
 
-def _on_level(pixel: Array, values: Mapping[str, Array], dataset: Dataset, T_target_camera: Array, level: float) -> Array:
+def _on_level(
+    pixel: Array, values: Mapping[str, Array], dataset: Dataset, T_target_camera: Array, level: float
+) -> Array:
     """Where the rays of pixels (k, r, 2) meet the plane z = level of the target's frame, (k, r, 3) [m]."""
     flat = optics.metric(pixel.reshape(1, -1, 2), values)
     ray = optics.rays(flat, values["f"], dataset.stripe_axis)[0].reshape(*pixel.shape[:2], 3)

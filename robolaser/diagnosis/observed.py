@@ -84,7 +84,9 @@ class Observed:
             for source in disturbances(model, x)
             if not alone or source.name not in OF_POSES or known.get(source.name) is not None
         )
-        open_rows = [source.name for source in sources if source.name not in OF_POSES and known.get(source.name) is None]
+        open_rows = [
+            source.name for source in sources if source.name not in OF_POSES and known.get(source.name) is None
+        ]
         if not open_rows:
             sigmas = {source.name: float(known.get(source.name) or 0.0) for source in sources}
             return NoiseModel(sources, sigmas)

@@ -28,7 +28,9 @@ class Probe:
 
     def _by(self, seam: Seam, moves: list[tuple[Array, Array, float]], *, left: bool = False) -> Array:
         """Derivatives by moves, each a pair of values for both ways and the step; (3m, len(moves))."""
-        columns = [(self._residuals(seam, up, left) - self._residuals(seam, down, left)) / (2 * h) for up, down, h in moves]
+        columns = [
+            (self._residuals(seam, up, left) - self._residuals(seam, down, left)) / (2 * h) for up, down, h in moves
+        ]
         return self._problem.noise.whiten(np.concatenate(columns)).T
 
     def _residuals(self, seam: Seam, move: Array, left: bool) -> Array:
@@ -97,5 +99,7 @@ class Probe:
 def _twists() -> list[tuple[Array, Array, float]]:
     zero = np.zeros(3)
     shifts = [(pose(np.eye(3), SHIFT_M * axis), pose(np.eye(3), -SHIFT_M * axis), SHIFT_M) for axis in np.eye(3)]
-    turns = [(pose(exp_so3(TURN_RAD * axis), zero), pose(exp_so3(-TURN_RAD * axis), zero), TURN_RAD) for axis in np.eye(3)]
+    turns = [
+        (pose(exp_so3(TURN_RAD * axis), zero), pose(exp_so3(-TURN_RAD * axis), zero), TURN_RAD) for axis in np.eye(3)
+    ]
     return shifts + turns

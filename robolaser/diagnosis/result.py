@@ -158,7 +158,12 @@ class Diagnosis:
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
             "detection_limits": [
-                {"effect": limit.suspect.kind.name, "where": limit.suspect.where, limit.number: limit.size, "unit": limit.unit}
+                {
+                    "effect": limit.suspect.kind.name,
+                    "where": limit.suspect.where,
+                    limit.number: limit.size,
+                    "unit": limit.unit,
+                }
                 for limit in self.limits
             ],
             "front": [

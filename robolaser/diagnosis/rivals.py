@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import ECHO, INDISTINGUISHABLE, PRIOR_NONE
+from robolaser.diagnosis.verdict import DOUBT, ECHO, INDISTINGUISHABLE, PRIOR_NONE
 from robolaser.effects.effect import Suspect
 
 TRIED = 10
@@ -35,7 +35,7 @@ class Stand:
     rivals: tuple[Fitted, ...]
 
 
-def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strange: float) -> Stand:
+def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strange: float, unexplained: float) -> Stand:
     """Judge an effect of the final model.
 
     Args:
@@ -44,15 +44,18 @@ def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strang
         suspect: The effect.
         spread: By how much whole poses scatter more than noise.
         strange: Probability of something unknown in its place.
+        unexplained: Squared whitened misfit that no effect explains.
     """
     without = search.fit(final, removed=suspect)
     lost = without.misfit - final.misfit
     offered = [s for s in search.signatures(without) if s.suspect != suspect]
     near = [s for s in sorted(offered, key=lambda s: -s.gain)[:TRIED] if s.gain > SHARE * lost]
     others = [search.fit(without, [s]) for s in near]
-    costs = np.array([*(search.cost(fit, spread) for fit in (final, *others)), search.cost(without, spread) + PRIOR_NONE])
+    costs = np.array(
+        [*(search.cost(fit, spread) for fit in (final, *others)), search.cost(without, spread) + PRIOR_NONE]
+    )
     weights = np.exp(-0.5 * (costs - costs.min()))
-    probability = float(weights[0] / weights.sum()) * (1.0 - strange)
+    probability = float(weights[0] / weights.sum()) * (1.0 - strange) / (1.0 + DOUBT * unexplained / max(lost, 1e-9))
     close = [fit for fit in others if (fit.misfit - final.misfit) / spread < INDISTINGUISHABLE]
     return Stand(suspect, probability, without, tuple(sorted(close, key=lambda fit: search.cost(fit, spread))))
 

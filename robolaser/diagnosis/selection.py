@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.signatures import Signature, best_steps, signatures, typical
+from robolaser.diagnosis.signatures import Signature, Slopes, best_steps, signatures, typical
 from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, price
 from robolaser.diagnosis.where import explained
 from robolaser.effects.effect import Suspect
@@ -28,6 +28,8 @@ NEAR = 0.6
 """Share of the largest gain that an effect must promise to be worth a full fit."""
 LEAST_GAIN = 1e-3
 """A smaller change of the cost is none."""
+MOST_EXCHANGED = 4
+"""Effects in a model, up to which exchanges are tried: with more, the library is making do without the cause."""
 MOST = 8
 """Effects at most."""
 
@@ -49,6 +51,7 @@ class Search:
     _signatures: dict[frozenset[Suspect], list[Signature]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[Suspect], tuple[object, ...]]] = field(default_factory=set)
     _unknown: dict[frozenset[Suspect], tuple[float, float]] = field(default_factory=dict)
+    _slopes: Slopes = field(default_factory=Slopes)
     _spread: float = np.inf
     _found: dict[Suspect, Signature] = field(default_factory=dict)
 
@@ -57,7 +60,9 @@ class Search:
         kept = tuple(suspect for suspect in near.suspects if suspect != removed)
         chosen = (*kept, *(signature.suspect for signature in added))
         key = frozenset(chosen)
-        begun = tuple(sorted((signature.suspect.kind.name, signature.suspect.where, signature.shapes) for signature in added))
+        begun = tuple(
+            sorted((signature.suspect.kind.name, signature.suspect.where, signature.shapes) for signature in added)
+        )
         if key in self._fits and (not added or (key, begun) in self._begun):
             return self._fits[key]
         self._begun.add((key, begun))
@@ -78,14 +83,16 @@ class Search:
         for suspect in state.suspects[:-1]:
             if suspect.kind.shapes() and len(state.suspects) > 1:
                 less = self.fit(state, removed=suspect)
-                state = min(state, self.fit(less, signatures(less, [suspect])), key=lambda fit: fit.misfit)
+                state = min(
+                    state, self.fit(less, signatures(less, [suspect], self._slopes)), key=lambda fit: fit.misfit
+                )
         return state
 
     def signatures(self, fitted: Fitted) -> list[Signature]:
         """Of all suspects that it does not hold, best first."""
         key = frozenset(fitted.suspects)
         if key not in self._signatures:
-            found = signatures(fitted, self.suspects)
+            found = signatures(fitted, self.suspects, self._slopes)
             self._signatures[key] = sorted(found, key=lambda s: price(s.suspect, s.tried) - s.gain)
         return self._signatures[key]
 
@@ -127,10 +134,12 @@ class Search:
             better = self._better(state, self._additions(state))
             if better is not None and self.strange(self.settled(better), state) > BELIEVED:
                 better = None
-            better = better or self._better(state, self._exchanges(state))
+            if better is None and len(state.suspects) <= MOST_EXCHANGED:
+                better = self._better(state, self._exchanges(state))
             if better is None:
                 return state
             state = self.settled(better)
+            self._slopes = Slopes()
 
     def _better(self, state: Fitted, options: Sequence[Fitted]) -> Fitted | None:
         self._spread = spread = min([self._spread, *map(dispersion, [state, *options])])

@@ -97,14 +97,43 @@ def typical(suspect: Suspect) -> Array:
     return np.array([size for *_, size in suspect.kind.declared()])
 
 
-def signatures(fitted: Fitted, suspects: Iterable[Suspect]) -> list[Signature]:
+@final
+class Slopes:
+    """Whitened residuals by effects' numbers and by joints, worked out once and used for models near by too.
+
+    A model with one effect more or less has nearly the same slopes; what differs is which of them its parameters can
+    imitate. Fits decide in the end.
+    """
+
+    def __init__(self) -> None:
+        self._of_suspect: dict[tuple[Suspect, bytes], Array] = {}
+        self._of_joint: dict[str, Array] = {}
+
+    def suspect(self, fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
+        """By the suspect's numbers in units of their typical sizes, its shapes from a grid (g, s): (3m, g k)."""
+        key = suspect, grid.tobytes()
+        if key not in self._of_suspect:
+            columns = slopes(fitted, suspect, grid)
+            self._of_suspect[key] = fitted.problem.noise.whiten(columns.reshape(len(columns), -1)).T
+        return self._of_suspect[key]
+
+    def joint(self, fitted: Fitted, joint: str) -> Array:
+        """By the joint's value in each row's own pose, (3m,)."""
+        if joint not in self._of_joint:
+            self._of_joint[joint] = Probe(fitted).joint(joint)[:, 0]
+        return self._of_joint[joint]
+
+
+def signatures(fitted: Fitted, suspects: Iterable[Suspect], known: Slopes | None = None) -> list[Signature]:
     """The signature of each suspect with those shapes that explain the residuals best.
 
     Args:
         fitted: The model that they are held against; suspects that it holds already are passed over.
         suspects: To be tried.
+        known: Slopes of models near by.
     """
-    motions = JointMotions(fitted)
+    known = known or Slopes()
+    motions = JointMotions(fitted, known)
     found = []
     for suspect in suspects:
         if suspect in fitted.suspects:
@@ -113,13 +142,12 @@ def signatures(fitted: Fitted, suspects: Iterable[Suspect]) -> list[Signature]:
         tried = len(grid)
         if tried > DENSE and suspect.kind.seam is Seam.JOINTS:
             grid = motions.best(suspect, grid)
-        found.append(_best(fitted, suspect, grid, tried))
+        found.append(_best(fitted, suspect, grid, tried, known))
     return found
 
 
-def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int) -> Signature:
-    columns = slopes(fitted, suspect, grid)
-    white = fitted.problem.noise.whiten(columns.reshape(len(columns), -1)).T
+def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int, known: Slopes) -> Signature:
+    white = known.suspect(fitted, suspect, grid)
     projected = fitted.projected(white)
     k = len(suspect.kind.declared())
     options = [
@@ -155,9 +183,7 @@ def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
     shapes = np.repeat(grid, k, axis=0)
     base = np.repeat(fitted.x[None], len(steps), axis=0)
     names = problem.parameters.names + suspect.parameters.names
-    e = [
-        model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)
-    ]
+    e = [model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)]
     found: Array = (e[0] - e[1]) / (2 * STEP)
     return found
 
@@ -166,8 +192,8 @@ def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
 class JointMotions:
     """How free small motions of each joint, one for each pose, would show: any bend of a joint is made of them."""
 
-    def __init__(self, fitted: Fitted) -> None:
-        self._fitted = fitted
+    def __init__(self, fitted: Fitted, known: Slopes) -> None:
+        self._fitted, self._known = fitted, known
         self._of_joint: dict[str, tuple[Array, Array]] = {}
 
     def free(self, joint: str) -> tuple[Array, Array]:
@@ -177,7 +203,7 @@ class JointMotions:
             (n,) and (n, n).
         """
         if joint not in self._of_joint:
-            columns = Probe(self._fitted).joint(joint)[:, 0]
+            columns = self._known.joint(self._fitted, joint)
             fitted = self._fitted
             of_pose = np.repeat(fitted.problem.model.dataset.points.pose, 3)
             n = len(fitted.problem.model.dataset.poses)
@@ -215,4 +241,3 @@ class JointMotions:
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[Suspect]:
     """Every effect at every place that the data set has for it."""
     return [Suspect(kind, where) for kind in kinds for where in kind.places(dataset)]
-

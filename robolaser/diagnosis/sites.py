@@ -51,7 +51,11 @@ def sites(fitted: Fitted) -> Iterator[Site]:
         assert robot is not None
         free = {name: probe.joint(name) for name in joints}
         for name in joints:
-            for coordinate, shapes in (*of_poses.joint(robot.joints.index(name), name), *of_poses.run(), *of_poses.posture()):
+            for coordinate, shapes in (
+                *of_poses.joint(robot.joints.index(name), name),
+                *of_poses.run(),
+                *of_poses.posture(),
+            ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
             yield Site(name, f"placement of {name}", probe.placement(name) * motion)
         if qd is not None and np.abs(qd).max() > 0:
@@ -91,7 +95,9 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         if np.ptp(model.scene.tilt) > 0:
             yield Site("laser", "tilt of the surface", over_rows(sheet, smooth(model.scene.tilt[:, None])))
         for coordinate, shapes in of_poses.run():
-            drift = np.concatenate([shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1)
+            drift = np.concatenate(
+                [shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1
+            )
             yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
     if dataset.points.xyz is not None and dataset.kind == "stripe":
         yield Site("target", "place on the target", over_rows(probe.target(), smooth(dataset.points.xyz)))

@@ -53,6 +53,8 @@ INDISTINGUISHABLE = 20.0
 them three times in a hundred, and what is seen of it scatters by 7."""
 ECHO = 0.05
 """Share of what a larger effect explains, below which an effect that others could replace is that one's echo."""
+DOUBT = 20.0
+"""How fast an effect loses credit with what is left unexplained: a twentieth of what it explains halves it."""
 EXPLAINED = 0.02
 """Share of what the effects explained, up to which the rest counts as their form being a little different."""
 SCATTER = 6.0

@@ -115,7 +115,9 @@ def _chosen(fitted: Fitted) -> tuple[list[tuple[_Field, float, float]], int]:
 def _shares(fitted: Fitted, chosen: Sequence[tuple[_Field, float, float]], fold_of_pose: Ints) -> Array:
     """What each site's function predicts of the squared excess on poses that it was not fitted to."""
     rest = fitted.rest
-    fold = np.concatenate([np.repeat(fold_of_pose[fitted.problem.model.dataset.points.pose], 3), np.full(len(fitted.x), -1)])
+    fold = np.concatenate(
+        [np.repeat(fold_of_pose[fitted.problem.model.dataset.points.pose], 3), np.full(len(fitted.x), -1)]
+    )
     A = np.hstack([size * field.B for field, _, size in chosen])
     part = np.repeat(np.arange(len(chosen)), [field.B.shape[1] for field, _, _ in chosen])
     predicted = np.zeros((len(rest), len(chosen)))
