@@ -1,24 +1,24 @@
 """Where a diagnosis begins: gross errors left out, repeats averaged, the noise known, the sensor's parameters fitted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
-
-import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted, Problem
 from robolaser.diagnosis.gross import beyond, gross_rows, robust
 from robolaser.diagnosis.observed import Observed
+from robolaser.diagnosis.scatter import explicable
+from robolaser.effects.effect import Suspect
 from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel
+from robolaser.noise.disturbances import disturbances
 from robolaser.parameters import Parameters
 from robolaser.scanner import Model
 
 STEPS = 20
 """Of the first fit, which only has to be near."""
-SETTLED = 1.1
-"""Factor by which noise that is estimated may change without a new search."""
 
 
 @final
@@ -43,47 +43,34 @@ class Beginning:
         """Fit robustly to single shots; and mark those that look like gross errors, (rows of points.csv,)."""
         model = Model(dataset)
         sensor = model.parameters
-        shots = Observed.single(dataset)
+        some = Observed.single(dataset).thinned()
+        thin = Model(some.dataset)
         x = sensor.nominal
-        noise = shots.noise(model, x, jacobian(model, x), dataset)
-        fitted = robust(Problem.of(model, noise, sensor).fit(x, steps=STEPS))
-        return cls(dataset, sensor, noise, fitted.x), gross_rows(fitted)
+        noise = some.noise(thin, x, jacobian(thin, x), dataset)
+        near = robust(Problem.of(thin, noise, sensor).fit(x, steps=STEPS)).x
+        shots = noise
+        if len(some.dataset.points) < len(dataset.points):
+            shots = NoiseModel(disturbances(model, near), noise.sigmas)
+        return cls(dataset, sensor, shots, near), gross_rows(Fitted(Problem.of(model, shots, sensor), near))
 
-    def fitted(self, gross: Bools, final: Fitted | None = None) -> tuple[Observed, Fitted]:
+    def fitted(self, gross: Bools, suspects: Sequence[Suspect]) -> tuple[Observed, Fitted]:
         """The sensor's parameters fitted to averaged rows without gross errors.
 
         Args:
             gross: Marks them, (rows of points.csv,).
-            final: A model with effects, found before: noise that nobody stated is estimated from what it leaves.
+            suspects: Effects that may explain what is left.
         """
-        observed = Observed.of(self.dataset, gross)
+        observed = Observed.of(self.dataset, gross).thinned()
         model, x = Model(observed.dataset), self.near
         noise = observed.noise(model, x, jacobian(model, x), self.dataset)
-        if final is not None and final.suspects:
-            bent = model.with_suspects(final.suspects)
-            noise = observed.noise(bent, final.x, jacobian(bent, final.x), self.dataset)
-        fitted = Problem.of(model, noise, self.sensor).fit(self.near)
-        return observed, fitted
-
-    def settled(self, final: Fitted, gross: Bools) -> bool:
-        """Whether what a model with effects leaves speaks for the noise that it was fitted with.
-
-        Args:
-            final: The model.
-            gross: Rows left out of it, (rows of points.csv,).
-        """
-        if not final.suspects:
-            return True
-        model, x, used = final.problem.model, final.x, final.problem.noise
-        found = Observed.of(self.dataset, gross).noise(model, x, jacobian(model, x), self.dataset)
-        ratio = _size(found) / _size(used)
-        return 1.0 / SETTLED < ratio < SETTLED
+        fitted = Problem.of(model, noise, self.sensor).fit(x)
+        if self.dataset.kind == "stripe":
+            return observed, fitted
+        noise = observed.scatter(model, fitted.x, explicable(fitted, suspects), self.dataset)
+        return observed, Problem.of(model, noise, self.sensor).fit(fitted.x)
 
     def gross(self, final: Fitted) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
         model = Model(self.dataset, final.suspects)
         return beyond(Fitted(Problem.of(model, self.shots, self.sensor), final.x))
 
-
-def _size(noise: NoiseModel) -> float:
-    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

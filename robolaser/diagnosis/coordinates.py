@@ -14,6 +14,8 @@ SMOOTH = 0.35
 """Length over which a smooth function keeps its value, as a share of the coordinate's range."""
 SMOOTH_POSTURE = 0.6
 """The same for functions of all joints at once, of the posture's spread."""
+THIN = 0.05
+"""Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
 KEPT = 1e-3
 """Shapes with a smaller share of the variance are left out."""
 MOST = 24
@@ -29,6 +31,7 @@ def smooth(coordinate: Array, length: float = SMOOTH) -> Array:
     by those of some of them (Williams, Seeger 2001), so that the cost grows as their number.
     """
     spread = np.ptp(coordinate, axis=0)
+    spread = np.maximum(spread, THIN * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
         return _shapes(_kernel(scaled, scaled))

@@ -16,6 +16,7 @@ from robolaser.diagnosis.front import front
 from robolaser.diagnosis.gap import folds, held_out, interval, rms
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.next_poses import next_poses
+from robolaser.diagnosis.observed import of_rows, size
 from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Number
 from robolaser.diagnosis.rivals import Stand, echoes, rival, stand
 from robolaser.diagnosis.selection import Search
@@ -27,8 +28,8 @@ from robolaser.effects import EFFECTS
 from robolaser.effects.effect import Effect, Suspect
 from robolaser.errors import EffectUnknown
 
-ROUNDS = 6
-"""Times that gross errors, and noise that nobody stated, are looked for again once effects are in the model."""
+ROUNDS = 3
+"""Times that gross errors are looked for again once effects are in the model."""
 
 Progress = Callable[[str, float], None]
 
@@ -91,13 +92,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     beginning, gross = Beginning.of(dataset)
     enough = len(np.unique(dataset.points.pose)) >= FEWEST_POSES
     suspects = library(kinds, dataset) if enough else []
-    final = None
     for _ in range(ROUNDS):
-        observed, start = beginning.fitted(gross, final)
+        observed, start = beginning.fitted(gross, suspects)
         search = Search(start, suspects, lambda what: tell(what, 0.3))
         final = search.best()
         again = beginning.gross(final)
-        if np.array_equal(again, gross) and beginning.settled(final, gross):
+        if np.array_equal(again, gross):
             break
         gross = again
     fold = folds(observed, seed)
@@ -105,10 +105,10 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     tell("asking what else could be the cause", 0.6)
     final, standing, left = _believed(search, final, fold)
     lost = {stand.suspect: stand.without.misfit - final.misfit for stand in standing}
-    verdict = judge(start, final, left)
 
     tell("holding poses out", 0.8)
     gap, findings, before, after = _findings(dataset, search, start, final, standing, fold, seed)
+    verdict = judge(start, final, left, gap)
     places = left if verdict == "unexplained" else _places(start, final, lost, where(start, fold))
     spread = dispersion(final)
     remaining = search.signatures(final)
@@ -194,7 +194,7 @@ def _findings(
         for i, suspect in enumerate(order)
     )
     nominal = start.problem.plain(start.problem.parameters.nominal[None])[0]
-    floor = float(np.sqrt(np.trace(final.problem.noise.covariances, axis1=1, axis2=2).mean()))
+    floor = size(of_rows(final.problem.noise))
     gap = Gap(rms(nominal), gaps[0], rms(after), floor, interval(after, start.problem.model.dataset.points.pose, seed))
     return gap, findings, before, after
 

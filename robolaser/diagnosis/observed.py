@@ -7,8 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset
+from robolaser.diagnosis.thinning import telling
 from robolaser.noise import NoiseModel, pixel_from_repeats
-from robolaser.noise.disturbances import disturbances
+from robolaser.noise.disturbances import Disturbance, disturbances
 from robolaser.noise.model import FLOOR_M, OF_POSES, noise_from
 from robolaser.noise.whitening import group_sums
 from robolaser.scanner import Model
@@ -60,13 +61,18 @@ class Observed:
         rows = np.arange(len(dataset.points), dtype=np.int64)
         return cls(dataset, np.ones_like(rows), rows)
 
+    def thinned(self) -> "Observed":
+        """Only rows that say something new."""
+        kept = telling(self.dataset.points)
+        number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
+        dataset = replace(self.dataset, points=self.dataset.points.take(kept))
+        return Observed(dataset, self.shots[kept], number[self.group])
+
     def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
 
         Errors of whole poses that nobody stated are left out: what the model lacks looks the same, and is what the
-        diagnosis is after. Unless the rows of a pose say nothing: where there is one row only, its error is all that
-        there is to estimate; and where rows fit each other exactly they were made from one measurement, and differ
-        from pose to pose only.
+        diagnosis is after.
 
         Args:
             model: Of the averaged data set.
@@ -74,22 +80,47 @@ class Observed:
             J: Its plain Jacobian, (3m, d) [m].
             raw: The data set with its repeats.
         """
-        share = 1.0 / np.sqrt(self.shots)[:, None, None]
+        sources, known = self._sources(model, x, raw)
+        if any(source.name not in OF_POSES and known.get(source.name) is None for source in sources):
+            return of_rows(self.scatter(model, x, J, raw))
+        return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
+
+    def scatter(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
+        """The same with errors of whole poses estimated too, from what the columns of J leave of the residuals."""
+        sources, known = self._sources(model, x, raw)
+        stated = replace(raw.noise, pixel_px=known["pixel"])
+        with_pixel = replace(raw, points=self.dataset.points, noise=stated)
+        return noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
+
+    def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[Disturbance, ...], dict[str, float | None]]:
+        """What may shake the rows, and how much where that is known.
+
+        Where each pose has one row only, an error of the pose would be the row's under another name.
+        """
         stated = raw.noise
         pixel = stated.pixel_px if stated.pixel_px is not None else pixel_from_repeats(raw)
         known = {"pixel": pixel, "target": stated.target_m, "joint": stated.joint_rad, "point": stated.point_m}
         alone = np.bincount(self.dataset.points.pose).max() == 1
+        share = 1.0 / np.sqrt(self.shots)[:, None, None]
         sources = tuple(
             replace(source, effect=source.effect * share) if source.name in AVERAGED else source
             for source in disturbances(model, x)
             if not alone or source.name not in OF_POSES or known.get(source.name) is not None
         )
-        open_rows = [
-            source.name for source in sources if source.name not in OF_POSES and known.get(source.name) is None
-        ]
-        if not open_rows:
-            sigmas = {source.name: float(known.get(source.name) or 0.0) for source in sources}
-            return NoiseModel(sources, sigmas)
-        with_pixel = replace(raw, points=self.dataset.points, noise=replace(stated, pixel_px=pixel))
-        found = noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
-        return found if all(found.sigmas[name] < FLOOR_M for name in open_rows) else found.for_weights()
+        return sources, known
+
+
+def of_rows(noise: NoiseModel) -> NoiseModel:
+    """Noise without estimated errors of whole poses, which hold what the model lacks.
+
+    Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
+    errors, and those of whole poses are all that is known.
+    """
+    rows = [name for name in noise.sigmas if name not in OF_POSES]
+    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR_M for name in rows)
+    return noise if exact else noise.for_weights()
+
+
+def size(noise: NoiseModel) -> float:
+    """Root-mean-square 3-D error of a row by noise alone [m]."""
+    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import DOUBT, ECHO, INDISTINGUISHABLE, PRIOR_NONE
+from robolaser.diagnosis.verdict import DOUBT, ECHO, ECHOED, INDISTINGUISHABLE, PRIOR_NONE
 from robolaser.effects.effect import Suspect
 
 TRIED = 10
@@ -67,7 +67,7 @@ def rival(stand: Stand, final: Fitted) -> list[Suspect]:
 
 
 def echoes(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
-    """Effects that explain next to nothing beside another, and that others elsewhere would explain as well.
+    """Effects that explain next to nothing beside another, and that others in several places would explain as well.
 
     An effect whose true form differs a little from the library's leaves a rest that many explain in part.
     """
@@ -75,5 +75,5 @@ def echoes(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
     return [
         one.suspect
         for one, own in sorted(zip(standing, lost, strict=True), key=lambda pair: pair[1])
-        if own < ECHO * max(lost) and any(place.where != one.suspect.where for place in rival(one, final))
+        if own < ECHO * max(lost) and len({place.where for place in rival(one, final)} - {one.suspect.where}) >= ECHOED
     ]

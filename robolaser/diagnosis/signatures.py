@@ -194,13 +194,13 @@ class JointMotions:
 
     def __init__(self, fitted: Fitted, known: Slopes) -> None:
         self._fitted, self._known = fitted, known
-        self._of_joint: dict[str, tuple[Array, Array]] = {}
+        self._of_joint: dict[str, tuple[Array, Array, Array]] = {}
 
-    def free(self, joint: str) -> tuple[Array, Array]:
-        """Slope of the misfit and its curvature by the joint's value in each pose, the parameters projected out.
+    def free(self, joint: str) -> tuple[Array, Array, Array]:
+        """Slope of the misfit by the joint's value in each pose, the parameters projected out, and its curvature.
 
         Returns:
-            (n,) and (n, n).
+            The slope (n,); and own (n,) and shared (n, d), the curvature being diag(own) less shared sharedᵀ.
         """
         if joint not in self._of_joint:
             columns = self._known.joint(self._fitted, joint)
@@ -212,12 +212,12 @@ class JointMotions:
             np.add.at(shared, of_pose, columns[:, None] * Q)
             slope = np.bincount(of_pose, columns * fitted.r, minlength=n) - shared @ (fitted.Q.T @ fitted.rest)
             own = np.bincount(of_pose, columns**2, minlength=n)
-            self._of_joint[joint] = slope, np.diag(own) - shared @ shared.T
+            self._of_joint[joint] = slope, own, shared
         return self._of_joint[joint]
 
     def best(self, suspect: Suspect, grid: Array) -> Array:
         """The most promising value of the shapes, (1, s)."""
-        slope, curvature = self.free(suspect.where)
+        slope, own, shared = self.free(suspect.where)
         scene = self._fitted.problem.model.scene
         assert scene.poses.q is not None
         assert scene.robot is not None
@@ -231,7 +231,8 @@ class JointMotions:
             bent = bend_with((effect,), scene)(Seam.JOINTS, q)
             F = (bent - q)[:, :, column].reshape(len(part), k, -1)
             b = F @ slope
-            A = F @ curvature @ np.swapaxes(F, 1, 2)
+            imitated = F @ shared
+            A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)
             scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / k
             A = A + 1e-6 * scale * np.eye(k) + 1e-12 * np.eye(k)
             gains.append(np.einsum("gk,gk->g", b, np.linalg.solve(A, b[..., None])[..., 0]))

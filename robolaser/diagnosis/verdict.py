@@ -5,15 +5,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robolaser.diagnosis.observed import of_rows, size
 from robolaser.effects.effect import Suspect
 
 if TYPE_CHECKING:
     from robolaser.diagnosis.fitted import Fitted
+    from robolaser.diagnosis.result import Gap
     from robolaser.diagnosis.where import Lies
 
 ENTRY = 16.0
 """Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""
-PER_NUMBER = 3.5
+PER_NUMBER = 4.5
 """The same for each of its numbers: chance gains 1 for each, and the largest of many chances more."""
 POSE_FREEDOMS = 4.0
 """What a pose as a whole can be off by, independently: errors that the model lacks rarely use all six freedoms."""
@@ -53,12 +55,18 @@ INDISTINGUISHABLE = 20.0
 them three times in a hundred, and what is seen of it scatters by 7."""
 ECHO = 0.05
 """Share of what a larger effect explains, below which an effect that others could replace is that one's echo."""
+ECHOED = 3
+"""Places where another effect would do as well, from which on it does not seem to have a place of its own."""
+AT_FLOOR = 1.1
+"""Held-out gap over the noise floor, up to which what is left may be an effect's form and need no further cause."""
 DOUBT = 20.0
 """How fast an effect loses credit with what is left unexplained: a twentieth of what it explains halves it."""
 EXPLAINED = 0.02
 """Share of what the effects explained, up to which the rest counts as their form being a little different."""
 SCATTER = 6.0
 """Standard deviations by which the squared misfit may exceed its expectation: the noise is known to a few per cent."""
+STRANGE = 2.0
+"""Factor of the noise that rows show, by which whole poses may scatter beyond all that the effects explain."""
 DETECTED = 1.28
 """Standard deviations above the threshold at which an effect is found nine times in ten."""
 
@@ -68,19 +76,20 @@ BELIEVED = 0.5
 """Probability that something unknown explains what an effect does, beyond which the effect is not named."""
 
 
-def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"]) -> str:
+def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"], gap: "Gap") -> str:
     """`no_gap`, `explained` or `unexplained`.
 
     Args:
         start: The model without effects.
         final: The model with those that were found.
         left: Places where something is left, by the likelihood of a function there.
+        gap: How far the gap shrinks.
     """
     freedoms = len(final.r) - len(final.x)
     closed = start.misfit - final.misfit
     rest = max(sum(lies.likelihood_ratio for lies in left), final.misfit - freedoms - SCATTER * np.sqrt(2.0 * freedoms))
     if not left and rest <= 0:
         return "explained" if final.suspects else "no_gap"
-    if final.suspects and rest <= EXPLAINED * closed:
+    if final.suspects and rest <= EXPLAINED * closed and gap.after_m <= AT_FLOOR * gap.noise_floor_m:
         return "explained"
     return "unexplained"

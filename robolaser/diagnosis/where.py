@@ -113,22 +113,18 @@ def _chosen(fitted: Fitted) -> tuple[list[tuple[_Field, float, float]], int]:
 
 
 def _shares(fitted: Fitted, chosen: Sequence[tuple[_Field, float, float]], fold_of_pose: Ints) -> Array:
-    """What each site's function predicts of the squared excess on poses that it was not fitted to."""
+    """What each site's function adds to the squared excess predicted on poses that the functions were not fitted to."""
     rest = fitted.rest
     fold = np.concatenate(
         [np.repeat(fold_of_pose[fitted.problem.model.dataset.points.pose], 3), np.full(len(fitted.x), -1)]
     )
-    A = np.hstack([size * field.B for field, _, size in chosen])
-    part = np.repeat(np.arange(len(chosen)), [field.B.shape[1] for field, _, _ in chosen])
-    predicted = np.zeros((len(rest), len(chosen)))
-    for k in np.unique(fold_of_pose):
-        out = fold == k
-        kept = A[~out]
-        weights = np.linalg.solve(kept.T @ kept + np.eye(A.shape[1]), kept.T @ rest[~out])
-        for i in range(len(chosen)):
-            predicted[out, i] = A[out][:, part == i] @ weights[part == i]
-    together = predicted.sum(axis=1)
-    freedoms = len(fitted.r) - len(fitted.x)
-    excess = max(float(rest @ rest) - freedoms, 1e-9)
-    shares: Array = (2.0 * rest @ predicted - together @ predicted) / excess
-    return shares
+    excess = max(float(rest @ rest) - (len(fitted.r) - len(fitted.x)), 1e-9)
+    reached = [0.0]
+    for count in range(1, len(chosen) + 1):
+        A = np.hstack([size * field.B for field, _, size in chosen[:count]])
+        predicted = np.zeros(len(rest))
+        for k in np.unique(fold_of_pose):
+            out, kept = fold == k, A[fold != k]
+            predicted[out] = A[out] @ np.linalg.solve(kept.T @ kept + np.eye(A.shape[1]), kept.T @ rest[~out])
+        reached.append(max(reached[-1], float(2.0 * rest @ predicted - predicted @ predicted) / excess))
+    return np.diff(np.minimum(reached, 1.0))

@@ -137,7 +137,7 @@ def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before(str
 
         def worth(one, before=before):
             columns = np.hstack([*before, one.basis])
-            return -left(columns, one.rest) - price(one.suspect, one.tried)
+            return -left(columns, one.against.rest) - price(one.suspect, one.tried)
 
         others = [one for j, one in enumerate(stripe.signatures) if j not in order[:i]]
         assert worth(stripe.signatures[order[i]]) >= max(map(worth, others)) - 1e-2

@@ -1,0 +1,44 @@
+"""What the whole library of effects could explain at once: errors that remain are the cell's own scatter."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.fitted import Fitted
+from robolaser.diagnosis.signatures import slopes, typical
+from robolaser.effects.effect import Suspect
+from robolaser.uncertainty import UNIFORM
+
+ROUNDS = 30
+"""Of scatter given what is explained, and what is explained given the scatter."""
+PLAUSIBLE = 4.0
+"""Amplitude of a direction, in standard deviations of what its numbers may be, beyond which it explains nothing."""
+
+
+def explicable(fitted: Fitted, suspects: Sequence[Suspect]) -> Array:
+    """Directions of the plain residuals that parameters and effects of plausible sizes explain, (3m, k).
+
+    A direction that would need numbers beyond their bounds to show among what is left explains nothing: a robot
+    shrunk to a point fits every socket.
+
+    Args:
+        fitted: The model without effects.
+        suspects: All effects that may be at work; shapes have their first values.
+    """
+    parts = [fitted.slopes * fitted.problem.prior]
+    for one in suspects:
+        bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
+        columns = slopes(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
+        parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / typical(one)))
+    U, s, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+    e = fitted.plain.reshape(-1)
+    along = U.T @ e
+    plausible = np.abs(along) <= PLAUSIBLE * s
+    rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
+    for _ in range(ROUNDS):
+        free = plausible * s**2 / (s**2 + variance)
+        left = rest + (((1.0 - free) * along) ** 2).sum()
+        variance = float(left) / (len(e) - float(free.sum()))
+    found: Array = U[:, plausible & (s**2 > variance)]
+    return found

@@ -1,0 +1,83 @@
+"""The diagnosis against worlds of other code: other kinematics, other forms of every departure."""
+
+import json
+from pathlib import Path
+
+import pytest
+from worlds import named, seen, true_effects, world
+
+import robolaser
+from robolaser.diagnosis import examine
+
+BLIND = Path(__file__).parents[3] / "shared" / "data" / "blind-dev"
+SINGLE = [("scorbot_er7", 103), ("ur5", 106), ("panda", 109), ("xarm7", 106), ("panda", 114), ("xarm7", 114)]
+
+
+@pytest.mark.parametrize(("robot", "seed"), SINGLE)
+def test_one_departure_is_named_with_its_place_first_and_alone(robot: str, seed: int) -> None:
+    diagnosis = seen(robot, "single", seed)
+    assert diagnosis.verdict == "explained"
+    assert named(diagnosis) == true_effects(robot, "single", seed)
+    assert diagnosis.where[0].site == diagnosis.findings[0].suspect.where
+
+
+@pytest.mark.parametrize(("robot", "seed"), [("ur5", 100), ("xarm7", 101)])
+def test_where_nothing_departs_nothing_is_found(robot: str, seed: int) -> None:
+    diagnosis = seen(robot, "none", seed)
+    assert diagnosis.verdict == "no_gap"
+    assert not diagnosis.findings
+    assert not diagnosis.where
+
+
+def test_gross_errors_are_found_and_no_cause_is_made_of_them() -> None:
+    diagnosis = seen("panda", "outliers", 101)
+    assert diagnosis.verdict == "no_gap"
+    assert named(diagnosis) == {("outliers", "image")}
+
+
+def test_two_departures_are_told_apart() -> None:
+    assert named(seen("scorbot_er7", "pair", 113)) == true_effects("scorbot_er7", "pair", 113)
+
+
+@pytest.mark.parametrize(("robot", "seed"), SINGLE[:3])
+def test_a_cause_that_the_library_lacks_is_said_to_be_unknown_or_truly_replaced(robot: str, seed: int) -> None:
+    ((effect, where),) = true_effects(robot, "single", seed)
+    diagnosis = seen(robot, "single", seed, without=(effect,))
+    harmless = diagnosis.gap.after_m <= 1.1 * diagnosis.gap.noise_floor_m
+    assert diagnosis.verdict == "unexplained" or harmless
+    assert harmless or all(found.probability < 0.9 for found in diagnosis.findings)
+    assert harmless or diagnosis.where[0].site == where
+
+
+def test_the_gap_shrinks_to_the_noise_on_poses_held_out() -> None:
+    gap = seen("panda", "single", 109).gap
+    assert gap.calibrated_m > 1.2 * gap.noise_floor_m
+    assert gap.after_m < 1.08 * gap.noise_floor_m
+    assert gap.after_ci95_m[0] < gap.after_m < gap.after_ci95_m[1]
+
+
+def test_the_floor_is_what_the_noise_alone_gives() -> None:
+    truth = world("panda", "single", 109).truth["noise_floor_mm"]
+    assert seen("panda", "single", 109).gap.noise_floor_m * 1e3 == pytest.approx(truth, rel=0.05)
+
+
+def test_the_same_seed_gives_the_same_answer() -> None:
+    first = seen("xarm7", "none", 101).as_json()
+    again = examine(world("xarm7", "none", 101).dataset, seed=0).as_json()
+    assert {**first, "seconds": 0} == {**again, "seconds": 0}
+
+
+@pytest.mark.skipif(not BLIND.exists(), reason="the published worlds are not here")
+def test_every_published_world_is_read_right() -> None:
+    truth = json.loads((BLIND / "truth.json").read_text())
+    wrong = {}
+    for name, told in truth.items():
+        diagnosis = examine(robolaser.load(BLIND / name), seed=0)
+        said = diagnosis.as_json()["effects"]
+        want = {tuple(effect) for effect in told["effects"]}
+        got = {(found["effect"], found["where"]) for found in said}
+        classes = got | {tuple(rival) for found in said for rival in found["indistinguishable_from"]}
+        confusable = any(each["rivals"] for each in told["each"])
+        if not (got == want or (confusable and want <= classes and len(got) == len(want))):
+            wrong[name] = (want, got)
+    assert not wrong

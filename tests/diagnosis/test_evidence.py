@@ -1,0 +1,234 @@
+"""What the evidence rests on, each law by itself."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+import robolaser
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.beginning import Beginning
+from robolaser.diagnosis.fitted import Fitted, Problem
+from robolaser.diagnosis.gap import folds, held_out, rms
+from robolaser.diagnosis.limits import limits
+from robolaser.diagnosis.observed import Observed
+from robolaser.diagnosis.selection import Search
+from robolaser.diagnosis.signatures import library, signatures
+from robolaser.diagnosis.verdict import dispersion
+from robolaser.diagnosis.where import where
+from robolaser.effects import EFFECTS, suspects
+from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.errors import EffectUnknown
+from robolaser.robots import find_robot
+from robolaser.seams import Seam
+from robolaser.simulate import simulate
+
+NOISE = Noise(pixel_px=0.1, target_m=3e-5)
+
+
+def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40) -> Dataset:
+    return simulate(
+        find_robot("scorbot_er7"), poses=poses, points=8, repeats=2, noise=NOISE, effects=effects, seed=seed
+    ).dataset
+
+
+def begun(dataset: Dataset) -> tuple[Observed, Fitted]:
+    beginning, gross = Beginning.of(dataset)
+    return beginning.fitted(gross, ())
+
+
+@pytest.fixture(scope="module")
+def clean() -> tuple[Observed, Fitted]:
+    return begun(cell())
+
+
+def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[Observed, Fitted]) -> None:
+    observed, _ = clean
+    assert len(observed.dataset.points) == 40 * 8
+    assert (observed.shots == 2).all()
+    assert observed.dataset.points.pixel is not None
+    raw = cell().points.pixel
+    assert raw is not None
+    np.testing.assert_allclose(observed.dataset.points.pixel[0], raw[observed.group == 0].mean(axis=0))
+
+
+def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[Observed, Fitted]) -> None:
+    _, fitted = clean
+    rays = fitted.r.reshape(-1, 3)
+    assert kstest(rays.ravel(), "norm").pvalue > 1e-3
+    assert fitted.misfit == pytest.approx(len(fitted.r) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.r)))
+    assert dispersion(fitted) == 1.0
+
+
+def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[Observed, Fitted]) -> None:
+    _, fitted = clean
+    assert np.abs(fitted.Q.T @ fitted.rest).max() < 0.2
+
+
+def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
+    _, fitted = begun(cell({"joint_offset:joint_3": 1e-3}))
+    (signature,) = signatures(fitted, suspects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    search = Search(fitted, [signature.suspect])
+    gained = fitted.misfit - search.fit(fitted, [signature]).misfit
+    assert gained > 500
+    assert signature.gain == pytest.approx(gained, rel=0.02)
+    assert search.fit(fitted, [signature]).value("joint_offset.joint_3.offset") == pytest.approx(1e-3, abs=5e-5)
+
+
+def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean: tuple[Observed, Fitted]) -> None:
+    _, fitted = clean
+    (signature,) = signatures(fitted, suspects(["joint_offset:joint_5"], fitted.problem.model.dataset))
+    own = np.linalg.norm(signature.white)
+    assert np.linalg.norm(signature.columns) < 0.02 * own
+
+
+def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[Observed, Fitted]) -> None:
+    observed, fitted = clean
+    fold = folds(observed, 0)
+    rows = fold[observed.dataset.points.pose] == 3
+    alone = fitted.problem.fit(fitted.problem.parameters.nominal, weight=np.repeat(~rows, 3).astype(float))
+    want = fitted.problem.plain(alone.x[None])[0, rows]
+    np.testing.assert_allclose(held_out(fitted, fold)[rows], want, atol=3e-6)
+
+
+def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[Observed, Fitted]) -> None:
+    observed, fitted = clean
+    assert rms(held_out(fitted, folds(observed, 0))) > rms(fitted.plain)
+
+
+@pytest.mark.parametrize(
+    ("effect", "site", "coordinate"),
+    [
+        ({"encoder_eccentricity:joint_2": 2e-3}, "joint_2", "angle of joint_2"),
+        ({"backlash:joint_3": 1.5e-3}, "joint_3", "direction of approach of joint_3"),
+        ({"joint_compliance:joint_2": 3e-4}, "joint_2", "gravity torque at joint_2"),
+        ({"hand_eye_drift:hand_eye": 1e-3}, "hand_eye", "time"),
+        ({"target_warp:target": 5e-4}, "target", "place on the target"),
+        ({"latency:timing": 0.02}, "timing", "velocity"),
+    ],
+)
+def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
+    effect: dict[str, float], site: str, coordinate: str
+) -> None:
+    observed, fitted = begun(cell(effect))
+    first = where(fitted, folds(observed, 0))[0]
+    assert (first.site, first.coordinate) == (site, coordinate)
+    assert first.share > 0.7
+    assert first.p_value < 1e-6
+
+
+def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[Observed, Fitted]) -> None:
+    observed, fitted = clean
+    assert where(fitted, folds(observed, 0)) == []
+
+
+def test_planted_gross_errors_are_marked_and_no_others() -> None:
+    dataset = cell({"joint_offset:joint_2": 2e-3})
+    rng = np.random.default_rng(5)
+    spoilt = rng.choice(len(dataset.points), 30, replace=False)
+    assert dataset.points.pixel is not None
+    pixel = dataset.points.pixel.copy()
+    pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
+    diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
+    assert set(diagnosis.gross) == set(spoilt)
+    assert [found.suspect.kind.name for found in diagnosis.findings] == ["joint_offset"]
+
+
+def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[Observed, Fitted]) -> None:
+    _, fitted = clean
+    (signature,) = signatures(fitted, suspects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    (limit,) = limits([signature], 1.0)
+    assert limit.size is not None
+    found = {
+        factor: [
+            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).suspects)
+            for seed in (2, 11, 12)
+        ]
+        for factor in (1.8, 0.3)
+    }
+    assert all(found[1.8])
+    assert not any(found[0.3])
+
+
+def _search(dataset: Dataset) -> Fitted:
+    _, fitted = begun(dataset)
+    return Search(fitted, suspects(["joint_offset", "encoder_scale"], fitted.problem.model.dataset)).best()
+
+
+def test_next_poses_keep_the_limits_and_see_the_target() -> None:
+    dataset = cell({"encoder_scale:joint_4": 4e-3}, poses=24)
+    diagnosis = examine(dataset, seed=0)
+    robot = dataset.robot
+    assert robot is not None
+    for pose in diagnosis.next_poses:
+        q = np.array([pose[joint] for joint in robot.joints])
+        assert (q >= robot.lower).all()
+        assert (q <= robot.upper).all()
+
+
+def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
+    diagnosis = examine(cell({"backlash:joint_3": 1.5e-3}), seed=0, without=("backlash",))
+    assert diagnosis.verdict == "unexplained"
+    assert diagnosis.where[0].site == "joint_3"
+    assert "backlash" not in str(diagnosis.as_json()["effects"])
+
+
+def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is() -> None:
+    with pytest.raises(EffectUnknown, match="backlash"):
+        examine(cell(), without=("backlsh",))
+
+
+@final
+@dataclass(frozen=True)
+class SaggingShelf(Effect):
+    """A joint that errs with the square of its angle: nothing that the library has."""
+
+    name: ClassVar[str] = "sagging_shelf"
+    title: ClassVar[str] = "errs with the square of the angle"
+    reference: ClassVar[str] = "made up"
+    seam: ClassVar[Seam] = Seam.JOINTS
+
+    sag: Array = parameter(unit="1/rad", bound=0.1, typical=1e-3)
+
+    @classmethod
+    def places(cls, dataset: Dataset) -> tuple[str, ...]:
+        return ("joint_3",)
+
+    def bend(self, passing: Array, scene: Scene) -> Array:
+        bent = np.repeat(passing, len(self.sag), axis=0) if len(passing) == 1 else passing.copy()
+        bent[:, :, 2] += self.sag[:, None] * passing[:, :, 2] ** 2
+        return bent
+
+
+def test_a_users_own_effect_takes_part_like_ours() -> None:
+    dataset = cell()
+    truth = replace(dataset.poses, q=_sagged(dataset))
+    found = robolaser.diagnose(replace(dataset, poses=truth), effects=[*robolaser.EFFECTS, SaggingShelf], seed=0)
+    assert [(one["effect"], one["where"]) for one in found["effects"]] == [("sagging_shelf", "joint_3")]
+
+
+def _sagged(dataset: Dataset) -> Array:
+    """Angles that an encoder with the error would have read, to the second order."""
+    q = dataset.poses.q
+    assert q is not None
+    read = q.copy()
+    read[:, 2] -= 5e-4 * q[:, 2] ** 2
+    return read
+
+
+def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
+    dataset = cell({"latency:timing": 0.01})
+    assert {suspect.kind for suspect in library(EFFECTS, dataset)} == set(EFFECTS)
+
+
+def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[Observed, Fitted]) -> None:
+    _, fitted = clean
+    problem: Problem = fitted.problem
+    far = problem.within(problem.parameters.upper[None] + 1.0)[0]
+    np.testing.assert_array_equal(far, problem.parameters.upper)
+    assert (fitted.x >= problem.parameters.lower).all()
+    assert (fitted.x <= problem.parameters.upper).all()

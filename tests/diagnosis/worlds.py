@@ -1,0 +1,29 @@
+"""Cells whose departures the effect library did not make."""
+
+from functools import cache
+
+from robolaser.challenge.making import World, make
+from robolaser.diagnosis import Diagnosis, examine
+from robolaser.robots import find_robot
+
+
+@cache
+def world(robot: str, kind: str, seed: int) -> World:
+    """A blind world."""
+    return make(find_robot(robot), kind, seed=seed)
+
+
+@cache
+def seen(robot: str, kind: str, seed: int, without: tuple[str, ...] = ()) -> Diagnosis:
+    """Its diagnosis."""
+    return examine(world(robot, kind, seed).dataset, seed=0, without=without)
+
+
+def true_effects(robot: str, kind: str, seed: int) -> set[tuple[str, str]]:
+    """What is in it."""
+    return {(effect, where) for effect, where in world(robot, kind, seed).truth["effects"]}
+
+
+def named(diagnosis: Diagnosis) -> set[tuple[str, str]]:
+    """What was found, gross errors too."""
+    return {(found["effect"], found["where"]) for found in diagnosis.as_json()["effects"]}
