@@ -25,11 +25,13 @@ class Site:
         site: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
         coordinate: For a person.
         columns: Whitened residuals by each shape of the function, (3m, p).
+        unknown: Whether the function may be of a form that the library of effects does not have.
     """
 
     site: str
     coordinate: str
     columns: Array
+    unknown: bool = True
 
 
 def sites(fitted: Fitted) -> Iterator[Site]:
@@ -57,7 +59,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
                 *of_poses.posture(),
             ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
-            yield Site(name, f"placement of {name}", probe.placement(name) * motion)
+            yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False)
         if qd is not None and np.abs(qd).max() > 0:
             speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
             late = np.sum(speeds, axis=0)

@@ -1,6 +1,6 @@
 """The share of a gap that lies at each site: random functions there, their size chosen by what the residuals show."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -68,7 +68,7 @@ def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
         fitted: The model.
         fold_of_pose: The group in which each pose is held out, (n,).
     """
-    chosen, asked = _chosen(fitted)
+    chosen, asked = _chosen(fitted, sites(fitted))
     if not chosen:
         return []
     shares = _shares(fitted, chosen, fold_of_pose)
@@ -86,16 +86,16 @@ def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
 
 
 def explained(fitted: Fitted) -> float:
-    """What functions of any form at any site would explain of what a model leaves, in squared whitened misfit.
+    """What functions of any unknown form at any site would explain of what a model leaves, in squared whitened misfit.
 
     Twice the logarithm of their likelihood ratio, less what chance would give the best of them.
     """
-    return sum(ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted)[0])
+    return sum(ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted, [site for site in sites(fitted) if site.unknown])[0])
 
 
-def _chosen(fitted: Fitted) -> tuple[list[tuple[_Field, float, float]], int]:
+def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[_Field, float, float]], int]:
     """The sites that the residuals speak for, each with its likelihood ratio and size; and how many were asked."""
-    fields = [_Field(site, fitted.projected(site.columns)) for site in sites(fitted)]
+    fields = [_Field(site, fitted.projected(site.columns)) for site in places]
     chosen: list[tuple[_Field, float, float]] = []
     white, B = fitted.rest, [field.B for field in fields]
     for _ in range(MOST):
