@@ -14,6 +14,8 @@ from robolaser.effects.places import moving_joints
 
 LEVER_M = 0.3
 """A turn counts as the shift that it makes at this distance."""
+MISPLACED_M = 0.02
+"""Links are not made worse: together, placements could shrink a robot to a point, which fits every socket."""
 
 
 @final
@@ -26,12 +28,14 @@ class Site:
         coordinate: For a person.
         columns: Whitened residuals by each shape of the function, (3m, p).
         unknown: Whether the function may be of a form that the library of effects does not have.
+        most: Largest standard deviation of the function that is plausible, in its unit.
     """
 
     site: str
     coordinate: str
     columns: Array
     unknown: bool = True
+    most: float = np.inf
 
 
 def sites(fitted: Fitted) -> Iterator[Site]:
@@ -59,7 +63,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
                 *of_poses.posture(),
             ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
-            yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False)
+            yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False, most=MISPLACED_M)
         if qd is not None and np.abs(qd).max() > 0:
             speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
             late = np.sum(speeds, axis=0)

@@ -50,7 +50,7 @@ class _Field:
         eigenvalues = np.maximum(eigenvalues, 0.0)
         z2 = (V.T @ (self.B.T @ rest)) ** 2
         scale = 1.0 / np.sqrt(max(float(eigenvalues.mean()), 1e-300))
-        sizes = scale * SIZES
+        sizes = np.minimum(scale * SIZES, self.site.most)
         t = sizes[:, None] ** 2
         value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=1)
         best = int(np.argmax(value))
