@@ -64,7 +64,7 @@ class Beginning:
         model, x = Model(observed.dataset), self.near
         noise = observed.noise(model, x, jacobian(model, x), self.dataset)
         fitted = Problem.of(model, noise, self.sensor).fit(x)
-        if self.dataset.kind == "stripe":
+        if self.dataset.kind == "stripe" or not suspects:
             return observed, fitted
         noise = observed.scatter(model, fitted.x, explicable(fitted, suspects), self.dataset)
         return observed, Problem.of(model, noise, self.sensor).fit(fitted.x)

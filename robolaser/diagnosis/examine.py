@@ -21,6 +21,7 @@ from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Number
 from robolaser.diagnosis.rivals import Stand, echoes, rival, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.signatures import library
+from robolaser.diagnosis.sought import sought
 from robolaser.diagnosis.verdict import BELIEVED, FEWEST_POSES, dispersion, judge
 from robolaser.diagnosis.where import Lies, where
 from robolaser.diagnosis.words import sentence
@@ -28,7 +29,7 @@ from robolaser.effects import EFFECTS
 from robolaser.effects.effect import Effect, Suspect
 from robolaser.errors import EffectUnknown
 
-ROUNDS = 3
+ROUNDS = 2
 """Times that gross errors are looked for again once effects are in the model."""
 
 Progress = Callable[[str, float], None]
@@ -92,14 +93,17 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     beginning, gross = Beginning.of(dataset)
     enough = len(np.unique(dataset.points.pose)) >= FEWEST_POSES
     suspects = library(kinds, dataset) if enough else []
+    observed, start = beginning.fitted(gross, suspects)
+    search = Search(start, suspects, lambda what: tell(what, 0.3))
+    final = sought(search)
     for _ in range(ROUNDS):
-        observed, start = beginning.fitted(gross, suspects)
-        search = Search(start, suspects, lambda what: tell(what, 0.3))
-        final = search.best()
         again = beginning.gross(final)
         if np.array_equal(again, gross):
             break
-        gross = again
+        gross, earlier, found = again, final, search
+        observed, start = beginning.fitted(gross, suspects)
+        search = Search(start, suspects, lambda what: tell(what, 0.5))
+        final = sought(search, search.again(earlier, found))
     fold = folds(observed, seed)
 
     tell("asking what else could be the cause", 0.6)

@@ -12,6 +12,8 @@ from robolaser.uncertainty import UNIFORM
 
 ROUNDS = 30
 """Of scatter given what is explained, and what is explained given the scatter."""
+ENOUGH = 2
+"""Residuals for each number, below which nothing is asked of the effects."""
 PLAUSIBLE = 4.0
 """Amplitude of a direction, in standard deviations of what its numbers may be, beyond which it explains nothing."""
 
@@ -20,7 +22,8 @@ def explicable(fitted: Fitted, suspects: Sequence[Suspect]) -> Array:
     """Directions of the plain residuals that parameters and effects of plausible sizes explain, (3m, k).
 
     A direction that would need numbers beyond their bounds to show among what is left explains nothing: a robot
-    shrunk to a point fits every socket.
+    shrunk to a point fits every socket. Where the effects have nearly as many numbers as there are residuals, they
+    would explain anything: then the parameters alone count.
 
     Args:
         fitted: The model without effects.
@@ -31,7 +34,10 @@ def explicable(fitted: Fitted, suspects: Sequence[Suspect]) -> Array:
         bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
         columns = slopes(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
         parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / typical(one)))
-    U, s, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+    every = np.hstack(parts)
+    if len(every) < ENOUGH * every.shape[1]:
+        return fitted.slopes
+    U, s, _ = np.linalg.svd(every, full_matrices=False)
     e = fitted.plain.reshape(-1)
     along = U.T @ e
     plausible = np.abs(along) <= PLAUSIBLE * s

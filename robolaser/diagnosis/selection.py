@@ -12,9 +12,9 @@ from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, pri
 from robolaser.diagnosis.where import explained
 from robolaser.effects.effect import Suspect
 
-LEADERS = 6
+LEADERS = 4
 """Effects whose gain is checked by a full fit before one of them is added."""
-EXCHANGED = 3
+EXCHANGED = 2
 """The same for each effect that is taken out to see whether another does better in its place."""
 PAIRS = 2
 """Pairs of effects that are tried together: two may hide each other."""
@@ -24,8 +24,10 @@ SEEN_APART = 1e-2
 """Sine of the angle between two effects' signatures, below which they are one."""
 WORTH = 25.0
 """Squared whitened misfit by which a pair must promise more than its better half at once with the price paid."""
-NEAR = 0.6
+NEAR = 0.75
 """Share of the largest gain that an effect must promise to be worth a full fit."""
+LIKELIEST = 3
+"""Additions, best first, that are held against something unknown before no effect is added."""
 LEAST_GAIN = 1e-3
 """A smaller change of the cost is none."""
 MOST_EXCHANGED = 4
@@ -111,8 +113,11 @@ class Search:
     def strange(self, fitted: Fitted, without: Fitted) -> float:
         """Probability that something unknown explains what some effects do, with no need of them.
 
-        Functions of any form at any site stand for the unknown, beside the effects and in their place.
+        Functions of any form at any site stand for the unknown, beside the effects and in their place. Seen by a
+        tracker or by sockets, any effect of the arm is such a function of the posture, and they say nothing against it.
         """
+        if self.start.problem.model.dataset.kind != "stripe":
+            return 0.0
         apart = self._beside_unknown(without) + PRIOR_UNKNOWN - self._beside_unknown(fitted)
         return float(1.0 / (1.0 + np.exp(np.clip(0.5 * apart, -700.0, 700.0))))
 
@@ -122,32 +127,41 @@ class Search:
             self._unknown[key] = fitted.misfit, self.cost(fitted, 1.0) - explained(fitted)
         return self._unknown[key][1]
 
-    def best(self) -> Fitted:
+    def again(self, earlier: Fitted, found: "Search") -> Fitted:
+        """Fit the effects that a search on slightly other rows found."""
+        self._found |= {signature.suspect: signature for signature in found.seen(earlier)}
+        model = self.start.problem.model.with_suspects(earlier.suspects)
+        problem = Problem.of(model, self.start.problem.noise, self.start.problem.sensor)
+        fitted = problem.fit(earlier.x)
+        self._fits[frozenset(earlier.suspects)] = fitted
+        return fitted
+
+    def best(self, begin: Fitted | None = None, most: int = MOST) -> Fitted:
         """The set of effects that explains the most for its price.
 
         Effects are added while that pays; then each is taken out, or exchanged for another; then again. All are judged
         by the least scatter of poses that any set has left so far, so that no step is ever taken back for another's.
         Where something unknown explains what is left with no need of another effect, none is added.
         """
-        state = self.start
+        state = begin or self.start
         while True:
-            better = self._better(state, self._additions(state))
-            if better is not None and self.strange(self.settled(better), state) > BELIEVED:
-                better = None
-            if better is None and len(state.suspects) <= MOST_EXCHANGED:
-                better = self._better(state, self._exchanges(state))
-            if better is None:
+            likely = self._better(state, self._additions(state, most))[:LIKELIEST]
+            chosen = next((fit for fit in map(self.settled, likely) if self.strange(fit, state) <= BELIEVED), None)
+            if chosen is None and len(state.suspects) <= MOST_EXCHANGED:
+                chosen = next(map(self.settled, self._better(state, self._exchanges(state))), None)
+            if chosen is None:
                 return state
-            state = self.settled(better)
+            state = chosen
             self._slopes = Slopes()
 
-    def _better(self, state: Fitted, options: Sequence[Fitted]) -> Fitted | None:
+    def _better(self, state: Fitted, options: Sequence[Fitted]) -> list[Fitted]:
+        """Those that cost less, the least first."""
         self._spread = spread = min([self._spread, *map(dispersion, [state, *options])])
-        best = min(options, key=lambda fit: self.cost(fit, spread), default=state)
-        return best if self.cost(best, spread) < self.cost(state, spread) - LEAST_GAIN else None
+        least = self.cost(state, spread) - LEAST_GAIN
+        return sorted((fit for fit in options if self.cost(fit, spread) < least), key=lambda fit: self.cost(fit, spread))
 
-    def _additions(self, state: Fitted) -> list[Fitted]:
-        if len(state.suspects) >= MOST:
+    def _additions(self, state: Fitted, most_effects: int) -> list[Fitted]:
+        if len(state.suspects) >= most_effects:
             return []
         self.tell(f"adding effects to {len(state.suspects)}")
         found = self.signatures(state)

@@ -17,6 +17,8 @@ ENTRY = 16.0
 """Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""
 PER_NUMBER = 4.5
 """The same for each of its numbers: chance gains 1 for each, and the largest of many chances more."""
+FEW, PER_FURTHER = 6, 1.5
+"""Numbers beyond the sixth cost less: that all of many get more than their share is ever less likely."""
 POSE_FREEDOMS = 4.0
 """What a pose as a whole can be off by, independently: errors that the model lacks rarely use all six freedoms."""
 
@@ -24,7 +26,8 @@ POSE_FREEDOMS = 4.0
 def price(suspect: Suspect, tried: int) -> float:
     """What an effect must gain in squared whitened misfit, its shapes chosen out of so many."""
     numbers = len(suspect.kind.declared()) + len(suspect.kind.shapes())
-    return ENTRY + PER_NUMBER * numbers + 2.0 * float(np.log(tried))
+    further = max(0, numbers - FEW)
+    return ENTRY + PER_NUMBER * (numbers - further) + PER_FURTHER * further + 2.0 * float(np.log(tried))
 
 
 def dispersion(fitted: "Fitted") -> float:
@@ -32,7 +35,7 @@ def dispersion(fitted: "Fitted") -> float:
 
     What a model leaves unexplained makes every further effect look significant: gains are judged by it.
     """
-    freedoms = len(fitted.r) - len(fitted.x)
+    freedoms = max(1, len(fitted.r) - len(fitted.x))
     excess = fitted.misfit - freedoms - 2.0 * np.sqrt(2.0 * freedoms)
     poses = len(np.unique(fitted.problem.model.dataset.points.pose))
     return 1.0 + max(0.0, float(excess)) / (POSE_FREEDOMS * poses)
@@ -85,7 +88,7 @@ def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"], gap: "Gap") 
         left: Places where something is left, by the likelihood of a function there.
         gap: How far the gap shrinks.
     """
-    freedoms = len(final.r) - len(final.x)
+    freedoms = max(1, len(final.r) - len(final.x))
     closed = start.misfit - final.misfit
     rest = max(sum(lies.likelihood_ratio for lies in left), final.misfit - freedoms - SCATTER * np.sqrt(2.0 * freedoms))
     if not left and rest <= 0:

@@ -1,0 +1,165 @@
+"""Data that lack something: a diagnosis does what they allow, and says what they do not."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser.dataset import Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.thinning import MOST_POSES, telling
+from robolaser.effects import EFFECTS
+from robolaser.robots import find_robot
+from robolaser.simulate import simulate
+
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
+FEW = (
+    "joint_offset",
+    "encoder_scale",
+    "joint_compliance",
+    "backlash",
+    "latency",
+    "base_shift",
+    "thermal_drift",
+    "laser_roll",
+)
+TESTED = [kind for kind in EFFECTS if kind.name in FEW]
+"""Enough of the library to see each kind of reason."""
+
+
+def recorded(kind="stripe", **wanted):
+    wanted = {"poses": 14, "points": 5 if kind == "stripe" else 3, "noise": NOISE, "seed": 4} | wanted
+    return simulate(find_robot("scorbot_er7"), kind=kind, **wanted).dataset
+
+
+def answer(dataset, effects=TESTED):
+    """Its answer, checked to be one that can be written."""
+    diagnosis = examine(dataset, effects, seed=0)
+    found = diagnosis.as_json()
+    json.dumps(found, allow_nan=False)
+    assert found["verdict"] in ("no_gap", "explained", "unexplained")
+    assert diagnosis.sentence
+    assert sum(lies["share"] for lies in found["where"]) <= 1.0 + 1e-9
+    return found
+
+
+def reasons(found):
+    return {entry["effect"]: entry["reason"] for entry in found["not_testable"]}
+
+
+def only(dataset, poses):
+    chosen = np.zeros(len(dataset.poses), dtype=bool)
+    chosen[:poses] = True
+    return dataset.of_poses(chosen)
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("poses", [1, 2, 4])
+def test_too_few_poses_speak_for_no_effect(kind, poses):
+    found = answer(only(recorded(kind), poses))
+    assert not found["effects"]
+    assert set(reasons(found)) == {kind.name for kind in TESTED}
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_poses_all_alike_speak_for_no_effect_of_the_joints(kind):
+    dataset = recorded(kind)
+    alike = replace(dataset.poses, q=np.repeat(dataset.poses.q[:1], len(dataset.poses), axis=0))
+    found = answer(replace(only(dataset, 14), poses=alike, points=dataset.points.take(dataset.points.pose == 0)))
+    assert not found["effects"]
+    assert "encoder_scale" in reasons(found)
+
+
+def test_the_same_pose_again_and_again_is_survived():
+    dataset = recorded("point", noise=NOISE)
+    same = dataset.points.pose == 0
+    again = dataset.points.take(np.tile(np.flatnonzero(same), len(dataset.poses)))
+    rng = np.random.default_rng(0)
+    points = replace(
+        again,
+        pose=np.repeat(np.arange(len(dataset.poses)), same.sum()),
+        xyz=again.xyz + 2e-5 * rng.standard_normal(again.xyz.shape),
+    )
+    alike = replace(dataset.poses, q=np.repeat(dataset.poses.q[:1], len(dataset.poses), axis=0))
+    assert not answer(replace(dataset, poses=alike, points=points))["effects"]
+
+
+def test_without_an_order_nothing_that_needs_it_is_tested():
+    dataset = recorded()
+    told = reasons(answer(replace(dataset, poses=replace(dataset.poses, time_s=None))))
+    assert {"backlash", "base_shift", "thermal_drift"} <= set(told)
+    assert "order" in told["base_shift"]
+
+
+def test_without_a_known_path_no_backlash_is_tested():
+    assert "path" in reasons(answer(replace(recorded(), path_known=False)))["backlash"]
+
+
+def test_without_velocities_no_latency_is_tested():
+    dataset = recorded()
+    assert "velocities" in reasons(answer(replace(dataset, poses=replace(dataset.poses, qd=None))))["latency"]
+
+
+def test_a_robot_without_masses_has_no_compliance_to_test():
+    dataset = recorded()
+    light = replace(dataset.robot, urdf=re.sub(r"<inertial>.*?</inertial>", "", dataset.robot.urdf, flags=re.DOTALL))
+    assert "masses" in reasons(answer(replace(dataset, robot=light)))["joint_compliance"]
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_measured_flange_poses_speak_for_no_joint(kind):
+    dataset = recorded(kind)
+    poses = replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange())
+    told = reasons(answer(replace(dataset, robot=None, poses=poses)))
+    assert {"joint_offset", "encoder_scale", "joint_compliance", "latency"} <= set(told)
+
+
+def test_an_unplaced_target_is_survived():
+    answer(recorded(placed=False))
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point"])
+def test_one_point_a_pose_is_enough_for_an_answer(kind):
+    dataset = recorded(kind, poses=30)
+    first = np.unique(dataset.points.pose, return_index=True)[1]
+    answer(replace(dataset, points=dataset.points.take(first)))
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_noise_that_nobody_stated_is_estimated(kind):
+    found = answer(recorded(kind, poses=24, stated=Noise()))
+    assert found["verdict"] == "no_gap"
+    assert all(np.isfinite(sigma) for sigma in found["noise"].values())
+
+
+def test_perfect_data_leave_no_gap():
+    found = answer(recorded(noise=None, stated=Noise()))
+    assert found["gap_mm"]["after"] < 0.01
+
+
+def test_columns_that_say_nothing_are_passed_over():
+    dataset = recorded()
+    n = len(dataset.poses)
+    extra = {"temperature_c": ("20",) * n, "operator": ("me",) * n, "payload_kg": ("0",) * n}
+    answer(replace(dataset, poses=replace(dataset.poses, extra=extra)))
+
+
+def test_a_pose_without_points_is_survived():
+    dataset = recorded()
+    answer(replace(dataset, points=dataset.points.take(dataset.points.pose != 3)))
+
+
+def test_a_repeat_of_everything_once_is_survived():
+    answer(recorded(repeats=1, stated=Noise()))
+
+
+def test_large_data_keep_a_few_rows_of_many_poses():
+    dataset = recorded("point", poses=8)
+    rows = np.tile(np.arange(len(dataset.points)), 300)
+    many = replace(dataset.points.take(rows), pose=np.repeat(np.arange(len(rows) // 3), 3))
+    kept = telling(many)
+    assert len(np.unique(many.pose[kept])) == MOST_POSES
+    assert kept.sum() == 3 * MOST_POSES
+    assert telling(dataset.points).all()
