@@ -75,11 +75,15 @@ def test_a_negative_play_pushes_ahead_by_as_much() -> None:
     np.testing.assert_allclose(lag(whole, -PLAY), -lag(whole, PLAY))
 
 
+def yielding(joint: int, compliance: float, *, payload: float = 0.0, hardening: float = 0.0) -> JointCompliance:
+    return JointCompliance(f"joint_{joint}", compliance * ONE, payload * ONE, hardening * ONE)
+
+
 def test_a_joint_gives_way_by_its_compliance_times_pinocchios_gravity_torque() -> None:
     dataset = arm(anywhere(4))
     model = pinocchio.buildModelFromXML(dataset.robot.urdf)
     borne = [pinocchio.computeGeneralizedGravity(model, model.createData(), q)[1] for q in dataset.poses.q]
-    bent = JointCompliance("joint_2", np.array([1e-4])).bend(dataset.poses.q[None], Scene.of(dataset))[0]
+    bent = yielding(2, 1e-4).bend(dataset.poses.q[None], Scene.of(dataset))[0]
     np.testing.assert_allclose(bent[:, 1], dataset.poses.q[:, 1] - 1e-4 * np.array(borne), atol=1e-12)
     np.testing.assert_array_equal(np.delete(bent, 1, axis=1), np.delete(dataset.poses.q, 1, axis=1))
 
@@ -87,7 +91,7 @@ def test_a_joint_gives_way_by_its_compliance_times_pinocchios_gravity_torque() -
 def test_an_arm_gives_way_downwards() -> None:
     dataset = arm(anywhere(5, poses=30))
     for joint in range(2, 5):
-        sag = JointCompliance(f"joint_{joint}", np.array([1e-4])).bend(dataset.poses.q[None], Scene.of(dataset))
+        sag = yielding(joint, 1e-4).bend(dataset.poses.q[None], Scene.of(dataset))
         weight = dataset.robot.gravity_torques(dataset.poses.q)
         assert ((sag[0] - dataset.poses.q) * weight).sum() < 0
 
@@ -99,6 +103,25 @@ def test_a_payload_is_borne_as_its_energy_says() -> None:
     step = 1e-6 * np.eye(5)[:, None]
     height = bare.robot.forward(q + step)[:, :, 2, 3] - bare.robot.forward(q - step)[:, :, 2, 3]
     np.testing.assert_allclose(borne, 2.0 * 9.81 * height.T / 2e-6, atol=1e-6)
+
+
+def test_a_weight_at_the_flange_that_nobody_wrote_down_sinks_the_arm_as_one_written_down_does() -> None:
+    q = anywhere(6)
+    bare, loaded = arm(q), arm(q, extra={"payload_kg": ("2.0",) * 8})
+    unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).bend(q[None], Scene.of(bare))
+    written = yielding(3, 1e-4).bend(q[None], Scene.of(loaded))
+    np.testing.assert_allclose(unwritten, written, atol=1e-15)
+
+
+def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_more() -> None:
+    dataset = arm(anywhere(4, poses=30))
+    q, scene = dataset.poses.q[None], Scene.of(dataset)
+    even, hard, soft = ((yielding(2, 1e-4, hardening=h).bend(q, scene) - q)[0, :, 1] for h in (0.0, 0.5, -0.5))
+    load = np.argsort(np.abs(even))
+    assert (np.diff((hard / even)[load]) < 0).all()
+    assert (np.diff((soft / even)[load]) > 0).all()
+    assert (hard / even)[load[-1]] == pytest.approx(0.5)
+    np.testing.assert_allclose(hard + soft, 2 * even, atol=1e-15)
 
 
 @pytest.mark.parametrize("cycles", [2.0, 50.0, 160.0])

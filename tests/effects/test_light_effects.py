@@ -74,10 +74,23 @@ def test_points_on_a_curved_sheet_lie_on_it_and_on_their_rays(dataset: Dataset, 
     values = nominal(dataset)
     sheet = optics.sheet(values)
     flat = optics.cut(optics.rays(image(), values["f"], "u"), sheet)
-    bent = LaserCurvature("laser", np.array([curvature])).bend(flat, scene)
+    bent = LaserCurvature("laser", np.array([curvature]), np.zeros(1)).bend(flat, scene)
     np.testing.assert_allclose(np.cross(bent, flat), 0, atol=1e-16)
     off = (bent * sheet[..., :3]).sum(axis=-1) - sheet[..., 3]
     np.testing.assert_allclose(off, curvature / 2 * bent[..., 1] ** 2, atol=1e-15)
+
+
+@pytest.mark.parametrize("cone", [-0.2, 0.01, 0.3])
+def test_points_on_a_cone_of_light_lie_on_it_and_on_their_rays(dataset: Dataset, scene: Scene, cone: float) -> None:
+    """The projector stands on the camera's x axis: a point's depth says how far from there its middle is."""
+    values = nominal(dataset)
+    sheet = optics.sheet(values)
+    flat = optics.cut(optics.rays(image(), values["f"], "u"), sheet)
+    bent = LaserCurvature("laser", np.zeros(1), np.array([cone])).bend(flat, scene)
+    np.testing.assert_allclose(np.cross(bent, flat), 0, atol=1e-16)
+    off = (bent * sheet[..., :3]).sum(axis=-1) - sheet[..., 3]
+    middle = bent[..., 2] / np.cos(values["theta"])
+    np.testing.assert_allclose(off, np.tan(cone) * (np.hypot(middle, bent[..., 1]) - middle), atol=1e-14)
 
 
 def test_a_drifting_sheet_is_one_of_another_angle_that_keeps_its_baseline(dataset: Dataset, scene: Scene) -> None:

@@ -77,8 +77,30 @@ def test_where_it_was_fastened_a_scaled_grid_stays(dataset: Dataset) -> None:
     assert np.linalg.norm(grown[0] - xyz[0]) > 1e-3
 
 
+def warped(**numbers: float) -> TargetWarp:
+    flat = {name: NONE for name, *_ in TargetWarp.declared()}
+    return TargetWarp("target", **flat | {name: value * ONE for name, value in numbers.items()})
+
+
 def test_a_bowed_target_rises_at_its_rim_by_the_sagitta(dataset: Dataset) -> None:
     xyz = sheet()
-    bowed = TargetWarp("target", 1e-3 * ONE, NONE, 4e-3 * ONE, NONE, NONE).bend(xyz[None], of(dataset, xyz))[0]
+    bowed = warped(xx=1e-3, yy=4e-3).bend(xyz[None], of(dataset, xyz))[0]
     np.testing.assert_allclose(bowed[-4:, 2], 1e-3 + 4e-3 / 4, atol=1e-12)
     np.testing.assert_array_equal(bowed[:, :2], xyz[:, :2])
+
+
+def test_a_wave_along_one_axis_is_even_along_the_other_and_never_higher_than_its_number(dataset: Dataset) -> None:
+    xyz = sheet()
+    along = warped(wave_3_0=1e-3).bend(xyz[None], of(dataset, xyz))[0, :, 2]
+    order = np.argsort(xyz[:, 0])
+    slid = xyz.copy()
+    slid[:-4, 1] = np.random.default_rng(5).permutation(slid[:-4, 1])
+    np.testing.assert_array_equal(warped(wave_3_0=1e-3).bend(slid[None], of(dataset, slid))[0, :, 2], along)
+    assert np.abs(along).max() == pytest.approx(1e-3, rel=0.05)
+    assert (np.diff(np.sign(along[order])) != 0).sum() == 3
+
+
+def test_a_target_that_stands_higher_or_askew_keeps_its_form(dataset: Dataset) -> None:
+    xyz = sheet()
+    askew = warped(z=1e-3, x=2e-3, y=-1e-3).bend(xyz[None], of(dataset, xyz))[0]
+    assert plane_of(askew).flatness < 1e-10
