@@ -1,4 +1,4 @@
-"""Why the robot in the cell does not do what the model says: where the gap lies, which effect causes it, how far it shrinks."""
+"""Why the robot in the cell does not do what the model says: where the gap lies, what causes it, how far it shrinks."""
 
 from robolaser.diagnosis.examine import diagnose, examine
 from robolaser.diagnosis.result import Diagnosis

@@ -1,4 +1,4 @@
-"""Where a diagnosis begins: gross errors left out, repeats averaged, the noise known, the sensor's parameters fitted."""
+"""Where a diagnosis begins: gross errors out, repeats averaged, the noise known, the sensor's parameters fitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -73,4 +73,3 @@ class Beginning:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
         model = Model(self.dataset, final.suspects)
         return beyond(Fitted(Problem.of(model, self.shots, self.sensor), final.x))
-

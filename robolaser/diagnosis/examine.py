@@ -17,7 +17,7 @@ from robolaser.diagnosis.gap import folds, held_out, interval, rms
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.next_poses import next_poses
 from robolaser.diagnosis.observed import of_rows, size
-from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Number
+from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Limit, Number
 from robolaser.diagnosis.rivals import Stand, echoes, rival, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.signatures import library
@@ -131,7 +131,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
         where=tuple(places) if verdict != "no_gap" else (),
         findings=findings,
         gross=gross_rows,
-        not_testable=_not_testable(kinds, dataset, enough, limit),
+        not_testable=_not_testable(kinds, dataset, limit, enough=enough),
         next_poses=tuple(following),
         limits=limit,
         front=tuple(front_),
@@ -232,7 +232,7 @@ def _places(start: Fitted, final: Fitted, lost: Mapping[Suspect, float], before:
 
 
 def _not_testable(
-    kinds: Sequence[type[Effect]], dataset: Dataset, enough: bool, limit: Sequence[Any]
+    kinds: Sequence[type[Effect]], dataset: Dataset, limit: Sequence[Limit], *, enough: bool
 ) -> dict[str, str]:
     """Why an effect could not be tested, by its name."""
     if not enough:

@@ -16,6 +16,8 @@ from robolaser.uncertainty import UNIFORM
 
 STEP = 1e-4
 """Of a central difference, as a share of a parameter's scale."""
+UPHILL = 1e-6
+"""The same of a one-sided difference: small enough that curvature does not show."""
 LENGTHS = np.array([0.5, 0.2, 0.05, 0.01])
 """Shares of a Gauss-Newton step that are tried at once."""
 DAMPINGS = np.array([0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2])
@@ -117,9 +119,9 @@ class Problem:
         """Derivatives in units of the priors by one-sided differences, which are enough to find the way, (k, d)."""
         moving = np.flatnonzero(self.prior > 0)
         ahead = np.repeat(x[None], len(moving), axis=0)
-        ahead[np.arange(len(moving)), moving] += STEP * self.prior[moving]
+        ahead[np.arange(len(moving)), moving] += UPHILL * self.prior[moving]
         found = np.zeros((len(r), len(x)))
-        found[:, moving] = ((of(ahead) - r) / STEP).T
+        found[:, moving] = ((of(ahead) - r) / UPHILL).T
         return found
 
     def penalty(self, x: Array) -> Array:
@@ -213,12 +215,14 @@ class Fitted:
     @cached_property
     def plain(self) -> Array:
         """Residuals, (m, 3) [m]."""
-        return self.problem.plain(self.x[None])[0]
+        e: Array = self.problem.plain(self.x[None])[0]
+        return e
 
     @cached_property
     def r(self) -> Array:
         """Whitened residuals, (3m,)."""
-        return self.problem.noise.whiten(self.plain[None])[0]
+        white: Array = self.problem.noise.whiten(self.plain[None])[0]
+        return white
 
     @cached_property
     def slopes(self) -> Array:
@@ -226,7 +230,7 @@ class Fitted:
         return self.problem.slopes(self.x, self.problem.plain)
 
     @cached_property
-    def J(self) -> Array:
+    def J(self) -> Array:  # noqa: N802 - the letter that the field knows it by
         """Whitened residuals by parameters in units of their priors, (3m, d); zero for those stuck on a bound."""
         return self._every * ~self.stuck
 
@@ -248,7 +252,7 @@ class Fitted:
         return self.projected(self._every[:, self.stuck] * ways)
 
     @cached_property
-    def Q(self) -> Array:
+    def Q(self) -> Array:  # noqa: N802 - likewise
         """Orthonormal basis of what the parameters can do to the residuals, priors beneath, (3m + d, d)."""
         J = np.vstack([self.J, np.eye(len(self.x))])
         Q: Array = np.linalg.qr(J)[0]

@@ -65,7 +65,7 @@ def gross_rows(fitted: Fitted) -> Bools:
         move = np.linalg.solve(A, b[..., None])[..., 0]
         left = r - (B @ move[of_pose][..., None])[..., 0]
     norm = np.linalg.norm(left, axis=-1)
-    return norm > GROSS * _scale(norm)
+    return np.asarray(norm > GROSS * _scale(norm))
 
 
 def beyond(fitted: Fitted) -> Bools:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser import optics
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.poses import View, anywhere, limits
@@ -69,7 +69,7 @@ def _prediction(fitted: Fitted, extended: Dataset) -> Array:
     return e
 
 
-def _with(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Dataset, Array, Array]:
+def _with(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Dataset, Ints, Array]:
     """The data set with postures (k, j) after its last pose; rows of each, (k', r); and those that see the target."""
     points = dataset.points
     if dataset.kind == "stripe":

@@ -1,5 +1,6 @@
 """What was seen in each pose, its repeats averaged, gross errors left out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -39,7 +40,7 @@ class Observed:
         points = dataset.points
         kept = np.flatnonzero(~gross) if gross is not None else np.arange(len(points))
         if points.repeat is None:
-            names: list[object] = kept.tolist()
+            names: Sequence[object] = kept.tolist()
         else:
             names = list(zip(points.pose[kept].tolist(), (points.names[i] for i in kept), strict=True))
         number = {name: i for i, name in enumerate(dict.fromkeys(names))}

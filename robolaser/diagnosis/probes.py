@@ -29,11 +29,12 @@ class Probe:
     def _by(self, seam: Seam, moves: list[tuple[Array, Array, float]], *, left: bool = False) -> Array:
         """Derivatives by moves, each a pair of values for both ways and the step; (3m, len(moves))."""
         columns = [
-            (self._residuals(seam, up, left) - self._residuals(seam, down, left)) / (2 * h) for up, down, h in moves
+            (self._residuals(seam, up, left=left) - self._residuals(seam, down, left=left)) / (2 * h)
+            for up, down, h in moves
         ]
         return self._problem.noise.whiten(np.concatenate(columns)).T
 
-    def _residuals(self, seam: Seam, move: Array, left: bool) -> Array:
+    def _residuals(self, seam: Seam, move: Array, *, left: bool) -> Array:
         def bend(at: Seam, passing: Array) -> Array:
             bent = self._bend(at, passing)
             if at is not seam:

@@ -158,7 +158,9 @@ class Search:
         """Those that cost less, the least first."""
         self._spread = spread = min([self._spread, *map(dispersion, [state, *options])])
         least = self.cost(state, spread) - LEAST_GAIN
-        return sorted((fit for fit in options if self.cost(fit, spread) < least), key=lambda fit: self.cost(fit, spread))
+        return sorted(
+            (fit for fit in options if self.cost(fit, spread) < least), key=lambda fit: self.cost(fit, spread)
+        )
 
     def _additions(self, state: Fitted, most_effects: int) -> list[Fitted]:
         if len(state.suspects) >= most_effects:

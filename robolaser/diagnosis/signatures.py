@@ -1,4 +1,4 @@
-"""How each suspected effect would show: whitened residuals by its numbers, what the fitted parameters imitate taken out."""
+"""How each suspected effect would show: whitened residuals by its numbers, less what fitted parameters imitate."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -81,7 +81,7 @@ class Signature:
     @property
     def numbers(self) -> int:
         """How many numbers it has that the data see."""
-        return self.basis.shape[1]
+        return int(self.basis.shape[1])
 
 
 def best_steps(columns: Array, rest: Array) -> Array:
@@ -142,8 +142,21 @@ def signatures(fitted: Fitted, suspects: Iterable[Suspect], known: Slopes | None
         tried = len(grid)
         if tried > DENSE and suspect.kind.seam is Seam.JOINTS:
             grid = motions.best(suspect, grid)
+        elif tried > DENSE and grid.shape[1] == 1:
+            grid = _closing_in(fitted, suspect, grid, known)
         found.append(_best(fitted, suspect, grid, tried, known))
     return found
+
+
+def _closing_in(fitted: Fitted, suspect: Suspect, grid: Array, known: Slopes) -> Array:
+    """Values of the one shape from a sorted grid (g, 1) of which the best is good: ever fewer, ever denser, (g', 1)."""
+    while len(grid) > DENSE:
+        step = -(-len(grid) // (DENSE // 2))
+        coarse = grid[::step]
+        best = _best(fitted, suspect, coarse, len(grid), known).shapes[0]
+        at = int(np.flatnonzero(coarse[:, 0] == best)[0]) * step
+        grid = grid[max(0, at - step) : at + step + 1]
+    return grid
 
 
 def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int, known: Slopes) -> Signature:
@@ -211,7 +224,7 @@ class JointMotions:
             shared = np.zeros((n, Q.shape[1]))
             np.add.at(shared, of_pose, columns[:, None] * Q)
             slope = np.bincount(of_pose, columns * fitted.r, minlength=n) - shared @ (fitted.Q.T @ fitted.rest)
-            own = np.bincount(of_pose, columns**2, minlength=n)
+            own: Array = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
             self._of_joint[joint] = slope, own, shared
         return self._of_joint[joint]
 

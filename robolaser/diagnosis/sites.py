@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.coordinates import OfPoses, smooth
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.probes import Probe
@@ -109,7 +109,7 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         yield Site("target", "place on the target", over_rows(probe.target(), smooth(dataset.points.xyz)))
 
 
-def _centred(values: Array, pose: Array, n: int) -> Array:
+def _centred(values: Array, pose: Ints, n: int) -> Array:
     """Mean of the rows' values in each pose, scaled to ±1, (n, 1)."""
     mean = np.bincount(pose, values, minlength=n) / np.maximum(np.bincount(pose, minlength=n), 1)
     scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]

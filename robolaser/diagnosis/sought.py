@@ -25,7 +25,7 @@ def sought(search: Search, begin: Fitted | None = None) -> Fitted:
         return search.best(begin)
     few = search.best(begin, most=FEW)
     geometry = [s for s in search.signatures(search.start) if s.suspect.kind is LinkGeometry]
-    if len(few.suspects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0 or not geometry:
+    if (len(few.suspects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0) or not geometry:
         return few
     arm = search.fit(search.start, geometry)
     spread = min(map(dispersion, (few, arm)))

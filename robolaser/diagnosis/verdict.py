@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robolaser.diagnosis.observed import of_rows, size
 from robolaser.effects.effect import Suspect
 
 if TYPE_CHECKING:
@@ -54,8 +53,8 @@ PRIOR_UNKNOWN = 12.0
 """What it costs, in squared whitened misfit, to say that the cause is none of the library's: it is so in fewer than
 one cell in a hundred that the library explains as well."""
 INDISTINGUISHABLE = 20.0
-"""Squared whitened misfit, in units of the dispersion, below which two effects are not told apart: at 14 chance exchanges
-them three times in a hundred, and what is seen of it scatters by 7."""
+"""Squared whitened misfit, in units of the dispersion, below which two effects are not told apart: at 14 chance
+exchanges them three times in a hundred, and what is seen of it scatters by 7."""
 ECHO = 0.05
 """Share of what a larger effect explains, below which an effect that others could replace is that one's echo."""
 ECHOED = 3

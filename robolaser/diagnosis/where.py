@@ -90,7 +90,9 @@ def explained(fitted: Fitted) -> float:
 
     Twice the logarithm of their likelihood ratio, less what chance would give the best of them.
     """
-    return sum(ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted, [site for site in sites(fitted) if site.unknown])[0])
+    return sum(
+        ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted, [site for site in sites(fitted) if site.unknown])[0]
+    )
 
 
 def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[_Field, float, float]], int]:

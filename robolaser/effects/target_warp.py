@@ -11,7 +11,6 @@ from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.lacking import no_flat_target
 from robolaser.seams import Seam
 
-
 FIELD = 1.2
 """Half the extent of the field of waves over that of the points: beyond the points a wave need not be even."""
 
