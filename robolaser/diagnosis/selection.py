@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.signatures import Signature, Slopes, best_steps, signatures, typical
+from robolaser.diagnosis.signatures import Signature, Slopes, afresh, best_steps, signatures, typical
 from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, price
 from robolaser.diagnosis.where import explained
 from robolaser.effects.effect import Suspect
@@ -129,7 +129,7 @@ class Search:
 
     def again(self, earlier: Fitted, found: "Search") -> Fitted:
         """Fit the effects that a search on slightly other rows found."""
-        self._found |= {signature.suspect: signature for signature in found.seen(earlier)}
+        self._found |= {signature.suspect: afresh(signature, self.start) for signature in found.seen(earlier)}
         model = self.start.problem.model.with_suspects(earlier.suspects)
         problem = Problem.of(model, self.start.problem.noise, self.start.problem.sensor)
         fitted = problem.fit(earlier.x)

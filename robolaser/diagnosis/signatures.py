@@ -148,6 +148,11 @@ def signatures(fitted: Fitted, suspects: Iterable[Suspect], known: Slopes | None
     return found
 
 
+def afresh(signature: Signature, fitted: Fitted) -> Signature:
+    """The same effect with the same shapes, against another model."""
+    return _best(fitted, signature.suspect, np.array([signature.shapes]), signature.tried, Slopes())
+
+
 def _closing_in(fitted: Fitted, suspect: Suspect, grid: Array, known: Slopes) -> Array:
     """Values of the one shape from a sorted grid (g, 1) of which the best is good: ever fewer, ever denser, (g', 1)."""
     while len(grid) > DENSE:

@@ -19,11 +19,11 @@ def sought(search: Search, begin: Fitted | None = None) -> Fitted:
 
     Args:
         search: Fits sets of effects.
-        begin: A set to begin from; none when absent.
+        begin: A set that was found before, on slightly other rows.
     """
-    if search.start.problem.model.dataset.kind == "stripe":
+    if begin is not None or search.start.problem.model.dataset.kind == "stripe":
         return search.best(begin)
-    few = search.best(begin, most=FEW)
+    few = search.best(most=FEW)
     geometry = [s for s in search.signatures(search.start) if s.suspect.kind is LinkGeometry]
     if (len(few.suspects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0) or not geometry:
         return few

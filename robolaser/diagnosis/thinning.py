@@ -5,7 +5,7 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.dataset import Points
 
-MOST_POSES = 500
+MOST_POSES = 300
 """Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
 MOST_ROWS = 4000
 """Rows that are kept, as long as each pose has a few: rows of a pose share most of their errors."""
