@@ -25,12 +25,14 @@ from robolaser.noise import NoiseModel, noise_of
 from robolaser.readiness import check_poses, check_target
 from robolaser.scanner import Model
 from robolaser.search import Found, Progress, search
+from robolaser.shapes import shaped, with_shapes
 from robolaser.uncertainty import standard_errors, unidentifiable
 
 GENERATIONS = 500  # then the polish of every member of the last generation ends in the same optimum
 SEARCH_POINTS = 400  # a thinned set ranks candidates as the whole does
 AGREEING = 3  # polishes that must end at the same lowest cost before it counts as found
 SAME = 1e-6  # relative difference in cost below which two optima are one
+UNMOVED_M = 1e-10  # a parameter whose whole range moves points by less only moves the last digits: a step's moment does
 REWEIGHTINGS = 3  # the weights depend on the estimate; a fourth round changes nothing any more
 
 
@@ -116,7 +118,7 @@ def calibrate(
     if plan.polish:
         tell("polishing", 0.0)
         members = np.insert(starts, 1, model.parameters.nominal, axis=0)
-        best, tried = polish_members(Residuals(thin), members, box)
+        best, tried = _polished_in_shape(thin, members, box)
         end = box.polish(residuals, best.x)
         evaluations += tried + end.evaluations
         for _ in range(REWEIGHTINGS if plan.weights == "noise" else 0):
@@ -133,6 +135,7 @@ def calibrate(
     unseen, tried = held_out(residuals, x, box, seed=plan.seed)
     on_bound = box.on_bound(x)
     J = jacobian(model, x)
+    J = np.where(np.abs(J).max(axis=0) * model.parameters.width > UNMOVED_M, J, 0.0)
     noise = noise_of(model, x, J)
     std = standard_errors(J, noise, held=box.held, weights=weights, bounded=np.where(on_bound, box.scale, 0.0))
     parameters = model.parameters
@@ -173,6 +176,24 @@ def _searched(
         progress=progress,
     )
     return found, problem.completed(found.candidates)
+
+
+def _polished_in_shape(model: Model, starts: Array, box: Box) -> tuple[Polished, int]:
+    """Polish members, and once more from the shapes of effects that do best where the model without them ends.
+
+    Returns:
+        The better of both, and the candidates evaluated.
+    """
+    best, evaluations = polish_members(Residuals(model), starts, box)
+    sought = shaped(model)
+    if not sought:
+        return best, evaluations
+    plain = model.with_suspects(tuple(one for one in model.suspects if one not in sought))
+    near = best.x[model.parameters.columns(plain.parameters.names)]
+    without = Box.of(plain).polish(Residuals(plain), near)
+    values = dict(zip(plain.parameters.names, without.x, strict=True)) | with_shapes(plain, without.x, sought)
+    end = box.polish(Residuals(model), np.array([values[name] for name in model.parameters.names]))
+    return min(best, end, key=lambda one: one.cost), evaluations + without.evaluations + end.evaluations
 
 
 def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polished, int]:
