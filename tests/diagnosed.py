@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from calibrated import arm, point, socket, stripe
 
-from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number
+from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.where import Lies
 from robolaser.diagnosis.words import sentence
 from robolaser.effects import EFFECTS, suspects
@@ -36,7 +36,17 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
             std = float(calibration.std[i])
             number = Number(float(x[i]), std if np.isfinite(std) else None, item.unit)
             numbers[item.name.rpartition(".")[2]] = number
-        findings.append(Finding(one, 0.97, numbers, gap_m[k], gap_m[k + 1], gap_m[0], tuple(map(suspect, rivals))))
+        findings.append(
+            Finding(
+                one,
+                0.97,
+                numbers,
+                gap_m[k],
+                gap_m[k + 1],
+                gap_m[0],
+                tuple(Rival(suspect(text), numbers, 1.01 * gap_m[k + 1]) for text in rivals),
+            )
+        )
     joints = model.dataset.robot.joints if model.dataset.robot else ()
     site = model.suspects[0].where if model.suspects else "base"
     lies = (

@@ -24,7 +24,7 @@ LANDMARKS = 300
 """Values of a coordinate that make its shapes; those between are interpolated (Nyström)."""
 
 
-def smooth(coordinate: Array, length: float = SMOOTH) -> Array:
+def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
     """Independent shapes of a smooth function of coordinates (n, k), the most likely first, (n, p).
 
     A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
@@ -34,10 +34,10 @@ def smooth(coordinate: Array, length: float = SMOOTH) -> Array:
     spread = np.maximum(spread, THIN * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
-        return _shapes(_kernel(scaled, scaled))
+        return _shapes(_kernel(scaled, scaled), most)
     order = np.lexsort(scaled.T[::-1])
     marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
-    shapes = _shapes(_kernel(marks, marks))
+    shapes = _shapes(_kernel(marks, marks), most)
     extended: Array = _kernel(scaled, marks) @ (shapes / (shapes**2).sum(axis=0))
     return extended
 
@@ -47,9 +47,9 @@ def _kernel(some: Array, others: Array) -> Array:
     return kernel
 
 
-def _shapes(kernel: Array) -> Array:
+def _shapes(kernel: Array, most: int) -> Array:
     variance, vectors = np.linalg.eigh(kernel)
-    kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:MOST]
+    kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:most]
     shapes: Array = vectors[:, kept] * np.sqrt(variance[kept])
     return shapes
 
@@ -65,6 +65,7 @@ class OfPoses:
 
     def __init__(self, dataset: Dataset, scene: Scene) -> None:
         self._dataset, self._scene = dataset, scene
+        self._angles: dict[int, Array] = {}
 
     def run(self) -> Iterator[tuple[str, Array]]:
         """Those in which anything may change from pose to pose: (name, shapes (n, p))."""
@@ -88,12 +89,20 @@ class OfPoses:
             felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
             yield "direction of gravity in the flange", smooth(felt, 2.0)
 
+    def angle(self, column: int, name: str) -> tuple[str, Array]:
+        """The angle of one joint."""
+        if column not in self._angles:
+            q = self._dataset.poses.q
+            assert q is not None
+            self._angles[column] = smooth(q[:, [column]])
+        return f"angle of {name}", self._angles[column]
+
     def joint(self, column: int, name: str) -> Iterator[tuple[str, Array]]:
         """Those of one joint."""
         dataset, scene = self._dataset, self._scene
         q = dataset.poses.q
         assert q is not None
-        yield f"angle of {name}", smooth(q[:, [column]])
+        yield self.angle(column, name)
         if dataset.robot is not None and dataset.robot.has_masses:
             torque = scene.gravity_torques[:, [column]]
             if np.ptp(torque) > 1e-6:

@@ -17,7 +17,7 @@ from robolaser.diagnosis.gap import folds, held_out, interval, rms
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.next_poses import next_poses
 from robolaser.diagnosis.observed import of_rows, size
-from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Limit, Number
+from robolaser.diagnosis.result import Diagnosis, Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.rivals import Stand, echoes, rival, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.signatures import library
@@ -31,6 +31,9 @@ from robolaser.errors import EffectUnknown
 
 ROUNDS = 2
 """Times that gross errors are looked for again once effects are in the model."""
+
+MOST_RIVALS = 6
+"""Rivals that are told of each effect, the nearest first."""
 
 Progress = Callable[[str, float], None]
 
@@ -107,13 +110,13 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     fold = folds(observed, seed)
 
     tell("asking what else could be the cause", 0.6)
-    final, standing, left = _believed(search, final, fold)
+    final, standing, left = _believed(search, final)
     lost = {stand.suspect: stand.without.misfit - final.misfit for stand in standing}
 
     tell("holding poses out", 0.8)
     gap, findings, before, after = _findings(dataset, search, start, final, standing, fold, seed)
     verdict = judge(start, final, left, gap)
-    places = left if verdict == "unexplained" else _places(start, final, lost, where(start, fold))
+    places = _rest(search, final, standing, left) if verdict == "unexplained" else _places(start, final, lost)
     spread = dispersion(final)
     remaining = search.signatures(final)
     limit = limits(remaining, spread)
@@ -147,9 +150,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     )
 
 
-def _believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[Stand], list[Lies]]:
+def _believed(search: Search, final: Fitted) -> tuple[Fitted, list[Stand], list[Lies]]:
     """Take back effects that something unknown explains better, and those that only echo the form of a larger one."""
-    left = where(final, fold)
+    left = where(final)
     while True:
         spread = dispersion(final)
         strange = {
@@ -165,7 +168,15 @@ def _believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[S
             return final, standing, left
         for suspect in doubtful[: max(1, len(doubtful) // 2)]:
             final = search.fit(final, removed=suspect)
-        left = where(final, fold)
+        left = where(final)
+
+
+def _rest(search: Search, final: Fitted, standing: Sequence[Stand], left: list[Lies]) -> list[Lies]:
+    """Where lies what is left by those effects that are rather believed than not."""
+    doubted = [one.suspect for one in standing if one.probability < BELIEVED]
+    for suspect in doubted:
+        final = search.fit(final, removed=suspect)
+    return where(final) if doubted else left
 
 
 def _findings(
@@ -193,14 +204,22 @@ def _findings(
             gap_before_m=gaps[i],
             gap_after_m=gaps[i + 1],
             gap_without_m=rms(held_out(stand_of[suspect].without, fold)),
-            rivals=tuple(rival(stand_of[suspect], final)),
+            rivals=_rivals(stand_of[suspect], final, fold),
         )
         for i, suspect in enumerate(order)
     )
-    nominal = start.problem.plain(start.problem.parameters.nominal[None])[0]
+    given = any(item.given for item in start.problem.sensor.items)
+    nominal = start.problem.plain(start.problem.parameters.nominal[None])[0] if given else start.plain
     floor = size(of_rows(final.problem.noise))
     gap = Gap(rms(nominal), gaps[0], rms(after), floor, interval(after, start.problem.model.dataset.points.pose, seed))
     return gap, findings, before, after
+
+
+def _rivals(stand: Stand, final: Fitted, fold: Ints) -> tuple[Rival, ...]:
+    return tuple(
+        Rival(suspect, _numbers(fit, suspect), rms(held_out(fit, fold)))
+        for suspect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
+    )
 
 
 def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
@@ -215,13 +234,13 @@ def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
     return found
 
 
-def _places(start: Fitted, final: Fitted, lost: Mapping[Suspect, float], before: Sequence[Lies]) -> list[Lies]:
+def _places(start: Fitted, final: Fitted, lost: Mapping[Suspect, float]) -> list[Lies]:
     """Where the gap lay, by what each effect explains of it."""
     freedoms = len(start.r) - len(start.x)
     excess = max(start.misfit - freedoms, 1e-9)
     closed = float(np.clip((start.misfit - final.misfit) / excess, 0.0, 1.0))
     total = max(sum(lost.values()), 1e-9)
-    seen = {lies.site: lies for lies in reversed(before)}
+    seen = {lies.site: lies for lies in reversed(where(start))}
     found: dict[str, Lies] = {}
     for suspect, gain in lost.items():
         share = closed * gain / total + (found[suspect.where].share if suspect.where in found else 0.0)

@@ -25,6 +25,22 @@ class Number:
 
 @final
 @dataclass(frozen=True)
+class Rival:
+    """An effect that these poses cannot tell from one that was found.
+
+    Attributes:
+        suspect: Which, and where.
+        numbers: Its numbers in the other's place, by name.
+        gap_m: Held-out gap with it in the other's place.
+    """
+
+    suspect: Suspect
+    numbers: Mapping[str, Number]
+    gap_m: float
+
+
+@final
+@dataclass(frozen=True)
 class Finding:
     """An effect that was found.
 
@@ -44,7 +60,7 @@ class Finding:
     gap_before_m: float
     gap_after_m: float
     gap_without_m: float
-    rivals: tuple[Suspect, ...]
+    rivals: tuple[Rival, ...]
 
 
 @final
@@ -158,12 +174,7 @@ class Diagnosis:
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
             "detection_limits": [
-                {
-                    "effect": limit.suspect.kind.name,
-                    "where": limit.suspect.where,
-                    limit.number: limit.size,
-                    "unit": limit.unit,
-                }
+                {**_place(limit.suspect), "number": limit.number, "size": limit.size, "unit": limit.unit}
                 for limit in self.limits
             ],
             "front": [
@@ -179,14 +190,17 @@ def _mm(metres: float) -> float:
     return 1e3 * metres
 
 
+def _place(suspect: Suspect) -> dict[str, str]:
+    return {"effect": suspect.kind.name, "where": suspect.where}
+
+
 def _pair(suspect: Suspect) -> list[str]:
     return [suspect.kind.name, suspect.where]
 
 
 def _finding(found: Finding) -> dict[str, Any]:
     return {
-        "effect": found.suspect.kind.name,
-        "where": found.suspect.where,
+        **_place(found.suspect),
         "probability": found.probability,
         "parameters": {
             name: {"value": number.value, "std": number.std, "unit": number.unit}
@@ -195,7 +209,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "gap_mm_before": _mm(found.gap_before_m),
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
-        "indistinguishable_from": [_pair(rival) for rival in found.rivals],
+        "indistinguishable_from": [_pair(rival.suspect) for rival in found.rivals],
     }
 
 

@@ -12,6 +12,8 @@ from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.probes import Probe
 from robolaser.effects.places import moving_joints
 
+DENT, DENTS = 0.08, 80
+"""Size of dents in a target, as a share of its extent, and how many shapes tell where they are."""
 LEVER_M = 0.3
 """A turn counts as the shift that it makes at this distance."""
 MISPLACED_M = 0.02
@@ -61,6 +63,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
                 *of_poses.joint(robot.joints.index(name), name),
                 *of_poses.run(),
                 *of_poses.posture(),
+                *(of_poses.angle(robot.joints.index(other), other) for other in joints if other != name),
             ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
             yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False, most=MISPLACED_M)
@@ -106,7 +109,10 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
             )
             yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
     if dataset.points.xyz is not None and dataset.kind == "stripe":
-        yield Site("target", "place on the target", over_rows(probe.target(), smooth(dataset.points.xyz)))
+        given = probe.target()
+        lift = given @ model.scene.target.axes[:, 2:]
+        yield Site("target", "place on the target", over_rows(given, smooth(dataset.points.xyz)))
+        yield Site("target", "place on the target", over_rows(lift, smooth(dataset.points.xyz, DENT, most=DENTS)))
 
 
 def _centred(values: Array, pose: Ints, n: int) -> Array:

@@ -1,13 +1,13 @@
 """The share of a gap that lies at each site: random functions there, their size chosen by what the residuals show."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.stats import chi2
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.sites import Site, sites
 from robolaser.diagnosis.verdict import SITE_SIGNIFICANT
@@ -26,7 +26,7 @@ class Lies:
     Attributes:
         site: The place.
         coordinate: In which coordinate.
-        share: Of the squared whitened excess over noise that a function there predicts on poses it was not fitted to.
+        share: Of the squared whitened excess over noise, what a function there explains beyond its freedom's price.
         likelihood_ratio: Twice the logarithm, against no function there.
         p_value: Of that, with all sites and coordinates that were asked in mind.
     """
@@ -57,30 +57,23 @@ class _Field:
         return max(0.0, float(value[best])), float(sizes[best])
 
 
-def where(fitted: Fitted, fold_of_pose: Ints) -> list[Lies]:
+def where(fitted: Fitted) -> list[Lies]:
     """Divide what a model leaves among the sites, one at a time, the likeliest first.
 
     A smooth random function of one coordinate at one site is added to the noise, its size by maximum likelihood; then
     the next, given the first. So rich functions pay for their freedom, and of two sites that could both explain the
-    residuals only one is named. Its share is what it predicts on held-out poses.
+    residuals only one is named. A likelihood in which functions are averaged over is the product of predictions of
+    each pose from those before it: functions that do not predict have none.
 
     Args:
         fitted: The model.
-        fold_of_pose: The group in which each pose is held out, (n,).
     """
     chosen, asked = _chosen(fitted, sites(fitted))
-    if not chosen:
-        return []
-    shares = _shares(fitted, chosen, fold_of_pose)
+    excess = fitted.misfit - (len(fitted.r) - len(fitted.x))
+    whole = max(excess, sum(ratio for _, ratio in chosen))
     found = [
-        Lies(
-            field.site.site,
-            field.site.coordinate,
-            float(np.clip(share, 0.0, 1.0)),
-            ratio,
-            float(min(1.0, 0.5 * asked * chi2.sf(ratio, 1))),
-        )
-        for (field, ratio, _), share in zip(chosen, shares, strict=True)
+        Lies(site.site, site.coordinate, ratio / whole, ratio, float(min(1.0, 0.5 * asked * chi2.sf(ratio, 1))))
+        for site, ratio in chosen
     ]
     return sorted(found, key=lambda lies: -lies.share)
 
@@ -91,14 +84,14 @@ def explained(fitted: Fitted) -> float:
     Twice the logarithm of their likelihood ratio, less what chance would give the best of them.
     """
     return sum(
-        ratio - SITE_SIGNIFICANT for _, ratio, _ in _chosen(fitted, [site for site in sites(fitted) if site.unknown])[0]
+        ratio - SITE_SIGNIFICANT for _, ratio in _chosen(fitted, [site for site in sites(fitted) if site.unknown])[0]
     )
 
 
-def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[_Field, float, float]], int]:
-    """The sites that the residuals speak for, each with its likelihood ratio and size; and how many were asked."""
+def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[Site, float]], int]:
+    """The sites that the residuals speak for, each with its likelihood ratio; and how many were asked."""
     fields = [_Field(site, fitted.projected(site.columns)) for site in places]
-    chosen: list[tuple[_Field, float, float]] = []
+    chosen: list[tuple[Site, float]] = []
     white, B = fitted.rest, [field.B for field in fields]
     for _ in range(MOST):
         ratios = [_Field(field.site, b).ratio(white) for field, b in zip(fields, B, strict=True)]
@@ -106,27 +99,9 @@ def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[_Field, 
         ratio, size = ratios[best]
         if ratio < SITE_SIGNIFICANT:
             break
-        chosen.append((fields[best], ratio, size))
+        chosen.append((fields[best].site, ratio))
         U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
         shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
         white = white - shrink @ (U.T @ white)
         B = [b - shrink @ (U.T @ b) for b in B]
     return chosen, len(fields)
-
-
-def _shares(fitted: Fitted, chosen: Sequence[tuple[_Field, float, float]], fold_of_pose: Ints) -> Array:
-    """What each site's function adds to the squared excess predicted on poses that the functions were not fitted to."""
-    rest = fitted.rest
-    fold = np.concatenate(
-        [np.repeat(fold_of_pose[fitted.problem.model.dataset.points.pose], 3), np.full(len(fitted.x), -1)]
-    )
-    excess = max(float(rest @ rest) - (len(fitted.r) - len(fitted.x)), 1e-9)
-    reached = [0.0]
-    for count in range(1, len(chosen) + 1):
-        A = np.hstack([size * field.B for field, _, size in chosen[:count]])
-        predicted = np.zeros(len(rest))
-        for k in np.unique(fold_of_pose):
-            out, kept = fold == k, A[fold != k]
-            predicted[out] = A[out] @ np.linalg.solve(kept.T @ kept + np.eye(A.shape[1]), kept.T @ rest[~out])
-        reached.append(max(reached[-1], float(2.0 * rest @ predicted - predicted @ predicted) / excess))
-    return np.diff(np.minimum(reached, 1.0))

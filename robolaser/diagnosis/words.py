@@ -111,7 +111,7 @@ def _perhaps(found: Finding) -> str:
 def _untold(findings: Sequence[Finding]) -> str:
     """What could as well be the cause; may be empty."""
     torn = [found for found in findings if found.rivals]
-    said = [f"{_at(found.suspect)} from {_one_of(found.rivals)}" for found in torn[:NAMED]]
+    said = [f"{_at(found.suspect)} from {_one_of([rival.suspect for rival in found.rivals])}" for found in torn[:NAMED]]
     more = len(torn) - len(said)
     others = f", nor {more} more from theirs" if more else ""
     return f" These poses do not tell {', nor '.join(said)}{others}." if said else ""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from robolaser.diagnosis.result import Diagnosis, Finding, Number
+from robolaser.diagnosis.result import Diagnosis, Finding, Number, Rival
 from robolaser.diagnosis.words import EVEN
 
 SURE = 0.95
@@ -12,6 +12,8 @@ CLEAR = 2.0
 """Standard deviations from zero, below which a number may as well be none."""
 ALIKE = 0.5
 """Share relative to the largest, from which on a place is worth a look too."""
+WORSE = 1.02
+"""Held-out gap over that of what was found, from which on a rival does worse."""
 FEW = 2
 """Rivals that a caveat names."""
 
@@ -75,7 +77,7 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """What to beware of with an effect, the gravest first; never nothing."""
     said = []
     if found.rivals:
-        others = [f"{rival.kind.name} at {rival.where}" for rival in found.rivals[:FEW]]
+        others = [f"{rival.suspect.kind.name} at {rival.suspect.where}" for rival in found.rivals[:FEW]]
         more = len(found.rivals) - len(others)
         said.append(f"these poses cannot tell it from {', '.join(others)}" + (f" and {more} more" if more else ""))
     if found.probability < SURE:
@@ -83,6 +85,15 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     if diagnosis.verdict == "unexplained":
         said.append("may have taken a part of what is unexplained")
     return [*said, CAVEATS.get(found.suspect.kind.name, CAVEAT)]
+
+
+def beside(found: Finding, rival: Rival) -> str:
+    """What to beware of with a rival: how it compares with what was found in its place."""
+    more = len(rival.numbers) - len(found.numbers)
+    worse = rival.gap_m > WORSE * found.gap_after_m
+    said = [f"has {more} more number{'s' * (more > 1)} to fit with"] if more > 0 else []
+    said += ["predicts new poses less well"] if worse else []
+    return "; ".join(said) or "predicts new poses as well: only other poses decide"
 
 
 def doubt(number: Number) -> str:
@@ -136,7 +147,7 @@ def _measure(diagnosis: Diagnosis) -> str:
     torn = next((found for found in diagnosis.findings if found.rivals), None)
     if torn is None:
         return f"Measure {poses} listed below: they would tell most."
-    rival = torn.rivals[0]
+    rival = torn.rivals[0].suspect
     return (
         f"Measure {poses} listed below: they tell {torn.suspect.kind.name} at {torn.suspect.where} from"
         f" {rival.kind.name} at {rival.where}."

@@ -11,7 +11,7 @@ from robolaser.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis, Limit, Number
 from robolaser.effects.effect import Suspect
 from robolaser.effects.places import moving_joints
-from robolaser.report.diagnosis.advice import caveats, doubt
+from robolaser.report.diagnosis.advice import beside, caveats, doubt
 from robolaser.report.digits import measured, millimetres, plain
 
 SMALL = 1e-3
@@ -52,7 +52,10 @@ class RivalRow:
     effect: str
     where: str
     meaning: str
+    numbers: Sequence[tuple[str, str, str]]
+    gap: str
     instead_of: str
+    caveat: str
 
 
 @final
@@ -86,7 +89,15 @@ def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
 def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:
     """What else could be the cause, as far as these poses can tell."""
     return [
-        RivalRow(rival.kind.name, rival.where, rival.kind.title, at(found.suspect))
+        RivalRow(
+            effect=rival.suspect.kind.name,
+            where=rival.suspect.where,
+            meaning=rival.suspect.kind.title,
+            numbers=[(name, with_error(number), doubt(number)) for name, number in rival.numbers.items()],
+            gap=millimetres(rival.gap_m),
+            instead_of=at(found.suspect),
+            caveat=beside(found, rival),
+        )
         for found in diagnosis.findings
         for rival in found.rivals
     ]
