@@ -26,8 +26,9 @@ import robolaser
 from robolaser.challenge.making import KINDS, USUAL, make
 from robolaser.challenge.outcome import Outcome, outcome
 from robolaser.challenge.tally import tally
-from robolaser.challenge.trial import diagnosed
+from robolaser.challenge.worlds.families import KNOWN
 from robolaser.commands.challenge import summary
+from robolaser.diagnosis import examine
 from robolaser.robots import find_robot
 
 ROBOTS = ("scorbot_er7", "ur5", "panda", "xarm7")
@@ -43,6 +44,7 @@ class Task:
     cache: Path
     fresh: bool
     only_make: bool
+    withhold: bool
 
     @property
     def folder(self) -> Path:
@@ -73,7 +75,13 @@ def run(task: Task) -> tuple[dict[str, Any], dict[str, Any] | str, float]:
         return truth, "", 0.0
     began = time.perf_counter()
     try:
-        found: dict[str, Any] | str = diagnosed(robolaser.load(task.folder), seed=1)
+        dataset = robolaser.load(task.folder)
+        taken_out = tuple(
+            {item["effect"] for item in truth["each"] if item["effect"] in KNOWN} if task.withhold else ()
+        )
+        for item in truth["each"]:
+            item["withheld"] = item["effect"] in taken_out
+        found: dict[str, Any] | str = examine(dataset, seed=1, without=taken_out).as_json()
     except Exception:  # a world that breaks the diagnosis is a result too
         found = traceback.format_exc()
     return truth, found, time.perf_counter() - began
@@ -87,13 +95,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "robolaser-blind")
     parser.add_argument("--fresh", action="store_true", help="make the worlds anew")
+    parser.add_argument("--withhold", action="store_true", help="take the true effects out of the library first")
     parser.add_argument("--only-make", action="store_true", help="make worlds, diagnose nothing")
     parser.add_argument("--output", type=Path, help="a folder for the diagnoses and score.json")
     args = parser.parse_args()
     first, _, last = args.seeds.partition("-")
     kinds = args.kinds.split(",")
     tasks = [
-        Task(robot, seed, kind_of(robot, seed, kinds), args.cache, args.fresh, args.only_make)
+        Task(robot, seed, kind_of(robot, seed, kinds), args.cache, args.fresh, args.only_make, args.withhold)
         for seed in range(int(first), int(last or first) + 1)
         for robot in args.robots.split(",")
     ]

@@ -51,7 +51,10 @@ class Outcome:
 
 
 def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
-    """Hold a diagnosis (as in diagnosis.json) against the sealed truth of its data set."""
+    """Hold a diagnosis (as in diagnosis.json) against the sealed truth of its data set.
+
+    Effects of the truth that were taken out of the library beforehand (`withheld`) count as unknown.
+    """
     each = [item for item in truth["each"] if item["effect"] != GROSS]
     true = tuple((item["effect"], item["where"]) for item in each)
     findings = [item for item in diagnosis["effects"] if item["effect"] != GROSS]
@@ -91,7 +94,7 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
 
 
 def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
-    if any(item["effect"] in STRANGERS for item in each):
+    if any(item["effect"] in STRANGERS or item.get("withheld") for item in each):
         return "unknown"
     if not each:
         return "outliers" if truth["each"] else "none"
