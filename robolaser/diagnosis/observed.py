@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset
-from robolaser.diagnosis.thinning import telling
+from robolaser.diagnosis.thinning import telling, worth_keeping
 from robolaser.noise import NoiseModel, pixel_from_repeats
 from robolaser.noise.disturbances import Disturbance, disturbances
 from robolaser.noise.model import FLOOR_M, OF_POSES, noise_from
@@ -63,10 +63,14 @@ class Observed:
         return cls(dataset, np.ones_like(rows), rows)
 
     def thinned(self) -> "Observed":
-        """Only rows that say something new."""
+        """Only rows that say something new; where no path leads through them, only their poses too."""
         kept = telling(self.dataset.points)
+        if kept.all():
+            return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
         dataset = replace(self.dataset, points=self.dataset.points.take(kept))
+        if dataset.poses.time_s is None or not dataset.path_known:
+            dataset = dataset.of_poses(worth_keeping(dataset))
         return Observed(dataset, self.shots[kept], number[self.group])
 
     def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
@@ -90,7 +94,7 @@ class Observed:
         """The same with errors of whole poses estimated too, from what the columns of J leave of the residuals."""
         sources, known = self._sources(model, x, raw)
         stated = replace(raw.noise, pixel_px=known["pixel"])
-        with_pixel = replace(raw, points=self.dataset.points, noise=stated)
+        with_pixel = replace(self.dataset, noise=stated)
         return noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
 
     def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[Disturbance, ...], dict[str, float | None]]:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Bools
-from robolaser.dataset import Points
+from robolaser.dataset import Dataset, Points
+from robolaser.diagnosis.coordinates import numeric
 
 MOST_POSES = 300
 """Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
@@ -24,4 +25,16 @@ def telling(points: Points) -> Bools:
     kept = np.zeros(len(points), dtype=bool)
     for start, count in zip(starts, counts, strict=True):
         kept[order[start + np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))]] = True
+    return kept
+
+
+def worth_keeping(dataset: Dataset) -> Bools:
+    """Mark poses with rows, and those at the ends of time and of what else was measured, (n,)."""
+    poses = dataset.poses
+    kept = np.bincount(dataset.points.pose, minlength=len(poses)) > 0
+    measured = list(numeric(poses.extra).values())
+    if poses.time_s is not None:
+        measured.append(poses.time_s)
+    for values in measured:
+        kept[[int(np.argmin(values)), int(np.argmax(values))]] = True
     return kept
