@@ -3,21 +3,36 @@
 import importlib
 import pkgutil
 from collections.abc import Sequence
+from functools import cache
+from typing import Any
 
 from robolaser.dataset import Dataset
 from robolaser.effects import outliers
+from robolaser.effects.announced import announced
 from robolaser.effects.effect import Effect, Suspect
 from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
 
+EFFECTS: tuple[type[Effect], ...]
+"""Every effect that comes with the package, and those that other installed packages announce, by name."""
 
+
+@cache
 def _library() -> tuple[type[Effect], ...]:
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
-    return tuple(sorted(Effect.__subclasses__(), key=lambda kind: kind.name))
+    ours = [kind for kind in Effect.__subclasses__() if kind.__module__.startswith(f"{__name__}.")]
+    return tuple(sorted((*ours, *announced(ours)), key=lambda kind: kind.name))
 
 
-EFFECTS: tuple[type[Effect], ...] = _library()
-"""Every effect that comes with the package."""
+def __getattr__(name: str) -> Any:
+    """Load the effects when they are first asked for: a package that brings one imports this module itself.
+
+    Raises:
+        AnnouncementUnusable, AnnouncedTwice: What an installed package announces cannot be used.
+    """
+    if name != "EFFECTS":
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return _library()
 
 
 def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
@@ -28,8 +43,9 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
         EffectBendsNothing: It is a finding, and no part of a model.
         EffectSenseless: The data set's robot or sensor has no place for it.
         PlaceUnknown: It cannot sit there.
+        AnnouncementUnusable, AnnouncedTwice: What an installed package announces cannot be used.
     """
-    by_name = {kind.name: kind for kind in EFFECTS}
+    by_name = {kind.name: kind for kind in _library()}
     chosen: list[Suspect] = []
     for text in wanted:
         name, _, where = text.partition(":")

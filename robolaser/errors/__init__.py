@@ -26,6 +26,8 @@ from robolaser.errors.challenges import (
     SealBroken,
 )
 from robolaser.errors.effects import (
+    AnnouncedTwice,
+    AnnouncementUnusable,
     BentOutOfSight,
     DemandSenseless,
     EffectBendsNothing,
@@ -101,6 +103,8 @@ from robolaser.errors.searches import (
 __all__ = [
     "AlgorithmUnknown",
     "AngleTooLarge",
+    "AnnouncedTwice",
+    "AnnouncementUnusable",
     "BadCell",
     "BentOutOfSight",
     "BoundsMissing",
