@@ -72,7 +72,7 @@ def _without(fitted: Fitted, kept: Bools) -> Array:
     def misfit(x: Array) -> tuple[Array, Array]:
         rows, penalty = kept * problem(x), problem.penalty(x)
         cost = (rows**2).sum(axis=1) + (penalty**2).sum(axis=1)
-        return np.where(np.isfinite(cost), cost, np.inf), rows @ J + penalty
+        return np.where(np.isfinite(cost), cost, np.inf), (rows @ J + penalty) * ~fitted.stuck
 
     x = np.repeat(fitted.x[None], len(kept), axis=0)
     cost, slope = misfit(x)
