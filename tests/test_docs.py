@@ -1,6 +1,7 @@
 """What the docs promise is there, and what is there the docs mention; their code blocks run in `make docs`."""
 
 import re
+import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -59,6 +60,20 @@ def test_every_link_leads_to_a_file_and_to_a_heading_of_it(text: Path) -> None:
 
 def test_no_text_knows_the_machine_it_was_written_on(text: Path) -> None:
     assert not re.search(r"/(home|Users|work|tmp|root)/|shared/", text.read_text(encoding="utf-8"))
+
+
+def test_the_layers_shown_are_those_that_the_linter_keeps() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    layers = settings["tool"]["importlinter"]["contracts"][0]["layers"]
+    shown = PAGES["docs/architecture.md"].read_text(encoding="utf-8").split("## Layers")[1].split("```")[1]
+    assert shown.removeprefix("text\n").replace("│", "|").splitlines() == layers
+
+
+def test_every_file_of_the_package_has_its_place_in_the_architecture() -> None:
+    tree = PAGES["docs/architecture.md"].read_text(encoding="utf-8").split("```")[1]
+    parts = (ROOT / "robolaser").glob("[!_]*")
+    names = [f"{part.name}/" if part.is_dir() else part.name for part in parts if part.suffix in ("", ".py")]
+    assert [name for name in names if name not in tree and name != "arrays.py"] == []
 
 
 def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
