@@ -8,6 +8,7 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.se3 import exp_so3, pose
 from robolaser.seams import Bend, Seam
+from robolaser.sensors.stripe import Stripe
 
 SHIFT_M, TURN_RAD, PIXEL_PX = 1e-5, 1e-5, 1e-2
 """Steps of the derivatives."""
@@ -91,6 +92,13 @@ class Probe:
         """By the distance of the light from where it should be, (3m, 1) [1/m]."""
         step = SHIFT_M * np.array([0.0, 0.0, 0.0, 1.0])
         return self._by(Seam.SHEET, [(step, -step, SHIFT_M)])
+
+    def on_sheet(self) -> Array:
+        """Where on the light sheet each row's point lies: along the stripe and away from the camera, (m, 2) [m]."""
+        sensor = self._problem.model.sensor
+        assert isinstance(sensor, Stripe)  # nothing else has a sheet
+        found: Array = sensor.in_camera(self._values, self._bend)[0, :, 1:]
+        return found
 
     def target(self) -> Array:
         """By the point's place on the target, (3m, 3) [1/m]."""

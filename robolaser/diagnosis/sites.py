@@ -14,6 +14,8 @@ from robolaser.effects.places import moving_joints
 
 DENT, DENTS = 0.08, 80
 """Size of dents in a target, as a share of its extent, and how many shapes tell where they are."""
+BENT_PX = 0.1
+"""A lens is not bent by more than about this beyond the model's distortion, as a standard deviation over the image."""
 LEVER_M = 0.3
 """A turn counts as the shift that it makes at this distance."""
 MISPLACED_M = 0.02
@@ -67,6 +69,9 @@ def sites(fitted: Fitted) -> Iterator[Site]:
             ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
             yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False, most=MISPLACED_M)
+            grows = probe.placement(name)[:, :3]
+            for coordinate, shapes in of_poses.run():
+                yield Site(name, coordinate, over_poses(grows, shapes))
         if qd is not None and np.abs(qd).max() > 0:
             speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
             late = np.sum(speeds, axis=0)
@@ -96,13 +101,15 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         assert pixel is not None
         assert xyz is not None
         place = smooth(pixel)
-        yield Site("camera", "image position", over_rows(probe.pixel(), place))
+        seen = probe.pixel()
+        yield Site("camera", "image position", over_rows(seen, place), most=BENT_PX)
         sheet = probe.sheet()
         along = 0 if dataset.stripe_axis == "u" else 1
+        across = seen[:, [1 - along]]
         yield Site("laser", "position along the stripe", over_rows(sheet, smooth(pixel[:, [along]])))
-        yield Site("laser", "image position", over_rows(sheet, place))
+        yield Site("laser", "place on the sheet", over_rows(sheet, _over_sheet(probe.on_sheet())))
         if np.ptp(model.scene.tilt) > 0:
-            yield Site("laser", "tilt of the surface", over_rows(sheet, smooth(model.scene.tilt[:, None])))
+            yield Site("laser", "tilt of the surface", over_rows(across, smooth(model.scene.tilt[:, None])))
         for coordinate, shapes in of_poses.run():
             drift = np.concatenate(
                 [shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1
@@ -113,6 +120,12 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         lift = given @ model.scene.target.axes[:, 2:]
         yield Site("target", "place on the target", over_rows(given, smooth(dataset.points.xyz)))
         yield Site("target", "place on the target", over_rows(lift, smooth(dataset.points.xyz, DENT, most=DENTS)))
+
+
+def _over_sheet(places: Array) -> Array:
+    """Shapes of what a sheet can be off by, over places (m, 2) on it: turned, twisted, bulged, and anything smooth."""
+    across, deep = np.moveaxis((places - places.mean(axis=0)) / np.maximum(np.ptp(places, axis=0) / 2, 1e-9), -1, 0)
+    return np.column_stack([across, across * deep, across**2, smooth(places)])
 
 
 def _centred(values: Array, pose: Ints, n: int) -> Array:
