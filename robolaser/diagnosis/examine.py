@@ -104,7 +104,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     fold = folds(observed, seed)
 
     tell("asking what else could be the cause", 0.6)
-    final, standing, left = believed(search, final)
+    final, standing, left = believed(search, final, fold)
     lost = {stand.suspect: stand.without.misfit - final.misfit for stand in standing}
 
     tell("holding poses out", 0.8)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robolaser.diagnosis.observed import size
 from robolaser.effects.effect import Suspect
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ ECHOED = 3
 """Places where another effect would do as well, from which on it does not seem to have a place of its own."""
 AT_FLOOR = 1.1
 """Held-out gap over the noise floor, up to which what is left may be an effect's form and need no further cause."""
+STRANGE = 2.0
+"""Scatter of whole poses over the noise floor, beyond which it is no noise: estimated, because nothing explains it."""
 DOUBT = 20.0
 """How fast an effect loses credit with what is left unexplained: a twentieth of what it explains halves it."""
 EXPLAINED = 0.02
@@ -90,6 +93,8 @@ def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"], gap: "Gap") 
     freedoms = max(1, len(final.r) - len(final.x))
     closed = start.misfit - final.misfit
     rest = max(sum(lies.likelihood_ratio for lies in left), final.misfit - freedoms - SCATTER * np.sqrt(2.0 * freedoms))
+    if size(final.problem.noise) > STRANGE * gap.noise_floor_m:
+        return "unexplained"
     if not left and rest <= 0:
         return "explained" if final.suspects else "no_gap"
     if final.suspects and rest <= EXPLAINED * closed and gap.after_m <= AT_FLOOR * gap.noise_floor_m:
