@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted, Problem
 from robolaser.diagnosis.gross import beyond, gross_rows, robust
-from robolaser.diagnosis.observed import Observed
+from robolaser.diagnosis.observed import Observed, size
 from robolaser.diagnosis.scatter import explicable
 from robolaser.effects.effect import Suspect
 from robolaser.jacobian import jacobian
@@ -17,6 +17,8 @@ from robolaser.noise.disturbances import disturbances
 from robolaser.parameters import Parameters
 from robolaser.scanner import Model
 
+CALMER = 0.7
+"""Share of the scatter taken for granted, below which what an effect leaves of it asks for another look."""
 STEPS = 20
 """Of the first fit, which only has to be near."""
 
@@ -50,7 +52,8 @@ class Beginning:
         near = robust(Problem.of(thin, noise, sensor).fit(x, steps=STEPS)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
-            shots = NoiseModel(disturbances(model, near), noise.sigmas)
+            sources = tuple(source for source in disturbances(model, near) if source.name in noise.sigmas)
+            shots = NoiseModel(sources, noise.sigmas)
         return cls(dataset, sensor, shots, near), gross_rows(Fitted(Problem.of(model, shots, sensor), near))
 
     def fitted(self, gross: Bools, suspects: Sequence[Suspect]) -> tuple[Observed, Fitted]:
@@ -68,6 +71,18 @@ class Beginning:
             return observed, fitted
         noise = observed.scatter(model, fitted.x, explicable(fitted, suspects), self.dataset)
         return observed, Problem.of(model, noise, self.sensor).fit(fitted.x)
+
+    def calmer(self, observed: Observed, start: Fitted, final: Fitted) -> Fitted | None:
+        """The start judged by the scatter that the final model leaves, where that is far less than was taken for it.
+
+        Of few poses the whole library could explain anything: then what a single effect does passed for scatter.
+        """
+        if self.dataset.kind == "stripe" or not final.suspects:
+            return None
+        noise = observed.scatter(final.problem.model, final.x, final.slopes, self.dataset)
+        if size(noise) > CALMER * size(start.problem.noise):
+            return None
+        return Problem.of(start.problem.model, noise, self.sensor).fit(start.x)
 
     def gross(self, final: Fitted) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""

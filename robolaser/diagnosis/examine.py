@@ -93,6 +93,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     observed, start = beginning.fitted(gross, suspects)
     search = Search(start, suspects, lambda what: tell(what, 0.3))
     final = sought(search)
+    calmer = beginning.calmer(observed, start, final)
+    if calmer is not None:
+        start, earlier, found = calmer, final, search
+        search = Search(start, suspects, lambda what: tell(what, 0.4))
+        final = sought(search, search.again(earlier, found))
     for _ in range(ROUNDS):
         again = beginning.gross(final)
         if np.array_equal(again, gross):

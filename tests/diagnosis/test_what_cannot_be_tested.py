@@ -163,3 +163,9 @@ def test_large_data_keep_a_few_rows_of_many_poses():
     assert len(np.unique(many.pose[kept])) == MOST_POSES
     assert kept.sum() == 3 * MOST_POSES
     assert telling(dataset.points).all()
+
+
+@pytest.mark.parametrize("kind", ["point", "socket"])
+def test_more_poses_than_are_needed_are_survived(kind):
+    effects = [kind for kind in TESTED if kind.name == "joint_offset"]
+    assert answer(recorded(kind, poses=MOST_POSES + 20, stated=Noise()), effects)["verdict"] == "no_gap"
