@@ -87,21 +87,22 @@ def camera_yaml(calibration: Calibration) -> str:
 def plumb_bob(calibration: Calibration) -> tuple[Array, Array, float]:
     """The camera as OpenCV's: K (3, 3) [px], (k1, k2, p1, p2, k3), and the largest disagreement over the image [px].
 
-    Effects of the lens in the model are converted too; p1 and p2 are zero without any.
+    Effects of the lens in the model are converted too; p1 and p2 are zero without any. What biases the stripe's middle
+    is no matter of the lens.
     """
     values, bend = _values(calibration), _bend(calibration)
     width, height = calibration.model.dataset.image_px or (1, 1)
     f, s_u, s_v, u_0, v_0 = (float(values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
     across, down = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID), np.linspace(-0.5, height - 0.5, GRID))
     pixel = np.stack([across.ravel(), down.ravel()], axis=-1)
-    distorted = optics.metric(bend(Seam.PIXELS, pixel[None]), values)
+    distorted = optics.metric(pixel[None], values)
     x, y = (bend(Seam.IMAGE, optics.undistort(distorted, values["k"]))[0] / f).T
     focal_px = np.array([f / s_u, f / s_v])
     moved = pixel - np.array([u_0, v_0]) - focal_px * np.stack([x, y], axis=-1)
     r2 = x**2 + y**2
     radial = [np.stack([x * r2**n, y * r2**n], axis=-1) for n in (1, 2, 3)]
     decentred = [np.stack([2 * x * y, r2 + 2 * y**2], axis=-1), np.stack([r2 + 2 * x**2, 2 * x * y], axis=-1)]
-    bent = any(suspect.kind.seam in (Seam.PIXELS, Seam.IMAGE) for suspect in calibration.model.suspects)
+    bent = any(suspect.kind.seam is Seam.IMAGE for suspect in calibration.model.suspects)
     columns = np.stack([focal_px * column for column in (radial + decentred if bent else radial)], axis=-1)
     A = columns.reshape(-1, columns.shape[-1])
     scale = np.linalg.norm(A, axis=0)
