@@ -179,21 +179,24 @@ def _searched(
 
 
 def _polished_in_shape(model: Model, starts: Array, box: Box) -> tuple[Polished, int]:
-    """Polish members, and once more from the shapes of effects that do best where the model without them ends.
+    """Polish members; where effects have shapes, those that do best where the model without these effects ends.
+
+    Each member has shapes of its own, and ends in a valley of its own: they would never agree. So members are polished
+    without the effects, and with them only the first, beside the shapes that were chosen.
 
     Returns:
-        The better of both, and the candidates evaluated.
+        The best, and the candidates evaluated.
     """
-    best, evaluations = polish_members(Residuals(model), starts, box)
     sought = shaped(model)
     if not sought:
-        return best, evaluations
+        return polish_members(Residuals(model), starts, box)
     plain = model.with_suspects(tuple(one for one in model.suspects if one not in sought))
-    near = best.x[model.parameters.columns(plain.parameters.names)]
-    without = Box.of(plain).polish(Residuals(plain), near)
+    columns = model.parameters.columns(plain.parameters.names)
+    without, evaluations = polish_members(Residuals(plain), starts[:, columns], Box.of(plain))
     values = dict(zip(plain.parameters.names, without.x, strict=True)) | with_shapes(plain, without.x, sought)
-    end = box.polish(Residuals(model), np.array([values[name] for name in model.parameters.names]))
-    return min(best, end, key=lambda one: one.cost), evaluations + without.evaluations + end.evaluations
+    chosen = np.array([values[name] for name in model.parameters.names])
+    ends = [box.polish(Residuals(model), start) for start in (chosen, model.with_gauge_held(starts[0]))]
+    return min(ends, key=lambda end: end.cost), evaluations + sum(end.evaluations for end in ends)
 
 
 def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polished, int]:
