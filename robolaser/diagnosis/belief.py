@@ -2,20 +2,26 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from robolaser.arrays import Ints
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.gap import held_out, rms
 from robolaser.diagnosis.rivals import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import BELIEVED, dispersion
+from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
 from robolaser.diagnosis.where import Lies, where
 from robolaser.effects.effect import Suspect
+
+SPARED = 0.98
+"""Share of the held-out gap that a stripe scanner must reach without an effect that is taken back: small effects that
+its many rows leave no doubt of hardly show in a gap of whole rows."""
 
 
 def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[Stand], list[Lies]]:
     """Take back effects that something unknown explains better, and those that only echo the form of a larger one.
 
-    Seen by a tracker or by sockets, also those without which poses that were held out are predicted as well.
+    Also those without which poses that were held out are predicted as well or, by a stripe scanner, better.
 
     Args:
         search: Fits sets of effects.
@@ -25,6 +31,7 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
     Returns:
         The model that is left, how each of its effects stands, and where its residuals still lie.
     """
+    final = _helpful(search, final, fold)
     left = where(final)
     while True:
         spread = dispersion(final)
@@ -36,7 +43,7 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
         if not doubtful:
             rest = sum(lies.likelihood_ratio for lies in left)
             standing = [stand(search, final, suspect, spread, strange[suspect], rest) for suspect in final.suspects]
-            doubtful = echoes(standing, final) or _idle(standing, final, fold)
+            doubtful = echoes(standing, final) or _incredible(standing, final)
         if not doubtful:
             return final, standing, left
         for suspect in doubtful[: max(1, len(doubtful) // 2)]:
@@ -44,13 +51,28 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
         left = where(final)
 
 
-def _idle(standing: Sequence[Stand], final: Fitted, fold: Ints) -> list[Suspect]:
-    """Effects without which held-out poses are predicted as well, the least helpful first."""
-    if final.problem.model.dataset.kind == "stripe" or not standing:
+def _incredible(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
+    """Effects that next to nothing speaks for beside what is left, the least credible first.
+
+    Not of trackers and sockets: there a whole arm's geometry counts, each part of which explains little.
+    """
+    if final.problem.model.dataset.kind != "stripe":
         return []
+    return [one.suspect for one in sorted(standing, key=lambda one: one.credit) if one.credit < CREDIBLE]
+
+
+def _helpful(search: Search, final: Fitted, fold: Ints) -> Fitted:
+    """Take back effects without which held-out poses are predicted as well, one by one, the least helpful first."""
+    spared = SPARED if final.problem.model.dataset.kind == "stripe" else 1.0
     gap = rms(held_out(final, fold))
-    without = {one.suspect: rms(held_out(one.without, fold)) for one in standing}
-    return sorted((suspect for suspect in without if without[suspect] <= gap), key=without.__getitem__)
+    while final.suspects:
+        less = [search.fit(final, removed=suspect) for suspect in final.suspects]
+        gaps = [rms(held_out(fit, fold)) for fit in less]
+        best = int(np.argmin(gaps))
+        if gaps[best] > spared * gap:
+            break
+        final, gap = less[best], gaps[best]
+    return final
 
 
 def rest_of(search: Search, final: Fitted, standing: Sequence[Stand], left: list[Lies]) -> list[Lies]:

@@ -119,7 +119,7 @@ def question(fitted: Fitted, signatures: Sequence[Signature], fold: Ints) -> Gap
         white=fitted.rest,
         white_slopes=np.vstack([fitted.J, np.eye(d)]),
         plain=by(fitted.plain)[..., 0],
-        plain_slopes=by(fitted.slopes * fitted.problem.prior),
+        plain_slopes=by(fitted.slopes * (fitted.problem.prior * ~fitted.stuck)),
         row=np.append(np.repeat(np.arange(m), 3), np.full(d, -1)),
     )
     additions = []

@@ -25,12 +25,14 @@ class Stand:
     Attributes:
         suspect: The effect.
         probability: Of it.
+        credit: Probability that it, and nothing unknown, explains what it does.
         without: The final model without it, fitted.
         rivals: Those that these poses cannot tell from it, nearest first, and what each leaves.
     """
 
     suspect: Suspect
     probability: float
+    credit: float
     without: Fitted
     rivals: tuple[Fitted, ...]
 
@@ -55,9 +57,10 @@ def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strang
         [*(search.cost(fit, spread) for fit in (final, *others)), search.cost(without, spread) + PRIOR_NONE]
     )
     weights = np.exp(-0.5 * (costs - costs.min()))
-    probability = float(weights[0] / weights.sum()) * (1.0 - strange) / (1.0 + DOUBT * unexplained / max(lost, 1e-9))
+    credit = (1.0 - strange) / (1.0 + DOUBT * unexplained / max(lost, 1e-9))
+    probability = float(weights[0] / weights.sum()) * credit
     close = [fit for fit in others if (fit.misfit - final.misfit) / spread < INDISTINGUISHABLE]
-    return Stand(suspect, probability, without, tuple(sorted(close, key=lambda fit: search.cost(fit, spread))))
+    return Stand(suspect, probability, credit, without, tuple(sorted(close, key=lambda fit: search.cost(fit, spread))))
 
 
 def rival(stand: Stand, final: Fitted) -> list[Suspect]:

@@ -77,6 +77,8 @@ DETECTED = 1.28
 
 FEWEST_POSES = 5
 """Poses with points, below which no effect is judged: what is left fits anything."""
+CREDIBLE = 0.1
+"""Probability that nothing unknown explains what an effect does, below which it is not worth a person's time."""
 BELIEVED = 0.5
 """Probability that something unknown explains what an effect does, beyond which the effect is not named."""
 

@@ -33,7 +33,7 @@ CAVEATS: Mapping[str, str] = {
     "laser_curvature": "believe it where the stripe was seen, not beyond",
     "laser_drift": "holds for a warm-up like this one",
     "stripe_bias": "holds for this target's surface",
-    "target_warp": "only its bow is known, and only where points were seen",
+    "target_warp": "its height is known where points were seen, not beyond",
 }
 CAVEAT: Final = "holds for poses like the ones measured"
 """Of an effect that has no words of its own."""
