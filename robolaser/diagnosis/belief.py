@@ -11,7 +11,6 @@ from robolaser.diagnosis.rivals import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
 from robolaser.diagnosis.where import Lies, where
-from robolaser.effects.effect import Suspect
 
 SPARED = 0.98
 """Share of the held-out gap that a stripe scanner must reach without an effect that is taken back: small effects that
@@ -45,8 +44,11 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
             standing = [stand(search, final, suspect, spread, strange[suspect], rest) for suspect in final.suspects]
             doubtful = echoes(standing, final) or _incredible(standing, final)
         if not doubtful:
-            return final, standing, left
-        for suspect in doubtful[: max(1, len(doubtful) // 2)]:
+            helpful = _helpful(search, final, fold)
+            if helpful is final:
+                return final, standing, left
+            final, doubtful = helpful, []
+        for suspect in doubtful[: -(-len(doubtful) // 2)]:
             final = search.fit(final, removed=suspect)
         left = where(final)
 
