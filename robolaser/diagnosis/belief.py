@@ -11,6 +11,7 @@ from robolaser.diagnosis.rivals import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
 from robolaser.diagnosis.where import Lies, where
+from robolaser.effects.effect import Suspect
 
 SPARED = 0.98
 """Share of the held-out gap that a stripe scanner must reach without an effect that is taken back: small effects that
