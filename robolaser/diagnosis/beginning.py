@@ -79,7 +79,7 @@ class Beginning:
         """
         if self.dataset.kind == "stripe" or not final.suspects:
             return None
-        noise = observed.scatter(final.problem.model, final.x, final.slopes, self.dataset)
+        noise = observed.scatter(final.problem.model, final.x, explicable(final, ()), self.dataset)
         if size(noise) > CALMER * size(start.problem.noise):
             return None
         return Problem.of(start.problem.model, noise, self.sensor).fit(start.x)
