@@ -56,5 +56,10 @@ def fold_of_rows(dataset: Dataset, seed: int) -> Ints | None:
         socket = {int(pose): name for pose, name in zip(points.pose, points.names, strict=True)}
         shuffled = np.array(sorted(shuffled, key=lambda pose: socket[int(pose)]))
     group_of_pose = np.full(len(dataset.poses), -1)
-    group_of_pose[shuffled] = np.arange(len(shuffled)) % min(FOLDS, len(shuffled))
+    group_of_pose[shuffled] = dealt(len(shuffled))
     return group_of_pose[points.pose].astype(np.int64)
+
+
+def dealt(count: int) -> Ints:
+    """The group that each of so many poses gets when they are dealt in turn, (count,)."""
+    return np.arange(count, dtype=np.int64) % min(FOLDS, count)

@@ -6,9 +6,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from robolaser.arrays import Array, Ints
+from robolaser.calibration import rms
 from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.diagnosis.gap import held_out, interval, rms
+from robolaser.diagnosis.gap import held_out, interval
 from robolaser.diagnosis.observed import of_rows, size
 from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.rivals import Stand, rival

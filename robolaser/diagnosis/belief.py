@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Ints
+from robolaser.calibration import rms
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.diagnosis.gap import held_out, rms
+from robolaser.diagnosis.gap import held_out
 from robolaser.diagnosis.rivals import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion

@@ -1,13 +1,14 @@
 """A model with some effects in it, fitted to whitened residuals, and what is left."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.diagnosis.valley import Valley
 from robolaser.effects.effect import Suspect
 from robolaser.noise import NoiseModel
 from robolaser.parameters import Parameters
@@ -20,8 +21,6 @@ UPHILL = 1e-6
 """The same of a one-sided difference: small enough that curvature does not show."""
 LENGTHS = np.array([0.5, 0.2, 0.05, 0.01])
 """Shares of a Gauss-Newton step that are tried at once."""
-DAMPINGS = np.array([0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2])
-"""Levenberg's, relative to the square of the largest singular value: tried at once too."""
 PROBE = 0.1
 """Share of a step at which its curvature is measured, for the acceleration along a bent valley (Transtrum, Sethna
 2012)."""
@@ -32,8 +31,6 @@ ENOUGH = 0.05
 TOUCH = 1e-6
 """Distance from a bound, as a share of what lies between the two, from which on a parameter stands on it."""
 MOST_STEPS = 60
-EPS = 1e-12
-"""Singular values below this share of the largest belong to parameters that are held."""
 
 
 @final
@@ -154,7 +151,7 @@ class Problem:
             J = self._uphill(x, r[: -len(x)], lambda at: w * self(at))
             free = (self.prior > 0) & ~self.stuck(x, J, r[: len(J)])
             J = np.vstack([J * free, np.diag(free * 1.0)])
-            valley = _Valley.of(J)
+            valley = Valley.of(J)
             if valley.promise(r) < ENOUGH:
                 break
             first = valley.steps(r)
@@ -172,31 +169,6 @@ class Problem:
             if gained < ENOUGH:
                 break
         return Fitted(self, x)
-
-
-@final
-@dataclass(frozen=True)
-class _Valley:
-    """A linear model of the residuals, taken apart once for steps of several dampings."""
-
-    U: Array
-    s: Array
-    Vt: Array
-
-    @classmethod
-    def of(cls, J: Array) -> "_Valley":
-        U, s, Vt = np.linalg.svd(J, full_matrices=False)
-        seen = s > EPS * s[0]
-        return cls(U[:, seen], s[seen], Vt[seen])
-
-    def promise(self, r: Array) -> float:
-        return float(((self.U.T @ r) ** 2).sum())
-
-    def steps(self, r: Array) -> Array:
-        """One for each damping, (len(DAMPINGS), d)."""
-        filters = self.s / (self.s**2 + DAMPINGS[:, None] * self.s[0] ** 2)
-        found: Array = -(filters * (self.U.T @ r)) @ self.Vt
-        return found
 
 
 @final
@@ -296,7 +268,3 @@ class Fitted:
         inverse = np.linalg.pinv(R)
         found: Array = self.problem.prior[:, None] * (inverse @ inverse.T) * self.problem.prior
         return found
-
-    def with_noise(self, noise: NoiseModel) -> "Fitted":
-        """The same parameters, judged by another noise."""
-        return Fitted(replace(self.problem, noise=noise), self.x)

@@ -11,8 +11,9 @@ from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.optimize import minimize
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.calibration import rms
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.diagnosis.gap import held_out, rms
+from robolaser.diagnosis.gap import held_out
 from robolaser.diagnosis.result import Choice
 from robolaser.diagnosis.signatures import Signature, slopes, typical
 from robolaser.diagnosis.verdict import price

@@ -5,7 +5,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.observed import Observed
-from robolaser.held_out import FOLDS
+from robolaser.held_out import FOLDS, dealt
 
 RESAMPLES = 2000
 STEPS = 4
@@ -19,8 +19,7 @@ UNFINISHED = 0.3
 def folds(observed: Observed, seed: int) -> Ints:
     """The group in which each pose is held out, (n,); sockets are held out whole, with those at known distances."""
     dataset = observed.dataset
-    n = len(dataset.poses)
-    rng = np.random.default_rng(seed)
+    fold = np.zeros(len(dataset.poses), dtype=np.int64)
     if dataset.kind == "socket":
         whole = {name: name for name in dict.fromkeys(dataset.points.names)}
         for one, other, _ in dataset.distances_m:
@@ -29,14 +28,11 @@ def folds(observed: Observed, seed: int) -> Ints:
         groups = list(dict.fromkeys(whole.values()))
         if len(groups) > 1:
             order = {group: i for i, group in enumerate(groups)}
-            fold = np.zeros(n, dtype=np.int64)
             for pose, name in zip(dataset.points.pose, dataset.points.names, strict=True):
                 fold[pose] = order[whole[name]] % FOLDS
             return fold
-    fold = np.empty(n, dtype=np.int64)
-    seen = np.unique(dataset.points.pose)
-    fold[:] = 0
-    fold[rng.permutation(seen)] = np.arange(len(seen)) % min(FOLDS, len(seen))
+    shuffled = np.random.default_rng(seed).permutation(np.unique(dataset.points.pose))
+    fold[shuffled] = dealt(len(shuffled))
     return fold
 
 
@@ -92,11 +88,6 @@ def _without(fitted: Fitted, kept: Bools) -> Array:
     for i in np.flatnonzero(promised > UNFINISHED):
         x[i] = problem.fit(x[i], weight=kept[i].astype(np.float64), steps=STEPS).x
     return x
-
-
-def rms(errors: Array) -> float:
-    """Root-mean-square 3-D error, (m, 3) [m] -> [m]."""
-    return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
 
 def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """What was seen in each pose, its repeats averaged, gross errors left out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -87,12 +87,22 @@ class Observed:
         """
         sources, known = self._sources(model, x, raw)
         if any(source.name not in OF_POSES and known.get(source.name) is None for source in sources):
-            return of_rows(self.scatter(model, x, J, raw))
+            return of_rows(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 
     def scatter(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
         """The same with errors of whole poses estimated too, from what the columns of J leave of the residuals."""
-        sources, known = self._sources(model, x, raw)
+        return self._estimated(model, x, J, raw, *self._sources(model, x, raw))
+
+    def _estimated(
+        self,
+        model: Model,
+        x: Array,
+        J: Array,
+        raw: Dataset,
+        sources: tuple[Disturbance, ...],
+        known: Mapping[str, float | None],
+    ) -> NoiseModel:
         stated = replace(raw.noise, pixel_px=known["pixel"])
         with_pixel = replace(self.dataset, noise=stated)
         return noise_from(with_pixel, sources, model.residuals(x[None])[0], J)

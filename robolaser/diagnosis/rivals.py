@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import DOUBT, ECHO, ECHOED, INDISTINGUISHABLE, PRIOR_NONE
+from robolaser.diagnosis.verdict import DOUBT, ECHO, ECHOED, INDISTINGUISHABLE
 from robolaser.effects.effect import Suspect
 
 TRIED = 10
@@ -53,9 +53,7 @@ def stand(search: Search, final: Fitted, suspect: Suspect, spread: float, strang
     offered = [s for s in search.signatures(without) if s.suspect != suspect]
     near = [s for s in sorted(offered, key=lambda s: -s.gain)[:TRIED] if s.gain > SHARE * lost]
     others = [search.fit(without, [s]) for s in near]
-    costs = np.array(
-        [*(search.cost(fit, spread) for fit in (final, *others)), search.cost(without, spread) + PRIOR_NONE]
-    )
+    costs = np.array([search.cost(fit, spread) for fit in (final, *others, without)])
     weights = np.exp(-0.5 * (costs - costs.min()))
     credit = (1.0 - strange) / (1.0 + DOUBT * unexplained / max(lost, 1e-9))
     probability = float(weights[0] / weights.sum()) * credit

@@ -68,10 +68,10 @@ def sites(fitted: Fitted) -> Iterator[Site]:
                 *(of_poses.angle(robot.joints.index(other), other) for other in joints if other != name),
             ):
                 yield Site(name, coordinate, over_poses(free[name], shapes))
-            yield Site(name, f"placement of {name}", probe.placement(name) * motion, unknown=False, most=MISPLACED_M)
-            grows = probe.placement(name)[:, :3]
+            placement = probe.placement(name)
+            yield Site(name, f"placement of {name}", placement * motion, unknown=False, most=MISPLACED_M)
             for coordinate, shapes in of_poses.run():
-                yield Site(name, coordinate, over_poses(grows, shapes))
+                yield Site(name, coordinate, over_poses(placement[:, :3], shapes))
         if qd is not None and np.abs(qd).max() > 0:
             speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
             late = np.sum(speeds, axis=0)

@@ -48,8 +48,6 @@ SITE_SIGNIFICANT = 18.0
 """Twice the log of a likelihood ratio, from which on a gap is said to lie at a site: with a hundred coordinates asked,
 chance gets there once in 500 times."""
 
-PRIOR_NONE = 0.0
-"""What it costs to name nothing: the price of an effect is counted on the other side."""
 PRIOR_UNKNOWN = 12.0
 """What it costs, in squared whitened misfit, to say that the cause is none of the library's: it is so in fewer than
 one cell in a hundred that the library explains as well."""
@@ -62,8 +60,6 @@ ECHOED = 3
 """Places where another effect would do as well, from which on it does not seem to have a place of its own."""
 AT_FLOOR = 1.1
 """Held-out gap over the noise floor, up to which what is left may be an effect's form and need no further cause."""
-STRANGE = 2.0
-"""Scatter of whole poses over the noise floor, beyond which it is no noise: estimated, because nothing explains it."""
 DOUBT = 20.0
 """How fast an effect loses credit with what is left unexplained: a twentieth of what it explains halves it."""
 EXPLAINED = 0.02

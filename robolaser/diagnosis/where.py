@@ -38,23 +38,23 @@ class Lies:
     p_value: float
 
 
-@final
-@dataclass
-class _Field:
-    site: Site
-    B: Array
+def likelihood_ratio(B: Array, rest: Array, most: float) -> tuple[float, float]:
+    """Largest likelihood ratio of a random function, and the size that has it.
 
-    def ratio(self, rest: Array) -> tuple[float, float]:
-        """Largest likelihood ratio and the size that has it."""
-        eigenvalues, V = np.linalg.eigh(self.B.T @ self.B)
-        eigenvalues = np.maximum(eigenvalues, 0.0)
-        z2 = (V.T @ (self.B.T @ rest)) ** 2
-        scale = 1.0 / np.sqrt(max(float(eigenvalues.mean()), 1e-300))
-        sizes = np.minimum(scale * SIZES, self.site.most)
-        t = sizes[:, None] ** 2
-        value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=1)
-        best = int(np.argmax(value))
-        return max(0.0, float(value[best])), float(sizes[best])
+    Args:
+        B: What its shapes do to the residuals, (k, p).
+        rest: The residuals, (k,).
+        most: Largest plausible size.
+    """
+    eigenvalues, V = np.linalg.eigh(B.T @ B)
+    eigenvalues = np.maximum(eigenvalues, 0.0)
+    z2 = (V.T @ (B.T @ rest)) ** 2
+    scale = 1.0 / np.sqrt(max(float(eigenvalues.mean()), 1e-300))
+    sizes = np.minimum(scale * SIZES, most)
+    t = sizes[:, None] ** 2
+    value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=1)
+    best = int(np.argmax(value))
+    return max(0.0, float(value[best])), float(sizes[best])
 
 
 def where(fitted: Fitted) -> list[Lies]:
@@ -90,18 +90,18 @@ def explained(fitted: Fitted) -> float:
 
 def _chosen(fitted: Fitted, places: Iterable[Site]) -> tuple[list[tuple[Site, float]], int]:
     """The sites that the residuals speak for, each with its likelihood ratio; and how many were asked."""
-    fields = [_Field(site, fitted.projected(site.columns)) for site in places]
+    asked = list(places)
     chosen: list[tuple[Site, float]] = []
-    white, B = fitted.rest, [field.B for field in fields]
+    white, B = fitted.rest, [fitted.projected(site.columns) for site in asked]
     for _ in range(MOST):
-        ratios = [_Field(field.site, b).ratio(white) for field, b in zip(fields, B, strict=True)]
+        ratios = [likelihood_ratio(b, white, site.most) for site, b in zip(asked, B, strict=True)]
         best = int(np.argmax([ratio for ratio, _ in ratios]))
         ratio, size = ratios[best]
         if ratio < SITE_SIGNIFICANT:
             break
-        chosen.append((fields[best].site, ratio))
+        chosen.append((asked[best], ratio))
         U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
         shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
         white = white - shrink @ (U.T @ white)
         B = [b - shrink @ (U.T @ b) for b in B]
-    return chosen, len(fields)
+    return chosen, len(asked)

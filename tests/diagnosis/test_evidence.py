@@ -9,11 +9,12 @@ from scipy.stats import kstest
 
 import robolaser
 from robolaser.arrays import Array
+from robolaser.calibration import rms
 from robolaser.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.beginning import Beginning
 from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.gap import folds, held_out, rms
+from robolaser.diagnosis.gap import folds, held_out
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.observed import Observed
 from robolaser.diagnosis.selection import Search

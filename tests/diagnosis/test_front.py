@@ -5,10 +5,11 @@ from time import process_time
 import numpy as np
 import pytest
 
+from robolaser.calibration import rms
 from robolaser.dataset import Noise
 from robolaser.diagnosis.fitted import Problem
 from robolaser.diagnosis.front import front, question, searched, stepwise, undominated
-from robolaser.diagnosis.gap import folds, held_out, rms
+from robolaser.diagnosis.gap import folds, held_out
 from robolaser.diagnosis.observed import Observed
 from robolaser.diagnosis.signatures import library, signatures
 from robolaser.diagnosis.verdict import price
