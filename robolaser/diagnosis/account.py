@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import chi2
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.calibration import rms
 from robolaser.dataset import Dataset
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.diagnosis.gap import held_out, interval
+from robolaser.diagnosis.gap import Unseen, interval
 from robolaser.diagnosis.observed import of_rows, size
 from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.rivals import Stand, rival
@@ -23,11 +23,10 @@ MOST_RIVALS = 6
 
 
 def findings_of(
-    search: Search, start: Fitted, final: Fitted, standing: list[Stand], fold: Ints, seed: int
+    search: Search, start: Fitted, final: Fitted, standing: list[Stand], unseen: Unseen, seed: int
 ) -> tuple[Gap, tuple[Finding, ...], Array, Array]:
     """The held-out gap step by step, the effects added in the order in which they help most."""
-    before = held_out(start, fold)
-    after = held_out(final, fold) if final.suspects else before
+    before, after = unseen.errors(start), unseen.errors(final)
     order, state = [], start
     by_suspect = {signature.suspect: signature for signature in search.seen(final)}
     gaps = [rms(before)]
@@ -37,7 +36,7 @@ def findings_of(
         best = int(np.argmin([option.misfit for option in options]))
         order.append(remaining.pop(best))
         state = options[best]
-        gaps.append(rms(held_out(state, fold)) if remaining else rms(after))
+        gaps.append(unseen.gap(state) if remaining else rms(after))
     stand_of = {stand.suspect: stand for stand in standing}
     findings = tuple(
         Finding(
@@ -46,8 +45,8 @@ def findings_of(
             numbers=_numbers(final, suspect),
             gap_before_m=gaps[i],
             gap_after_m=gaps[i + 1],
-            gap_without_m=rms(held_out(stand_of[suspect].without, fold)),
-            rivals=_rivals(stand_of[suspect], final, fold),
+            gap_without_m=unseen.gap(stand_of[suspect].without),
+            rivals=_rivals(stand_of[suspect], final, unseen),
         )
         for i, suspect in enumerate(order)
     )
@@ -58,9 +57,9 @@ def findings_of(
     return gap, findings, before, after
 
 
-def _rivals(stand: Stand, final: Fitted, fold: Ints) -> tuple[Rival, ...]:
+def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Rival, ...]:
     return tuple(
-        Rival(suspect, _numbers(fit, suspect), rms(held_out(fit, fold)))
+        Rival(suspect, _numbers(fit, suspect), unseen.gap(fit))
         for suspect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
     )
 

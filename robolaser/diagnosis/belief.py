@@ -4,10 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser.arrays import Ints
-from robolaser.calibration import rms
 from robolaser.diagnosis.fitted import Fitted
-from robolaser.diagnosis.gap import held_out
+from robolaser.diagnosis.gap import Unseen
 from robolaser.diagnosis.rivals import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
@@ -19,7 +17,7 @@ SPARED = 0.98
 its many rows leave no doubt of hardly show in a gap of whole rows."""
 
 
-def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[Stand], list[Lies]]:
+def believed(search: Search, final: Fitted, unseen: Unseen) -> tuple[Fitted, list[Stand], list[Lies]]:
     """Take back effects that something unknown explains better, and those that only echo the form of a larger one.
 
     Also those without which poses that were held out are predicted as well or, by a stripe scanner, better.
@@ -27,12 +25,12 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
     Args:
         search: Fits sets of effects.
         final: The set that explains the most for its price.
-        fold: The group in which each pose is held out, (n,).
+        unseen: Errors on poses held out.
 
     Returns:
         The model that is left, how each of its effects stands, and where its residuals still lie.
     """
-    final = _helpful(search, final, fold)
+    final = _helpful(search, final, unseen)
     left = where(final)
     while True:
         spread = dispersion(final)
@@ -46,7 +44,7 @@ def believed(search: Search, final: Fitted, fold: Ints) -> tuple[Fitted, list[St
             standing = [stand(search, final, suspect, spread, strange[suspect], rest) for suspect in final.suspects]
             doubtful = echoes(standing, final) or _incredible(standing, final)
         if not doubtful:
-            helpful = _helpful(search, final, fold)
+            helpful = _helpful(search, final, unseen)
             if helpful is final:
                 return final, standing, left
             final, doubtful = helpful, []
@@ -65,13 +63,13 @@ def _incredible(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
     return [one.suspect for one in sorted(standing, key=lambda one: one.credit) if one.credit < CREDIBLE]
 
 
-def _helpful(search: Search, final: Fitted, fold: Ints) -> Fitted:
+def _helpful(search: Search, final: Fitted, unseen: Unseen) -> Fitted:
     """Take back effects without which held-out poses are predicted as well, one by one, the least helpful first."""
     spared = SPARED if final.problem.model.dataset.kind == "stripe" else 1.0
-    gap = rms(held_out(final, fold))
+    gap = unseen.gap(final)
     while final.suspects:
         less = [search.fit(final, removed=suspect) for suspect in final.suspects]
-        gaps = [rms(held_out(fit, fold)) for fit in less]
+        gaps = [unseen.gap(fit) for fit in less]
         best = int(np.argmin(gaps))
         if gaps[best] > spared * gap:
             break

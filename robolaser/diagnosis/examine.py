@@ -13,7 +13,7 @@ from robolaser.diagnosis.account import findings_of, not_testable, places_of
 from robolaser.diagnosis.beginning import Beginning
 from robolaser.diagnosis.belief import believed, rest_of
 from robolaser.diagnosis.front import front
-from robolaser.diagnosis.gap import folds
+from robolaser.diagnosis.gap import Unseen, folds
 from robolaser.diagnosis.limits import limits
 from robolaser.diagnosis.next_poses import next_poses
 from robolaser.diagnosis.result import Diagnosis
@@ -107,13 +107,14 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
         search = Search(start, suspects, lambda what: tell(what, 0.5))
         final = sought(search, search.again(earlier, found))
     fold = folds(observed, seed)
+    unseen = Unseen(fold)
 
     tell("asking what else could be the cause", 0.6)
-    final, standing, left = believed(search, final, fold)
+    final, standing, left = believed(search, final, unseen)
     lost = {stand.suspect: stand.without.misfit - final.misfit for stand in standing}
 
     tell("holding poses out", 0.8)
-    gap, findings, before, after = findings_of(search, start, final, standing, fold, seed)
+    gap, findings, before, after = findings_of(search, start, final, standing, unseen, seed)
     verdict = judge(start, final, left, gap)
     places = rest_of(search, final, standing, left) if verdict == "unexplained" else places_of(start, final, lost)
     spread = dispersion(final)

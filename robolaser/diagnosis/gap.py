@@ -1,8 +1,11 @@
 """How far the model is off on poses that it was not fitted to."""
 
+from typing import final
+
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.calibration import rms
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.diagnosis.observed import Observed
 from robolaser.held_out import FOLDS, dealt
@@ -53,6 +56,29 @@ def held_out(fitted: Fitted, fold_of_pose: Ints) -> Array:
         for name in dict.fromkeys(dataset.points.names):
             errors[names == name] -= errors[names == name].mean(axis=0)
     return errors
+
+
+@final
+class Unseen:
+    """Held-out errors of fitted models, worked out once for each model.
+
+    Args:
+        fold_of_pose: The group in which each pose is held out, (n,).
+    """
+
+    def __init__(self, fold_of_pose: Ints) -> None:
+        self._fold_of_pose = fold_of_pose
+        self._known: dict[int, tuple[Fitted, Array]] = {}
+
+    def errors(self, fitted: Fitted) -> Array:
+        """Of each row, (m, 3) [m]."""
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, held_out(fitted, self._fold_of_pose)
+        return self._known[id(fitted)][1]
+
+    def gap(self, fitted: Fitted) -> float:
+        """Their root mean square [m]."""
+        return rms(self.errors(fitted))
 
 
 def _without(fitted: Fitted, kept: Bools) -> Array:

@@ -10,7 +10,7 @@ from robolaser.dataset import Dataset
 from robolaser.effects.course import played
 from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_path
-from robolaser.effects.places import joint_column, moving_joints, spread
+from robolaser.effects.places import joint_column, moved, moving_joints
 from robolaser.seams import Seam
 
 
@@ -50,9 +50,8 @@ class Backlash(Effect):
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Drive the joint through the play; a negative width pushes ahead instead of hanging back."""
-        column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.lost_motion))
         half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        moves = np.diff(passing[:, scene.order, column], axis=1)
-        bent[:, scene.order, column] += sign[:, None] * played(half * self.start, moves, half)
-        return bent
+        moves = np.diff(passing[:, scene.order, joint_column(scene, self.where)], axis=1)
+        ahead = np.empty((len(half), len(scene.order)))
+        ahead[:, scene.order] = sign[:, None] * played(half * self.start, moves, half)
+        return moved(passing, scene, self.where, ahead)

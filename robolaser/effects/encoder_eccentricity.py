@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.lacking import no_robot
-from robolaser.effects.places import joint_column, spread, turning_joints
+from robolaser.effects.places import joint_column, moved, turning_joints
 from robolaser.seams import Seam
 
 
@@ -41,8 +41,5 @@ class EncoderEccentricity(Effect):
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Add the wave."""
-        column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.sine))
-        q = passing[:, :, column]
-        bent[:, :, column] += self.sine[:, None] * np.sin(q) + self.cosine[:, None] * np.cos(q)
-        return bent
+        q = passing[:, :, joint_column(scene, self.where)]
+        return moved(passing, scene, self.where, self.sine[:, None] * np.sin(q) + self.cosine[:, None] * np.cos(q))

@@ -7,7 +7,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.lacking import no_robot
-from robolaser.effects.places import joint_column, moving_joints, spread
+from robolaser.effects.places import joint_column, moved, moving_joints
 from robolaser.seams import Seam
 
 
@@ -35,7 +35,5 @@ class EncoderScale(Effect):
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Stretch the joint's column."""
-        column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.scale))
-        bent[:, :, column] += self.scale[:, None] * passing[:, :, column]
-        return bent
+        q = passing[:, :, joint_column(scene, self.where)]
+        return moved(passing, scene, self.where, self.scale[:, None] * q)

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_weight
-from robolaser.effects.places import joint_column, moving_joints, spread
+from robolaser.effects.places import joint_column, moved, moving_joints
 from robolaser.seams import Seam
 
 
@@ -47,10 +47,8 @@ class JointCompliance(Effect):
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Let the joint sink."""
         column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.compliance))
         g, of_one_kg = scene.gravity_torques[:, column], scene.torques_of_one_kg[:, column]
         wound = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
         most = np.abs(wound).max(axis=1, keepdims=True)
         share = np.abs(wound) / np.where(most > 0, most, 1.0)
-        bent[:, :, column] -= wound * (1.0 - self.hardening[:, None] * share)
-        return bent
+        return moved(passing, scene, self.where, -wound * (1.0 - self.hardening[:, None] * share))

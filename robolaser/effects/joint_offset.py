@@ -7,7 +7,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter
 from robolaser.effects.lacking import no_robot
-from robolaser.effects.places import joint_column, moving_joints, spread
+from robolaser.effects.places import moved, moving_joints
 from robolaser.seams import Seam
 
 
@@ -35,7 +35,4 @@ class JointOffset(Effect):
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Add the offset to the joint's column."""
-        column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.offset))
-        bent[:, :, column] += self.offset[:, None]
-        return bent
+        return moved(passing, scene, self.where, self.offset[:, None])

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.effects.effect import Effect, Scene, parameter, shape
 from robolaser.effects.lacking import no_robot
-from robolaser.effects.places import joint_column, spread, turning_joints
+from robolaser.effects.places import joint_column, moved, turning_joints
 from robolaser.seams import Seam
 
 FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: two is a bearing's, twice the 160 of a harmonic drive is most
@@ -57,10 +57,8 @@ class TransmissionError(Effect):
 
     def bend(self, passing: Array, scene: Scene) -> Array:
         """Add the two waves."""
-        column = joint_column(scene, self.where)
-        bent = spread(passing, len(self.sine))
-        phase = self.cycles[:, None] * passing[:, :, column]
+        phase = self.cycles[:, None] * passing[:, :, joint_column(scene, self.where)]
         sin, cos = np.sin(phase), np.cos(phase)
-        bent[:, :, column] += self.sine[:, None] * sin + self.cosine[:, None] * cos
-        bent[:, :, column] += self.sine_2[:, None] * 2 * sin * cos + self.cosine_2[:, None] * (1 - 2 * sin**2)
-        return bent
+        once = self.sine[:, None] * sin + self.cosine[:, None] * cos
+        twice = self.sine_2[:, None] * 2 * sin * cos + self.cosine_2[:, None] * (1 - 2 * sin**2)
+        return moved(passing, scene, self.where, once + twice)
