@@ -1,7 +1,8 @@
 """Questions for pymoo."""
 
-from robolaser.problems.calibration import ReducedCalibration, ScannerCalibration
+from robolaser.problems.calibration import ScannerCalibration
 from robolaser.problems.complexity import Addition, BestAmplitudes, GapAgainstComplexity, Neighbourhood
+from robolaser.problems.reduction import ReducedCalibration
 
 __all__ = [
     "Addition",

@@ -6,14 +6,15 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.parameters import Values
-from robolaser.se3 import apply, exp_so3, inverse, pose, rigid_fit
+from robolaser.elimination.loop import Loops
+from robolaser.elimination.tracker import Room, follow
+from robolaser.parameters import Parameters, Values
+from robolaser.se3 import apply
 from robolaser.seams import Bend, Seam
-from robolaser.sensors.sensor import SIX, Sensor, motion, six_of, vector
+from robolaser.sensors.sensor import SIX, Sensor, motion, vector
 
-STARTS = 64  # turns of the base tried by the closed form; two in three lead home
-ROUNDS = 40  # of base given tools, tools given base
-ROWS = 300  # enough for a start
+TURN = ("base.w", "base.phi", "base.psi")
+HALF_TURN = np.pi
 
 
 @final
@@ -41,32 +42,26 @@ class Point(Sensor):
         return (*(f"base.{part}" for part in SIX), *tools)
 
     def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
-        """Base and tools in turn, each the best for the other, from many turns of the base at once.
+        """The best of all, the middle angle within ±π/2."""
+        everywhere = np.full(len(self.following), np.inf)
+        everywhere[[self.following.index(name) for name in TURN]] = HALF_TURN
+        return self._fitted(T_base_flange, bend, -everywhere, everywhere)
 
-        Given tools, the base is a rigid fit; given the base, each tool is a mean. The same start serves all
-        candidates, so this is a start for a polish and no more.
-        """
-        rows = np.unique(np.linspace(0, len(self._tool) - 1, min(ROWS, len(self._tool))).astype(int))
-        tool = self._tool[rows]
-        measured = bend(Seam.TARGET, self._measured)[:1, rows]
-        T = T_base_flange[:1, self.dataset.points.pose[rows]]
-        turns = np.random.default_rng(0).normal(size=(STARTS, 3)) * 2.0
-        turns[0] = 0.0
-        T_world_base = pose(exp_so3(turns), np.zeros((STARTS, 3)))
-        middle = measured.mean(axis=1) - apply(T_world_base[:, None], T[..., :3, 3]).mean(axis=1)
-        T_world_base[:, :3, 3] = middle
-        for _ in range(ROUNDS):
-            in_flange = apply(inverse(T), apply(inverse(T_world_base)[:, None], measured))
-            tools = np.stack([in_flange[:, tool == i].mean(axis=1) for i in np.unique(tool)], axis=1)
-            seen = apply(T, tools[:, np.searchsorted(np.unique(tool), tool)])
-            T_world_base = rigid_fit(seen, np.broadcast_to(measured, seen.shape))
-        misfit = ((apply(T_world_base[:, None], seen) - measured) ** 2).sum(axis=(1, 2))
-        best = int(np.argmin(misfit))
-        found = six_of(T_world_base[best : best + 1], "base")
-        for i, name in enumerate(self._tools):
-            place = in_flange[best, tool == i].mean(axis=0) if (tool == i).any() else np.zeros(3)
-            found |= {f"tool.{name}.{part}": place[j : j + 1] for j, part in enumerate("xyz")}
-        return found
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """The best within bounds."""
+        columns = bounds.columns(self.following)
+        return self._fitted(T_base_flange, bend, bounds.lower[columns], bounds.upper[columns])
+
+    def _fitted(self, T_base_flange: Array, bend: Bend, lower: Array, upper: Array) -> Values:
+        measured = bend(Seam.TARGET, self._measured)
+        middle = measured.mean(axis=(0, 1))
+        T = T_base_flange[:, self.dataset.points.pose]
+        chi = np.concatenate([measured - middle, np.ones((*measured.shape[:2], 1))], axis=-1)
+        loops = Loops.of(chi, np.eye(len(self._tools))[self._tool][None], T[..., :3, :3], T[..., :3, 3])
+        swap = [*range(3, 6), *range(3), *range(6, len(lower))]
+        offset = np.concatenate([np.zeros(3), middle, np.zeros(len(lower) - 6)])
+        found = (follow(loops, Room(lower[swap] - offset, upper[swap] - offset)) + offset)[:, swap]
+        return dict(zip(self.following, np.clip(found, lower, upper).T, strict=True))
 
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""

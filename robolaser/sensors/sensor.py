@@ -55,6 +55,22 @@ class Sensor(ABC):
             bend: The effects of the model.
         """
 
+    @property
+    def eliminated(self) -> tuple[str, ...]:
+        """Parameters that `complete` finds: a search need not look for them."""
+        return self.following
+
+    @abstractmethod
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name.
+
+        Args:
+            values: All others. Eliminated ones among them say where to take effects that depend on them.
+            T_base_flange: (c or 1, n, 4, 4).
+            bend: The effects of the model.
+            bounds: Has the eliminated parameters; candidates at a pole get their nominal values.
+        """
+
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """Known or measured point less predicted point, (c, m, 3) [m]; not finite at the model's poles."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.dataset import Dataset
-from robolaser.parameters import Values
+from robolaser.elimination.seats import seat
+from robolaser.parameters import Parameters, Values
 from robolaser.se3 import apply
 from robolaser.seams import Bend
 from robolaser.sensors.sensor import Sensor, vector
@@ -36,14 +37,19 @@ class Socket(Sensor):
 
     def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
         """Linear least squares: R ball + t = socket for every row, exact in one step."""
+        everywhere = np.full(len(self.following), np.inf)
+        return self._seated(T_base_flange, -everywhere, everywhere)
+
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """The same within bounds."""
+        columns = bounds.columns(self.following)
+        return self._seated(T_base_flange, bounds.lower[columns], bounds.upper[columns])
+
+    def _seated(self, T_base_flange: Array, lower: Array, upper: Array) -> Values:
         T = T_base_flange[:, self.dataset.points.pose]
-        c, m, s = len(T), len(self._socket), len(self._sockets)
-        A = np.zeros((c, m, 3, 3 + 3 * s))
-        A[..., :3] = T[..., :3, :3]
-        for axis in range(3):
-            A[:, np.arange(m), axis, 3 + 3 * self._socket + axis] = -1.0
-        solved = -np.linalg.pinv(A.reshape(c, 3 * m, -1)) @ T[..., :3, 3].reshape(c, 3 * m, 1)
-        return {name: solved[:, i, 0] for i, name in enumerate(self.following)}
+        ball, sockets = seat(T[..., :3, :3], T[..., :3, 3], self._socket, lower, upper)
+        found = np.concatenate([ball, sockets.reshape(len(T), -1)], axis=1)
+        return dict(zip(self.following, found.T, strict=True))
 
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""

@@ -1,19 +1,27 @@
 """A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
 
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser import optics
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
+from robolaser.compiled import available
 from robolaser.dataset import Dataset
-from robolaser.parameters import Values
-from robolaser.se3 import apply, from_angles, from_quaternion, pose, rigid_fit
+from robolaser.elimination import placement, similarity
+from robolaser.elimination.loop import Loops
+from robolaser.parameters import Parameters, Values
+from robolaser.se3 import apply, from_angles, from_quaternion, inverse, pose, rigid_fit
 from robolaser.seams import Bend, Seam
+from robolaser.sensors.chain import SCANNER, Chain
 from robolaser.sensors.sensor import SIX, Sensor, motion, six_of
 
-SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
-"""The paper's fourteen, in its order (eq. 15)."""
+SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
+"""Those that a similarity fit gives: how large the scanner sees, how it is turned, and where it sits."""
+
+_Bounds = tuple[Array, Array, Array]
+"""Lower and upper bounds and nominal values."""
 
 
 @final
@@ -38,6 +46,11 @@ class Stripe(Sensor):
     def following(self) -> tuple[str, ...]:
         """T_base_target, where the target is not placed."""
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
+
+    @property
+    def eliminated(self) -> tuple[str, ...]:
+        """The scanner's place and size, a similarity fit given its camera and its sheet, and the target's pose."""
+        return (*SIMILARITY, *self.following)
 
     @property
     def held(self) -> tuple[str, ...]:
@@ -84,6 +97,75 @@ class Stripe(Sensor):
             T[good] = rigid_fit(known[good], seen[good])
         return six_of(T, "target")
 
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """Baseline, hand-eye and target's pose that fit best within their bounds.
+
+        Points grow with the baseline, as they do exactly where the sheet is flat; effects that break this, and those of
+        the mount, are taken as they are at the `b` among the values.
+        """
+        names = self.eliminated
+        columns = bounds.columns(names)
+        lower, upper, nominal = bounds.lower[columns], bounds.upper[columns], bounds.nominal[columns]
+        usual = nominal[0] if nominal[0] != 0 else max(abs(lower[0]), abs(upper[0]), np.finfo(float).tiny)
+        reference = np.broadcast_to(values.get("b", np.array([usual])), len(values["theta"]))
+        reference = np.where(reference != 0, reference, usual)
+        seen = self.in_camera({**values, "b": reference}, bend)
+        still = np.eye(4)[None, None]
+        moved = bend(Seam.MOUNT, still)
+        if moved is not still:
+            seen = apply(moved[:, self.dataset.points.pose if moved.shape[1] > 1 else [0]], seen)
+        good = np.asarray(np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3)))
+        scale = np.sort(np.outer(1.0 / reference, [lower[0], upper[0]]), axis=1)
+        found = np.tile(nominal, (len(seen), 1))
+        if good.any():
+            T = _some(T_base_flange, good)[:, self.dataset.points.pose]
+            known = _some(bend(Seam.TARGET, self._xyz), good)
+            fitted = (self._on_flange if self.dataset.placed else self._in_loop)(
+                seen[good], known, T, scale[good], (lower[1:], upper[1:], nominal[1:])
+            )
+            fitted[:, 0] *= reference[good]
+            found[good] = np.where(np.isfinite(fitted), fitted, nominal)
+        return dict(zip(names, np.clip(found, lower, upper).T, strict=True))
+
+    def _on_flange(self, seen: Array, known: Array, T: Array, scale: Array, bounds: _Bounds) -> Array:
+        in_flange = apply(inverse(T), known)
+        lower, upper, _ = bounds
+        bracket = from_quaternion(np.array(self.dataset.bracket_quat))
+        angles, shift = np.stack([lower[:3], upper[:3]]), np.stack([lower[3:], upper[3:]])
+        room = similarity.Room(bracket, self.dataset.angles, angles, shift)
+        size, turned, moved = similarity.fit(similarity.Moments.of(seen, in_flange), room, scale)
+        return np.column_stack([size, turned, moved])
+
+    def _in_loop(self, seen: Array, known: Array, T: Array, scale: Array, bounds: _Bounds) -> Array:
+        ones = np.ones((1, seen.shape[1], 1))
+        chi, phi = (np.concatenate([of, np.broadcast_to(ones, (len(of), *ones.shape[1:]))], -1) for of in (known, seen))
+        loops = Loops.of(chi, phi, T[..., :3, :3], T[..., :3, 3])
+        bracket = from_quaternion(np.array(self.dataset.bracket_quat))
+        return placement.place(loops, placement.Room(bracket, self.dataset.angles, *bounds), scale)
+
+    @cached_property
+    def _chain(self) -> Chain:
+        return Chain(self.dataset)
+
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        return self.target(values, bend) - self.in_base(values, T_base_flange, bend)
+        known = self.target(values, bend)
+        if available() and not bend.touches(Seam.LIGHT):
+            return self._chain.residuals(values, T_base_flange, bend, known)
+        return known - self.in_base(values, T_base_flange, bend)
+
+    def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """J of eq. 18; in one go where the compiler can."""
+        if available() and not bend.touches(Seam.LIGHT):
+            return self._chain.squares(values, T_base_flange, bend, self.target(values, bend))
+        return super().squares(values, T_base_flange, bend)
+
+    def costs(self, own: Array, T_base_flange: Array) -> Array | None:
+        """J where nothing bends the chain and the target is placed."""
+        return self._chain.costs(own, T_base_flange) if self.dataset.placed and available() else None
+
+
+
+def _some(batch: Array, good: Bools) -> Array:
+    """Those of a batch that are good; what all candidates share, they go on sharing."""
+    return batch if len(batch) == 1 else batch[good]
