@@ -1,0 +1,145 @@
+"""Does the noise-weighted calibration use all that the data say? Its spread against the Cramér-Rao bound.
+
+The same poses are measured again and again with new noise of known size, pixels' and target points'. Each repeat is
+calibrated from the nominal values, and predicts the points of other poses. No unbiased estimate predicts with less
+spread than tr G (Jᵀ Σ⁻¹ J)⁻¹ Gᵀ: J and G are the derivatives of fitted and predicted points at the truth, f held,
+and Σ the covariance of a row that both kinds of noise cause. (With the true pixels as further unknowns, that is the
+Schur complement of the whole Fisher information.)
+
+The mean over few repeats is itself uncertain. So each repeat is compared with what the bound's own estimate, the
+linear one at the truth, makes of the same noise: that one's mean is known, and both swing together.
+"""
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset, Noise
+from robolaser.fit import Plan, calibrate
+from robolaser.jacobian import jacobian
+from robolaser.noise import NoiseModel
+from robolaser.noise.disturbances import disturbances
+from robolaser.robots import find_robot
+from robolaser.scanner import Model
+from robolaser.simulate import simulate
+
+WORLDS = {"pixels and target alike": (0.1, 3e-5), "mostly pixels": (0.1, 5e-6), "mostly target": (0.02, 1e-4)}
+"""One standard deviation of a pixel [px], and of a target point [m]."""
+POSES, POINTS, UNSEEN = 60, 12, 20
+BUILT = 4  # seed of a scanner that these poses fix well
+OPENED = 3.0  # times their width is between nominal values and bounds: no bound binds
+POSITIVE = ("s_u", "s_v")
+CLEAR = 4.0  # standard deviations that the truth is away from every bound, at least
+PROCESSES = 2
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--repeats", type=int, default=40)
+    repeats = options.parse_args().repeats
+    print("| world | noise | bound on the RMS [mm] | `noise`: times the bound | `plain`: times the bound |")
+    print("|---|---|---|---|---|")
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        for name, (pixel_px, target_m) in WORLDS.items():
+            cells = []
+            for weights in ("noise", "plain"):
+                work = [(name, weights, seed) for seed in range(repeats)]
+                squares = np.array(list(pool.map(square_errors, work, chunksize=5)))
+                cells.append(against(squares, bound(name).square))
+            rms = 1e3 * np.sqrt(bound(name).square / (UNSEEN * POINTS))
+            print(
+                f"| {name} | {pixel_px:g} px, {1e3 * target_m:g} mm | {rms:.4f} | {cells[0]} | {cells[1]} |", flush=True
+            )
+
+
+@cache
+def world(name: str) -> tuple[Dataset, Dataset, dict[str, float]]:
+    """What is fitted and what is predicted, both without noise, and the truth."""
+    pixel_px, target_m = WORLDS[name]
+    stated = Noise(pixel_px=pixel_px, target_m=target_m)
+    made = simulate(find_robot("scorbot_er7"), poses=POSES + UNSEEN, points=POINTS, stated=stated, seed=BUILT)
+    opened = {}
+    for key, item in made.dataset.parameters.items():
+        room = OPENED * (item.upper - item.lower)
+        lower = item.nominal / OPENED if key in POSITIVE else item.nominal - room
+        opened[key] = replace(item, lower=lower, upper=item.nominal + room)
+    dataset = replace(made.dataset, parameters=opened)
+    fitted = np.arange(POSES + UNSEEN) % 4 != 0
+    return dataset.of_poses(fitted), dataset.of_poses(~fitted), dict(made.truth)
+
+
+@final
+@dataclass(frozen=True)
+class Bound:
+    """The least spread that predictions can have.
+
+    Attributes:
+        square: Least mean of the sum over points of squared distances, tr G C Gᵀ [m²].
+        answer: What the linear estimate at the truth makes of errors of the rows: predictions' errors, (3p, 3m).
+        pixel_effect: What a pixel's error does to its row, (m, 3, 2) [m/px].
+    """
+
+    square: float
+    answer: Array
+    pixel_effect: Array
+
+
+@cache
+def bound(name: str) -> Bound:
+    """Of one world."""
+    fitted, unseen, truth = world(name)
+    model = Model(fitted)
+    x = model.with_gauge_held(np.array([truth[key] for key in model.parameters.names]))
+    free = ~np.isin(model.parameters.names, model.sensor.held)
+    J, G = (jacobian(each, x)[:, free] for each in (model, Model(unseen)))
+    pixel_px, target_m = WORLDS[name]
+    sources = {source.name: source for source in disturbances(model, x)}
+    noise = NoiseModel((sources["pixel"], sources["target"]), {"pixel": pixel_px, "target": target_m})
+    weighed = noise.weigh(J.T)
+    cov = np.linalg.inv(weighed @ J)
+    room = np.minimum(x - model.parameters.lower, model.parameters.upper - x)[free] / np.sqrt(np.diag(cov))
+    assert (room > CLEAR).all(), "a bound may bind"
+    return Bound(float(np.trace(G @ cov @ G.T)), G @ cov @ weighed, sources["pixel"].effect)
+
+
+def square_errors(work: tuple[str, str, int]) -> tuple[float, float]:
+    """Sum of squared distances of the points predicted by one repeat, and by the linear estimate [m²]."""
+    name, weights, seed = work
+    fitted, unseen, _ = world(name)
+    pixel_px, target_m = WORLDS[name]
+    rng = np.random.default_rng(seed)
+    points = fitted.points
+    assert points.pixel is not None
+    assert points.xyz is not None
+    of_pixel = pixel_px * rng.standard_normal(points.pixel.shape)
+    of_target = target_m * rng.standard_normal(points.xyz.shape)
+    shaken = replace(points, pixel=points.pixel + of_pixel, xyz=points.xyz + of_target)
+    found = calibrate(replace(fitted, points=shaken), Plan(algorithm="gauss-newton", weights=weights))
+    assert not found.on_bound.any(), "a bound binds"
+    errors = of_target + np.einsum("mij,mj->mi", bound(name).pixel_effect, of_pixel)
+    linear = bound(name).answer @ errors.reshape(-1)
+    return float(Model(unseen).cost(found.x[None])[0]), float(linear @ linear)
+
+
+def against(squares: Array, least: float) -> str:
+    """RMS over that of the bound, with one standard error."""
+    made, linear = squares.T
+    swing = np.cov(made, linear)
+    together = swing[0, 1] / swing[1, 1]
+    mean = made.mean() - together * (linear.mean() - least)
+    error = np.sqrt((swing[0, 0] - together * swing[0, 1]) / len(made))
+    ratio = np.sqrt(mean / least)
+    return f"{ratio:.3f} ± {ratio * error / (2 * mean):.3f}"
+
+
+if __name__ == "__main__":
+    main()

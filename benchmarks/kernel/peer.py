@@ -1,0 +1,72 @@
+"""The peer: the paper's cost in plain vectorised NumPy, as whoever knows NumPy writes it down from the equations."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.dataset import Dataset
+from robolaser.se3 import from_quaternion
+
+
+@final
+@dataclass(frozen=True)
+class Plain:
+    """A data set laid out for broadcasting over candidates and points.
+
+    Attributes:
+        pixel: (m, 2) [px].
+        xyz: Target points in the base frame, (m, 3) [m].
+        R: Rotation of T_base_flange of each point's pose, (m, 3, 3).
+        t: Its translation, (m, 3) [m].
+        bracket: Nominal turn of the camera on the flange, (3, 3).
+    """
+
+    pixel: Array
+    xyz: Array
+    R: Array
+    t: Array
+    bracket: Array
+
+    @classmethod
+    def of(cls, dataset: Dataset) -> "Plain":
+        """The stripe data set with a placed target."""
+        points = dataset.points
+        assert points.pixel is not None
+        assert points.xyz is not None
+        T = dataset.flange()[points.pose]
+        bracket = from_quaternion(np.array(dataset.bracket_quat))
+        return cls(points.pixel, points.xyz, T[:, :3, :3], T[:, :3, 3], bracket)
+
+    def residuals(self, x: Array) -> Array:
+        """E of eq. 17, candidates (c, 14) -> (c, m, 3) [m]."""
+        f, s_u, s_v, u_0, v_0, k, b, theta, w, phi, psi = x.T[:11, :, None]
+        u = s_u * (self.pixel[:, 0] - u_0)
+        v = s_v * (self.pixel[:, 1] - v_0)
+        stretch = 1 + k * (u**2 + v**2)
+        u, v = u * stretch, v * stretch
+        rho = b / (v + f * np.tan(theta))
+        P_camera = rho[..., None] * np.stack([v, -u, np.broadcast_to(f, u.shape)], axis=-1)
+        turn = np.einsum("cij,cjk,ckl->cil", about(w[:, 0], 0), about(phi[:, 0], 1), about(psi[:, 0], 2))
+        P_flange = np.einsum("cij,cmj->cmi", self.bracket @ turn, P_camera) + x[:, None, 11:14]
+        P_base = np.einsum("mij,cmj->cmi", self.R, P_flange) + self.t
+        return self.xyz - P_base
+
+    def cost(self, x: Array) -> Array:
+        """J of eq. 18, (c, 14) -> (c,) [m²]."""
+        with np.errstate(all="ignore"):
+            E = self.residuals(x)
+            J = np.einsum("cmi,cmi->c", E, E)
+        return np.where(np.isfinite(J), J, np.inf)
+
+
+def about(angle: Array, axis: int) -> Array:
+    """Turns about one axis, (c,) [rad] -> (c, 3, 3)."""
+    R = np.zeros((len(angle), 3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[:, axis, axis] = 1
+    R[:, i, i] = R[:, j, j] = np.cos(angle)
+    R[:, j, i] = np.sin(angle)
+    R[:, i, j] = -R[:, j, i]
+    return R
