@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import final
 
@@ -77,12 +78,31 @@ class Points:
     def __len__(self) -> int:
         return len(self.pose)
 
-    def take(self, rows: Ints | Bools) -> "Points":
+    @cached_property
+    def number(self) -> Ints:
+        """Number of each row's name among the different ones, in the order in which they first come, (m,)."""
+        number = {name: i for i, name in enumerate(dict.fromkeys(self.names))}
+        return np.fromiter(map(number.__getitem__, self.names), np.int64, len(self))
+
+    def some_of_each_pose(self, most: int) -> Ints:
+        """At most so many rows of each pose with rows, evenly taken along them, (n, most); -1 where it has fewer."""
+        order = np.argsort(self.pose, kind="stable")
+        counts = np.bincount(self.pose)
+        starts = (np.cumsum(counts) - counts)[counts > 0, None]
+        counts = counts[counts > 0, None]
+        most = min(most, int(counts.max(initial=0)))
+        taken, place = np.minimum(most, counts), np.arange(most)
+        last = (place > 0) & (place == taken - 1)
+        along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
+        rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
+        return np.where(place < taken, rows, -1)
+
+    def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""
-        rows = np.arange(len(self))[rows]
+        chosen = np.arange(len(self))[rows].tolist()
         return Points(
             pose=self.pose[rows],
-            names=tuple(self.names[i] for i in rows),
+            names=tuple(map(self.names.__getitem__, chosen)),
             repeat=None if self.repeat is None else self.repeat[rows],
             pixel=None if self.pixel is None else self.pixel[rows],
             xyz=None if self.xyz is None else self.xyz[rows],
@@ -170,10 +190,8 @@ class Dataset:
 
     def thinned(self, most: int) -> "Dataset":
         """The same data set with at most about `most` points, evenly taken along each pose's rows."""
-        keep = np.zeros(len(self.points), dtype=bool)
-        seen = np.unique(self.points.pose)
-        share = max(3, most // max(1, len(seen)))
-        for pose in seen:
-            rows = np.flatnonzero(self.points.pose == pose)
-            keep[rows[np.unique(np.linspace(0, len(rows) - 1, min(share, len(rows))).round().astype(int))]] = True
-        return self if keep.all() else replace(self, points=self.points.take(keep))
+        points = self.points
+        share = max(3, most // max(1, len(np.unique(points.pose))))
+        table = points.some_of_each_pose(share)
+        rows = np.sort(table[table >= 0])
+        return self if len(rows) == len(points) else replace(self, points=points.take(rows))

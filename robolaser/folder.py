@@ -31,6 +31,8 @@ from robolaser.tables import Table, read_table, read_text
 FORMAT = "robolaser-dataset/1"
 FLANGE_COLUMNS = ("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
 XYZ = ("x_m", "y_m", "z_m")
+UV = ("u_px", "v_px")
+MEASURED = ("repeat", *UV, *XYZ)
 OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
 FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
 QUATERNION_SLACK = 0.01  # files round their digits
@@ -60,11 +62,11 @@ def load(folder: str | Path) -> Dataset:
     image, target, noise = (settings.section(name) for name in ("image", "target", "noise"))
     image_px = (image.count("width_px", least=1), image.count("height_px", least=1)) if kind == "stripe" else None
     warnings = settings.passed_over()
-    poses = _poses(read_table(folder / "poses.csv"), robot, folder, warnings)
+    poses = _poses(read_table(folder / "poses.csv", _readings(robot)), robot, folder, warnings)
     has_points = (folder / "points.csv").is_file()
-    points = _points(read_table(folder / "points.csv"), poses, kind, image_px) if has_points else _none()
+    points = _points(read_table(folder / "points.csv", MEASURED), poses, kind, image_px) if has_points else _none()
     if has_points:
-        silent = [poses.names[i] for i in sorted(set(range(len(poses))) - set(points.pose.tolist()))]
+        silent = [poses.names[i] for i in np.flatnonzero(np.bincount(points.pose, minlength=len(poses)) == 0)]
         if silent:
             warnings.append(f"{len(silent)} of {len(poses)} poses have no points: {_some(silent)}.")
     quat = scanner.numbers("bracket_quat", 4, default=(0.0, 0.0, 0.0, 1.0))
@@ -135,6 +137,13 @@ def _board(settings: Settings) -> Board:
     )
 
 
+def _readings(robot: Robot | None) -> list[str]:
+    """Columns of poses.csv that are numbers."""
+    if robot is None:
+        return ["time_s", *FLANGE_COLUMNS]
+    return ["time_s", *(f"{what}_{joint}" for what in ("q", "qd") for joint in robot.joints)]
+
+
 def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str]) -> Poses:
     names = table.texts("pose")
     _all_different(table, names, "pose")
@@ -142,7 +151,7 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
         raise BadCell(table.file, 2, "pose", "", "at least one pose")
     known = {"pose", "time_s", "image"}
     poses = Poses(names)
-    if "time_s" in table.columns:
+    if "time_s" in table:
         poses = replace(poses, time_s=table.numbers(["time_s"])[:, 0])
     if "image" in table.columns:
         images = tuple(table.columns["image"])
@@ -153,9 +162,8 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
         numbers = table.numbers(FLANGE_COLUMNS)
         _not_too_far(table, numbers[:, :3])
         norms = np.linalg.norm(numbers[:, 3:], axis=1)
-        for line, norm in zip(table.lines, norms, strict=True):
-            if abs(norm - 1) > QUATERNION_SLACK:
-                raise NotARotation(f"poses.csv, row {line}", float(norm))
+        for row in np.flatnonzero(np.abs(norms - 1) > QUATERNION_SLACK)[:1]:
+            raise NotARotation(f"poses.csv, row {table.lines[row]}", float(norms[row]))
         known |= set(FLANGE_COLUMNS)
         poses = replace(poses, T_base_flange=pose(from_quaternion(numbers[:, 3:]), numbers[:, :3]))
     else:
@@ -169,7 +177,7 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
                 f"poses.csv has {_some(unread)}, but [robot] joints in dataset.toml does not list "
                 f"{'that joint' if len(unread) == 1 else 'those joints'}: taken to stay at neutral."
             )
-        has_speed = any(column in table.columns for column in qd_columns)
+        has_speed = any(column in table for column in qd_columns)
         known |= {*q_columns, *qd_columns}
         poses = replace(poses, q=q, qd=table.numbers(qd_columns) if has_speed else None)
     return replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
@@ -193,27 +201,26 @@ def _limits(table: Table, q: Array, robot: Robot) -> list[str]:
 
 def _points(table: Table, poses: Poses, kind: str, image_px: tuple[int, int] | None) -> Points:
     of_name = {name: i for i, name in enumerate(poses.names)}
-    for line, name in zip(table.lines, table.texts("pose"), strict=True):
-        if name not in of_name:
-            raise PoseUnknown(line, name, poses.names)
-    number = np.array([of_name[name] for name in table.columns["pose"]], dtype=np.int64)
-    names = table.texts("point")
+    in_pose, names = table.texts("pose"), table.texts("point")
+    strangers = set(in_pose) - set(of_name)
+    if strangers:
+        row = min(map(in_pose.index, strangers))
+        raise PoseUnknown(table.lines[row], in_pose[row], poses.names)
+    number = np.fromiter(map(of_name.__getitem__, in_pose), np.int64, len(in_pose))
     points = Points(number, names)
-    if "repeat" in table.columns:
+    if "repeat" in table:
         points = replace(points, repeat=_whole(table, "repeat"))
-    shots = [""] * len(table) if points.repeat is None else [f", repeat {r}" for r in points.repeat]
-    _all_different(
-        table, [f"{p}, point {n}{s}" for p, n, s in zip(table.columns["pose"], names, shots, strict=True)], "pose"
-    )
+    _no_point_twice(table, points, in_pose)
     if kind != "socket":
-        points = replace(points, xyz=table.numbers(XYZ))
-        _not_too_far(table, table.numbers(XYZ))
-    elif XYZ[0] in table.columns:
+        xyz = table.numbers(XYZ)
+        _not_too_far(table, xyz)
+        points = replace(points, xyz=xyz)
+    elif XYZ[0] in table:
         raise SettingWrong(
             "[sensor] kind", kind, 'points.csv without x_m: a socket\'s place is not measured (kind "point" is)'
         )
     if kind == "stripe" and image_px is not None:
-        pixel = table.numbers(["u_px", "v_px"])
+        pixel = table.numbers(UV)
         outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
         if outside.any():
             row = int(np.argmax(outside))
@@ -222,10 +229,31 @@ def _points(table: Table, poses: Poses, kind: str, image_px: tuple[int, int] | N
     return points
 
 
+def _no_point_twice(table: Table, points: Points, in_pose: tuple[str, ...]) -> None:
+    key = points.pose * (points.number.max(initial=0) + 1) + points.number
+    if points.repeat is not None:
+        shot = points.repeat - points.repeat.min(initial=0)
+        key = key * (shot.max(initial=0) + 1) + shot
+    if (np.diff(key) > 0).all():
+        return
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    if same.any():
+        at = int(np.argmin(np.where(same, order[1:], len(points))))  # the first row that repeats another
+        first, row = order[at], order[at + 1]
+        what = "" if points.repeat is None else f", repeat {points.repeat[row]}"
+        raise RowTwice(
+            table.file,
+            table.lines[row],
+            table.lines[first],
+            f"pose {in_pose[row]}, point {points.names[row]}{what}",
+        )
+
+
 def _whole(table: Table, column: str) -> Ints:
     numbers = table.numbers([column])[:, 0]
-    for i in np.flatnonzero(numbers != np.round(numbers)):
-        raise BadCell(table.file, table.lines[i], column, table.columns[column][i], "a whole number")
+    for i in np.flatnonzero(numbers != np.round(numbers))[:1]:
+        raise BadCell(table.file, table.lines[i], column, f"{numbers[i]:.12g}", "a whole number")
     return numbers.astype(np.int64)
 
 
@@ -242,7 +270,7 @@ def _all_different(table: Table, keys: "list[str] | tuple[str, ...]", what: str)
 
 
 def _not_too_far(table: Table, xyz: Array) -> None:
-    if (np.abs(xyz) > FARTHEST_M).any():
+    if max(xyz.max(initial=0.0), -xyz.min(initial=0.0)) > FARTHEST_M:
         i, j = np.argwhere(np.abs(xyz) > FARTHEST_M)[0]
         raise TooFar(table.file, table.lines[i], XYZ[j], float(xyz[i, j]))
 

@@ -7,7 +7,7 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import final
 
@@ -25,41 +25,52 @@ from robolaser.errors import (
 )
 
 HEADER_ROWS = 1
+CHUNK = 1 << 17  # characters of a table that are taken apart at a time: their cells fit the processor's cache
 
 
 @final
 @dataclass(frozen=True)
 class Table:
-    """A CSV file as texts.
+    """A CSV file as texts, and as numbers where that was all there is to a column.
 
     Attributes:
         file: Its name, for messages.
+        header: The names of all columns.
         columns: The cells of each column.
         lines: Line of the file at which each row starts, counted from one.
+        known: Columns that are finite numbers and nothing else, (rows,) each; they have no cells in `columns`.
     """
 
     file: str
+    header: Sequence[str]
     columns: Mapping[str, tuple[str, ...]]
-    lines: tuple[int, ...]
+    lines: Sequence[int]
+    known: Mapping[str, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.lines)
 
+    def __contains__(self, column: str) -> bool:
+        return column in self.header
+
     def texts(self, column: str) -> tuple[str, ...]:
         """The cells of a column that must be there, none of them empty."""
         if column not in self.columns:
-            raise ColumnMissing(self.file, column, self.columns)
-        for line, cell in zip(self.lines, self.columns[column], strict=True):
-            if not cell:
-                raise BadCell(self.file, line, column, cell, "some text")
-        return self.columns[column]
+            raise ColumnMissing(self.file, column, self.header)
+        cells = self.columns[column]
+        if not all(cells):
+            raise BadCell(self.file, self.lines[cells.index("")], column, "", "some text")
+        return cells
 
     def numbers(self, columns: Sequence[str]) -> Array:
         """Columns that must be there, as finite numbers, (rows, columns)."""
         out = np.empty((len(self), len(columns)))
         for j, column in enumerate(columns):
+            if column in self.known:
+                out[:, j] = self.known[column]
+                continue
             if column not in self.columns:
-                raise ColumnMissing(self.file, column, self.columns)
+                raise ColumnMissing(self.file, column, self.header)
             for i, cell in enumerate(self.columns[column]):
                 out[i, j] = _finite(self.file, self.lines[i], column, cell)
         return out
@@ -93,8 +104,12 @@ def read_text(path: Path) -> str:
         raise FileUnreadable(path, f"byte {error.start} is not UTF-8 text") from None
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
     """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
+
+    Args:
+        path: The file.
+        numbers: Columns of which nobody will want the texts, where all is well with them.
 
     Raises:
         FileUnreadable: It is not there or not text.
@@ -102,6 +117,72 @@ def read_table(path: Path) -> Table:
         ColumnTwice: Two columns share a name.
         RowLength: A row has more or fewer cells than the header.
     """
+    return _plain_table(path, numbers) or _any_table(path)
+
+
+def _plain_table(path: Path, numbers: Sequence[str]) -> Table | None:
+    """A table with nothing unusual in it, taken apart quickly; None for any other, which needs a closer look."""
+    if not path.is_file():
+        return None
+    texts: dict[str, list[str]] = {}
+    known: dict[str, list[Array]] = {}
+    same: dict[str, str] = {}
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            header = [name.strip() for name in next(csv.reader([file.readline()], strict=True), [])]
+            if len(set(header)) < len(header) or not set(header) & set(numbers):
+                return None
+            texts |= {name: [] for name in header if name not in numbers}
+            known |= {name: [np.empty(0)] for name in header if name in numbers}
+            text = file.read(CHUNK) + file.readline()
+            while text:
+                following = file.read(CHUNK) + file.readline()
+                columns = _columns(text if following else text.rstrip("\r\n"), len(header))
+                for name, cells in zip(header, columns, strict=True):
+                    if name in known:
+                        known[name].append(_numbers(cells))
+                    else:
+                        bare = [cell.strip() for cell in cells]
+                        texts[name] += map(same.setdefault, bare, bare)  # equal texts are kept once
+                text = following
+    except (OSError, ValueError, csv.Error):
+        return None
+    found = {name: np.concatenate(parts) for name, parts in known.items()}
+    rows = len(next(iter(found.values())))
+    lines = range(1 + HEADER_ROWS, 1 + HEADER_ROWS + rows)
+    return Table(path.name, header, {name: tuple(cells) for name, cells in texts.items()}, lines, found)
+
+
+def _columns(text: str, width: int) -> list[list[str]]:
+    """Cells of each column of a piece of a table.
+
+    Raises:
+        ValueError: A row is blank, has another length or more than one line.
+    """
+    text = text.replace("\r\n", "\n").removesuffix("\n")
+    rows = text.count("\n") + 1
+    cells: list[str]
+    if '"' in text:
+        cells = [cell for row in csv.reader(io.StringIO(text, newline=""), strict=True) for cell in (*row, "\n")]
+    else:
+        cells = [*text.replace("\n", ",\n,").split(","), "\n"]
+    ends = cells[width :: width + 1]
+    if len(cells) != rows * (width + 1) or ends.count("\n") < rows or "\r" in text:
+        raise ValueError
+    return [cells[j :: width + 1] for j in range(width)]
+
+
+def _numbers(cells: list[str]) -> Array:
+    whole = "".join(cells)
+    if "_" in whole or not whole.isascii():  # as in `_finite`
+        raise ValueError
+    values = np.fromiter(map(float, cells), np.float64, len(cells))
+    if not np.isfinite(values).all():
+        raise ValueError
+    return values
+
+
+def _any_table(path: Path) -> Table:
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
     rows: list[list[str]] = []
     lines: list[int] = []
@@ -124,7 +205,7 @@ def read_table(path: Path) -> Table:
         if len(row) != len(header):
             raise RowLength(path.name, line, len(row), len(header))
     cells = list(zip(*rows[HEADER_ROWS:], strict=True)) or [() for _ in header]
-    return Table(path.name, dict(zip(header, cells, strict=True)), tuple(lines[HEADER_ROWS:]))
+    return Table(path.name, header, dict(zip(header, cells, strict=True)), tuple(lines[HEADER_ROWS:]))
 
 
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

@@ -1,0 +1,33 @@
+"""Rows of a data set are chosen pose by pose, evenly and without doubles."""
+
+import numpy as np
+import pytest
+
+from robolaser.dataset import Points
+
+
+@pytest.fixture(params=range(8))
+def points(request: pytest.FixtureRequest) -> Points:
+    rng = np.random.default_rng(request.param)
+    pose = rng.integers(0, 9, rng.integers(1, 90))
+    return Points(pose, tuple(str(name) for name in rng.integers(0, 5, len(pose))), xyz=rng.normal(size=(len(pose), 3)))
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 7, 100])
+def test_some_rows_of_each_pose_are_evenly_spread_over_all_of_them(points: Points, most: int) -> None:
+    for line, pose in zip(points.some_of_each_pose(most), np.unique(points.pose), strict=True):
+        taken, rows = line[line >= 0], np.flatnonzero(points.pose == pose)
+        assert len(taken) == min(most, len(rows))
+        assert set(taken) <= set(rows)
+        assert taken[0] == rows[0]
+        assert len(taken) == 1 or taken[-1] == rows[-1]
+        assert np.ptp(np.diff(np.searchsorted(rows, taken))) <= 1 if len(taken) > 2 else True
+
+
+def test_taking_rows_takes_all_of_each(points: Points) -> None:
+    rows = np.random.default_rng(1).permutation(len(points))[: len(points) // 2]
+    some = points.take(rows)
+    assert some.names == tuple(points.names[i] for i in rows)
+    assert np.array_equal(some.xyz, points.xyz[rows])
+    assert np.array_equal(np.array(points.names)[np.unique(points.number, return_index=True)[1]][points.number],
+                          np.array(points.names))  # fmt: skip
