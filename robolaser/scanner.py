@@ -15,7 +15,7 @@ from robolaser.parameters import Parameters, Values
 from robolaser.seams import Bend, Seam
 from robolaser.sensors import Sensor, sensor_of
 
-CHUNK = 40_000  # point-evaluations at a time: what the processor's cache holds
+CHUNK = 200_000  # point-evaluations at a time: their residuals still fit into a processor's cache
 
 
 @final
@@ -116,12 +116,12 @@ class Model:
 
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
-        return sum_of_squares(self.residuals(x))
+        if not self.suspects:
+            J = self.sensor.costs(x, self._nominal_flange)
+        else:
+            J = np.concatenate([self._squares(self.parameters.values(part)) for part in self._in_chunks(x)])
+        return np.where(np.isfinite(J), J, np.inf)
 
-
-def sum_of_squares(residuals: Array) -> Array:
-    """J of eq. 18 from residuals (c, ...) -> (c,); infinite where one of them is not finite."""
-    flat = residuals.reshape(len(residuals), -1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        J = np.einsum("ij,ij->i", flat, flat)
-    return np.where(np.isfinite(J), J, np.inf)
+    def _squares(self, values: Values) -> Array:
+        bend = self.bend(values)
+        return self.sensor.squares(values, self.flange(values, bend), bend)

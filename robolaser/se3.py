@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser import compiled
+from robolaser.arrays import Array, Ints
 
 _X, _Y, _Z = 0, 1, 2
 
@@ -69,6 +70,27 @@ def apply(T: Array, points: Array) -> Array:
     moved: Array = T[..., :3, 3] + T[..., :3, 0] * points[..., :1]
     moved += T[..., :3, 1] * points[..., 1:2]
     moved += T[..., :3, 2] * points[..., 2:]
+    return moved
+
+
+def carry(T: Array, of_row: Ints, points: Array) -> Array:
+    """Carry each point by the motion of its row.
+
+    Args:
+        T: T_a_b, (c or 1, n, 4, 4).
+        of_row: Which of the n is each row's, (m,).
+        points: In frame b, (c or 1, m or 1, 3) [m].
+
+    Returns:
+        In frame a, (c, m, 3) [m].
+    """
+    if not compiled.available():
+        return apply(T[:, of_row], points)
+    from robolaser.compiled.frames import carried  # noqa: PLC0415 - numba takes a third of a second to load
+
+    T, points = np.ascontiguousarray(T), np.ascontiguousarray(points)
+    moved = np.empty((max(len(T), len(points)), len(of_row), 3))
+    carried(T, of_row, points, moved)
     return moved
 
 

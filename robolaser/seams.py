@@ -1,7 +1,9 @@
 """The places at which an effect can bend what passes from encoder and image to a point."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
+from typing import final
 
 from robolaser.arrays import Array
 
@@ -23,5 +25,24 @@ class Seam(Enum):
     TARGET = "target points as given, (c, m, 3) [m]"
 
 
-Bend = Callable[[Seam, Array], Array]
-"""Passes a value through all effects that sit at a seam."""
+@final
+@dataclass(frozen=True)
+class Bend:
+    """Passes a value through all effects that sit at a seam; called with both.
+
+    Attributes:
+        steps: What each effect does, and at which seam; those at one seam act in this order.
+    """
+
+    steps: tuple[tuple[Seam, Callable[[Array], Array]], ...] = ()
+
+    def __call__(self, seam: Seam, passing: Array) -> Array:
+        """What comes out of a seam."""
+        for at, act in self.steps:
+            if at is seam:
+                passing = act(passing)
+        return passing
+
+    def touches(self, *seams: Seam) -> bool:
+        """Whether any effect sits at one of these seams."""
+        return any(at in seams for at, _ in self.steps)

@@ -36,15 +36,12 @@ class Probe:
         return self._problem.noise.whiten(np.concatenate(columns)).T
 
     def _residuals(self, seam: Seam, move: Array, *, left: bool) -> Array:
-        def bend(at: Seam, passing: Array) -> Array:
-            bent = self._bend(at, passing)
-            if at is not seam:
-                return bent
+        def nudge(passing: Array) -> Array:
             if seam in (Seam.FLANGE, Seam.LINKS):
-                return move @ bent if left else bent @ move
-            return bent + move
+                return move @ passing if left else passing @ move
+            return passing + move
 
-        moved: Bend = bend
+        moved = Bend((*self._bend.steps, (seam, nudge)))
         model = self._problem.model
         robot, q = model.dataset.robot, model.dataset.poses.q
         if robot is None or q is None:

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -116,12 +117,5 @@ class Suspect:
 
 
 def bend_with(effects: tuple[Effect, ...], scene: Scene) -> Bend:
-    """The effects of a model as one function; at a shared seam they act in the order of the list."""
-
-    def bend(seam: Seam, passing: Array) -> Array:
-        for effect in effects:
-            if effect.seam is seam:
-                passing = effect.bend(passing, scene)
-        return passing
-
-    return bend
+    """The effects of a model, each at its seam; at a shared seam they act in the order of the list."""
+    return Bend(tuple((effect.seam, partial(effect.bend, scene=scene)) for effect in effects))

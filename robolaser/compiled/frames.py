@@ -1,0 +1,59 @@
+"""Rigid motions in compiled loops: a frame is a tuple, its upper three rows one after the other."""
+
+from typing import Any
+
+from robolaser.arrays import Array, Ints
+from robolaser.compiled.loops import compiled
+
+Frame = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+
+
+@compiled
+def frame(T: Array) -> Any:
+    """The tuple of a matrix, (3 or 4, 4)."""
+    return (
+        T[0, 0], T[0, 1], T[0, 2], T[0, 3],
+        T[1, 0], T[1, 1], T[1, 2], T[1, 3],
+        T[2, 0], T[2, 1], T[2, 2], T[2, 3],
+    )  # fmt: skip
+
+
+@compiled
+def times(a: Frame, b: Frame) -> Any:
+    """T_a_c = T_a_b T_b_c."""
+    a_0, a_1, a_2, a_3, a_4, a_5, a_6, a_7, a_8, a_9, a_10, a_11 = a
+    b_0, b_1, b_2, b_3, b_4, b_5, b_6, b_7, b_8, b_9, b_10, b_11 = b
+    return (
+        a_0 * b_0 + a_1 * b_4 + a_2 * b_8,
+        a_0 * b_1 + a_1 * b_5 + a_2 * b_9,
+        a_0 * b_2 + a_1 * b_6 + a_2 * b_10,
+        a_0 * b_3 + a_1 * b_7 + a_2 * b_11 + a_3,
+        a_4 * b_0 + a_5 * b_4 + a_6 * b_8,
+        a_4 * b_1 + a_5 * b_5 + a_6 * b_9,
+        a_4 * b_2 + a_5 * b_6 + a_6 * b_10,
+        a_4 * b_3 + a_5 * b_7 + a_6 * b_11 + a_7,
+        a_8 * b_0 + a_9 * b_4 + a_10 * b_8,
+        a_8 * b_1 + a_9 * b_5 + a_10 * b_9,
+        a_8 * b_2 + a_9 * b_6 + a_10 * b_10,
+        a_8 * b_3 + a_9 * b_7 + a_10 * b_11 + a_11,
+    )
+
+
+@compiled
+def carried(T: Array, of_row: Ints, points: Array, out: Array) -> None:
+    """Carry points by the frame of each row; axes of length one count for every candidate, frame or row.
+
+    Args:
+        T: T_a_b, (c or 1, n or 1, 4, 4).
+        of_row: Number of each row's frame, (m,).
+        points: In frame b, (c or 1, m or 1, 3) [m].
+        out: Takes the points in frame a, (c, m, 3) [m].
+    """
+    for i in range(len(out)):
+        at, of = i if len(T) > 1 else 0, i if len(points) > 1 else 0
+        for r in range(len(of_row)):
+            n = of_row[r] if T.shape[1] > 1 else 0
+            m = r if points.shape[1] > 1 else 0
+            x, y, z = points[of, m, 0], points[of, m, 1], points[of, m, 2]
+            for row in range(3):
+                out[i, r, row] = T[at, n, row, 0] * x + T[at, n, row, 1] * y + T[at, n, row, 2] * z + T[at, n, row, 3]
