@@ -24,12 +24,13 @@ def costs(
         along_u: Whether the stripe runs along image u.
         image: Pixels along the camera's x and y, (2, 1, m) [px].
         known: Target points in the flange frame, (3, 1, m) [m].
-        J: Takes the sums, (c,) [m²].
+        J: Takes the sums, (c,) [m²]; infinite at the model's poles.
     """
     rows = np.uintp(0), np.uintp(image.shape[2])
     for i in range(first, last):
         lens, f, plane, mount = _parts(own, i, bracket, zyz, along_u)
-        J[i] = _squares(0, rows, image, known, lens, _light(plane, f), _focal(mount, f))
+        total = _squares(0, rows, image, known, lens, _light(plane, f), _focal(mount, f))
+        J[i] = total if np.isfinite(total) else np.inf
 
 
 @compiled
@@ -121,7 +122,7 @@ def residuals(
         image: Pixels along the camera's x and y, (2, c or 1, m) [px].
         known: Target points in the base frame, (3, c or 1, m) [m].
         E: Takes the residuals, (c, m, 3) [m]; or empty.
-        J: Takes the sums over these rows, (c,) [m²].
+        J: Takes the sums over these rows, (c,) [m²]; infinite at the model's poles.
     """
     store = len(E) > 0
     for i in range(first, last):
@@ -142,7 +143,7 @@ def residuals(
                 total += _errors(i, rows, image, known, lens, _light(sheet[i, 0], f), a, E)
             else:
                 total += _squares(i, rows, image, known, lens, _light(sheet[i, 0], f), a)
-        J[i] = total
+        J[i] = total if np.isfinite(total) else np.inf
 
 
 @compiled

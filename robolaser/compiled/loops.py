@@ -1,17 +1,41 @@
-"""How loops are compiled: without Python's lock, kept on disk from one run to the next."""
+"""How loops are compiled: without Python's lock, and kept on disk from one run to the next."""
 
+import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 import numba
+from numba.core import event
 
 MADE_FREELY = {"contract", "reassoc"}
 """Sums may be taken in any order and products fused; what is not finite stays so."""
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function of arrays and numbers."""
-    made: Callable[..., Any] = numba.njit(
-        cache=True, nogil=True, fastmath=MADE_FREELY, error_model="numpy", boundscheck=False
-    )(function)
+    """Compile a function of arrays and numbers when it is first called."""
+    how: dict[str, Any] = {"nogil": True, "fastmath": MADE_FREELY, "error_model": "numpy"}
+    try:
+        made: Callable[..., Any] = numba.njit(cache=True, **how)(function)
+    except RuntimeError:  # nowhere to keep it: neither beside the package nor in the user's folder may be written
+        made = numba.njit(**how)(function)
     return made
+
+
+@final
+class _Announcement(event.Listener):  # type: ignore[misc]
+    """Says, on a terminal, why the first run waits."""
+
+    def __init__(self) -> None:
+        self.made = False
+
+    def on_start(self, event: Any) -> None:
+        """Something is about to be compiled that is not on disk."""
+        if not self.made and sys.stderr.isatty():
+            print("Compiling for this machine, once: some seconds.", file=sys.stderr)
+        self.made = True
+
+    def on_end(self, event: Any) -> None:
+        """Nothing to say."""
+
+
+event.register("numba:compile", _Announcement())

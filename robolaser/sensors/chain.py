@@ -1,6 +1,7 @@
 """The stripe's chain in compiled loops: from the paper's fourteen, and what effects make of them, to residuals."""
 
-from functools import partial
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import final
 
 import numpy as np
@@ -43,15 +44,20 @@ class Chain:
         self._xyz = points.xyz[None]
         self._last: tuple[Array, Array] | None = None
 
+    @cached_property
+    def _costs(self) -> Callable[..., None]:
+        from robolaser.compiled.chain import costs  # noqa: PLC0415 - numba takes a third of a second to load
+
+        made: Callable[..., None] = costs
+        return made
+
     def costs(self, own: Array, T_base_flange: Array) -> Array:
         """J for a placed target and an arm that stands the same for all candidates, (c, 14) -> (c,) [m²].
 
         The target is carried to the flange frame once for all: distances stay what they are, and no pose is left in
         the loop.
         """
-        from robolaser.compiled.chain import costs  # noqa: PLC0415 - numba takes a third of a second to load
-
-        known = self._in_flange(T_base_flange)
+        known, costs = self._in_flange(T_base_flange), self._costs
         c, m = len(own), known.shape[2]
         if m > ROWS_AT_ONCE:
             return self._run(dict(zip(SCANNER, own.T, strict=True)), ARM_STANDS, Bend(), known, store=False)[1]
