@@ -6,11 +6,14 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 
-STEPS = 60  # ten are usual
+STEPS = 40  # ten are usual
 CALM = 1e-14  # of a problem's size: sums of squares of that size differ by this from one rounding to the next
-DONE = 1e-26  # of the same: a step that promises less changes nothing any more
-FIRST = 1e-3  # damping once a step has failed, in units of the curvature's diagonal
-FIRM, LOOSE = 8.0, 0.2  # the damping after a step that failed, and after one that did what it promised
+DONE = 1e-20  # of the same: a step that promises less changes nothing any more
+WORTH = 1e-3  # of what a step promised, it must hold at least
+PIVOTS = 6  # more than there are variables
+FIRST = 0.1  # damping once a step has failed, in units of the curvature's diagonal
+FIRM, LOOSE = 10.0, 0.1  # the damping after a step that failed, and after one that did what it promised
+HOPELESS = 1e9  # damping at which steps no longer move anything
 
 Objective = Callable[[Array, Ints], tuple[Array, Array, Array]]
 """Values (k,), gradients (k, n) and Hessians (k, n, n) of the problems with these numbers (k,) at x (k, n)."""
@@ -39,50 +42,59 @@ def minimise(objective: Objective, start: Array, lower: Array, upper: Array, siz
         if not len(going):
             break
         at, low, high = x[going], lower[going], upper[going]
-        diagonal = np.abs(np.einsum("kii->ki", H[going])) + np.finfo(float).tiny
         curved = H[going].copy()
-        np.einsum("kii->ki", curved)[:] += damping[going, None] * diagonal
-        step = _boxed(curved, g[going], low - at, high - at)
+        diagonal = np.einsum("kii->ki", curved)
+        diagonal += damping[going, None] * np.abs(diagonal)
+        step, settled = _boxed(curved, g[going], low - at, high - at)
         promised = -np.einsum("ki,ki->k", step, g[going] + 0.5 * np.einsum("kij,kj->ki", H[going], step))
         tried = np.clip(at + step, low, high)
         there = objective(tried, going)
         gained = J[going] - there[0]
-        noise = CALM * size[going]
-        good = (promised > 0) & (gained >= 1e-3 * promised - noise)
+        whole = size[going] + np.abs(J[going])
+        good = settled & (promised >= 0) & (gained >= WORTH * promised - CALM * whole)
         took = going[good]
         x[took], J[took], g[took], H[took] = tried[good], there[0][good], there[1][good], there[2][good]
         damping[going] = np.where(good, LOOSE * damping[going], np.maximum(FIRM * damping[going], FIRST))
-        damping[damping < FIRST * LOOSE**2] = 0.0
-        still = (np.abs(promised) <= DONE * size[going]) | (damping[going] > 1e9)
-        going = going[~still]
+        damping[damping < FIRST * LOOSE] = 0.0
+        done = (settled & (np.abs(promised) <= DONE * whole)) | (damping[going] > HOPELESS)
+        going = going[~done]
     return x, J
 
 
-def _boxed(H: Array, g: Array, lower: Array, upper: Array) -> Array:
-    """Steps that minimise g·s + s·H·s/2 with s in a box; variables that run into a bound stay there, (k, n)."""
-    fixed = ((lower >= 0) & (g > 0)) | ((upper <= 0) & (g < 0)) | (lower >= upper)
-    step = np.zeros_like(g)
-    open_ = np.arange(len(g))
-    for _ in range(g.shape[1] + 1):
-        step[open_] = _solved(H[open_], g[open_], fixed[open_], step[open_])
-        over = ~fixed[open_] & ((step[open_] < lower[open_]) | (step[open_] > upper[open_]))
-        hit = over.any(axis=1)
-        if not hit.any():
+def _boxed(H: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Bools]:
+    """Steps that minimise g·s + s·H·s/2 with s in a box, (k, n), and whether each is such a minimum, (k,).
+
+    Block principal pivoting (Portugal, Júdice, Vicente 1994): variables go to a bound and come back, all that are on
+    the wrong side at once. Where H is not positive definite it may not settle.
+    """
+    side = np.where((lower >= 0) & (g > 0), -1, np.where((upper <= 0) & (g < 0), 1, 0))
+    side = np.where(lower >= upper, -1, side)
+    step, settled = np.zeros_like(g), np.ones(len(g), dtype=bool)
+    left = np.arange(len(g))
+    for _ in range(PIVOTS + g.shape[1]):
+        now, low, high = side[left], lower[left], upper[left]
+        step[left], pull = _solved(H[left], g[left], now, np.where(now < 0, low, np.where(now > 0, high, 0.0)))
+        to = np.where(step[left] < low, -1, np.where(step[left] > high, 1, 0))
+        to = np.where((now != 0) & (now * pull <= 0), now, np.where(now != 0, 0, to))
+        to = np.where(low >= high, -1, to)
+        wrong = (to != now).any(axis=1)
+        side[left] = to
+        left = left[wrong]
+        if not len(left):
             break
-        open_ = open_[hit]
-        fixed[open_] |= over[hit]
-        step[open_] = np.clip(step[open_], lower[open_], upper[open_])
-    return step
+    settled[left] = False
+    return np.clip(step, lower, upper), settled
 
 
-def _solved(H: Array, g: Array, fixed: Bools, step: Array) -> Array:
-    """The free variables' best against the fixed ones' steps; all of them together, (k, n)."""
-    held = np.where(fixed, step, 0.0)
+def _solved(H: Array, g: Array, side: Ints, held: Array) -> tuple[Array, Array]:
+    """The free variables' best against the steps of those that are held, and the gradient there, (k, n) both."""
+    fixed = side != 0
     right = np.where(fixed, held, -(g + np.einsum("kij,kj->ki", H, held)))
     A = np.where(fixed[:, :, None] | fixed[:, None, :], 0.0, H)
     np.einsum("kii->ki", A)[fixed] = 1.0
     try:
-        found: Array = np.linalg.solve(A, right[..., None])[..., 0]
+        step: Array = np.linalg.solve(A, right[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        found = (np.linalg.pinv(A, hermitian=True) @ right[..., None])[..., 0]
-    return np.where(fixed, held, found)
+        step = (np.linalg.pinv(A, hermitian=True) @ right[..., None])[..., 0]
+    step = np.where(fixed, held, step)
+    return step, g + np.einsum("kij,kj->ki", H, step)

@@ -9,7 +9,7 @@ from robolaser.dataset import Dataset
 from robolaser.elimination.loop import Loops
 from robolaser.elimination.tracker import Room, follow
 from robolaser.parameters import Parameters, Values
-from robolaser.se3 import apply
+from robolaser.se3 import carry
 from robolaser.seams import Bend, Seam
 from robolaser.sensors.sensor import SIX, Sensor, motion, vector
 
@@ -67,5 +67,5 @@ class Point(Sensor):
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
         tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
-        seen = apply(T_world_flange[:, self.dataset.points.pose], tools[:, self._tool])
+        seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
         return bend(Seam.TARGET, self._measured) - seen

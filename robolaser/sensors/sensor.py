@@ -75,6 +75,15 @@ class Sensor(ABC):
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """Known or measured point less predicted point, (c, m, 3) [m]; not finite at the model's poles."""
 
+    def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """J of eq. 18, the sum of squared residuals, (c,) [m²]; infinite at the model's poles."""
+        return sum_of_squares(self.residuals(values, T_base_flange, bend))
+
+    def costs(self, x: Array, T_base_flange: Array) -> Array:
+        """The same for the unbent model and candidates in the order of `own`, then `following`, (c, d) -> (c,)."""
+        names = self.own + self.following
+        return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Bend())
+
     def parameters(self, T_base_flange: Array, bend: Bend) -> Parameters:
         """All parameters: as given, and where nothing is given from the closed form at the nominal values.
 
@@ -116,3 +125,11 @@ def six_of(T: Array, prefix: str) -> dict[str, Array]:
 def vector(values: Values, prefix: str) -> Array:
     """The point of three parameters `prefix.x` .. `prefix.z`, (c, 3)."""
     return np.stack([values[f"{prefix}.{part}"] for part in "xyz"], axis=-1)
+
+
+def sum_of_squares(residuals: Array) -> Array:
+    """Of residuals (c, ...) -> (c,); infinite where one of them is not finite."""
+    flat = residuals.reshape(len(residuals), -1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        J = np.einsum("ij,ij->i", flat, flat)
+    return np.where(np.isfinite(J), J, np.inf)

@@ -8,7 +8,7 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset
 from robolaser.elimination.seats import seat
 from robolaser.parameters import Parameters, Values
-from robolaser.se3 import apply
+from robolaser.se3 import carry
 from robolaser.seams import Bend
 from robolaser.sensors.sensor import Sensor, vector
 
@@ -55,5 +55,5 @@ class Socket(Sensor):
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
         sockets = np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)
         ball = vector(values, "tool.ball")
-        seated = apply(T_base_flange[:, self.dataset.points.pose], ball[:, None])
+        seated = carry(T_base_flange, self.dataset.points.pose, ball[:, None])
         return sockets[:, self._socket] - seated
