@@ -98,17 +98,27 @@ def search(
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()
-        course.add(algorithm)
+        course.add(*_generation(algorithm), int(algorithm.evaluator.n_eval))
         if progress is not None:
             progress("searching", min(1.0, len(course.best) / generations))
         if keeps is not None and time.monotonic() - saved > SECONDS_BETWEEN_CHECKPOINTS:
             course.write(keeps / COURSE)
             save(algorithm, keeps / CHECKPOINT, fingerprint=fingerprint)
             saved = time.monotonic()
-    X, F = algorithm.pop.get("X"), algorithm.pop.get("F")[:, 0]
-    last = np.asarray(X, dtype=np.float64)[np.argsort(F, kind="stable")]
+    X, F = _generation(algorithm)
+    last = X[np.argsort(F, kind="stable")]
     on_the_way = course.x[:: -max(1, len(course.x) // ON_THE_WAY)]
     return Found(np.vstack([*on_the_way, last]), course.history, int(algorithm.evaluator.n_eval))
+
+
+def _generation(algorithm: Any) -> tuple[Array, Array]:
+    """The members of any algorithm and their costs, (n, d) and (n,)."""
+    from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415
+
+    if isinstance(algorithm, ArrayBased):
+        return algorithm.members.X, algorithm.members.F
+    X, F = algorithm.pop.get("X", "F")
+    return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
 
 class _Course:
@@ -120,13 +130,12 @@ class _Course:
         self.best: list[float] = []
         self.x: list[Array] = []
 
-    def add(self, algorithm: Any) -> None:
-        F = algorithm.pop.get("F")[:, 0]
+    def add(self, X: Array, F: Array, evaluations: int) -> None:
         i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
         better = not self.best or F[i] < self.best[-1]
         self.best.append(float(F[i]) if better else self.best[-1])
-        self.x.append(np.array(algorithm.pop[i].X, dtype=np.float64) if better else self.x[-1])
-        self.evaluations.append(int(algorithm.evaluator.n_eval))
+        self.x.append(X[i].copy() if better else self.x[-1])
+        self.evaluations.append(evaluations)
 
     @property
     def history(self) -> History:

@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pymoo.core.population import Population
 from pymoo.core.termination import Termination
 from pymoo.util.sliding_window import SlidingWindow
 
+from robolaser.algorithms.members import Members
 from robolaser.algorithms.rcga import RCGA
 from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, FileUnwritable
 
 FORMAT = "robolaser-checkpoint/1"
+
+_STORED = ("X", "F", "G", "H")
 
 _DAMAGE = (
     OSError,
@@ -55,8 +57,8 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
     """
     if not algorithm.is_initialized:
         raise CheckpointImpossible("the run has no evaluated generation yet. Call next() first")
-    pop = algorithm.pop
-    born = np.asarray(pop.get("n_iter"), np.int64)
+    members = algorithm.members
+    born = members.columns["born"]
     header = {
         "format": FORMAT,
         "fingerprint": fingerprint,
@@ -68,7 +70,8 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
         "seconds": time.time() - algorithm.start_time,
         "termination": [_remembered(node) for node in _nodes(algorithm.termination)],
     }
-    arrays = {key: np.asarray(pop.get(key), np.float64) for key in ("X", "F", "G", "H")}
+    empty = np.empty((len(members), 0))
+    arrays = {key: np.asarray(members.columns.get(key, empty), np.float64) for key in _STORED}
     _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **arrays)
 
 
@@ -114,17 +117,9 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
     algorithm.start_time = time.time() - header["seconds"]
     algorithm.evaluator.n_eval = header["evaluations"]
     algorithm.random_state.bit_generator.state = header["random_state"]
-    algorithm.pop = _population(arrays)
-    algorithm._set_optimum()
-    return algorithm
-
-
-def _population(arrays: dict[str, Any]) -> Any:
     born = arrays.pop("born")
-    pop = Population.new(**arrays)
-    pop.set("n_gen", born, "n_iter", born)
-    pop.apply(lambda individual: individual.evaluated.update(arrays.keys() - {"X"}))
-    return pop
+    algorithm.members = Members.evaluated_as(arrays.pop("X"), arrays, born)
+    return algorithm
 
 
 def _nodes(termination: Termination) -> Iterator[Termination]:
@@ -172,7 +167,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             header = json.loads(str(file["header"]))
-            arrays = {key: file[key] for key in ("X", "F", "G", "H", "born")}
+            arrays = {key: file[key] for key in (*_STORED, "born")}
         found = header["format"]
     except FileNotFoundError as error:
         raise CheckpointUnreadable(path, "there is no such file") from error

@@ -1,15 +1,21 @@
 """The real-coded genetic algorithm of Lee et al. 2004, figure 4."""
 
+import math
 from typing import Any, final
 
 import numpy as np
-from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.core.mating import Mating
+from pymoo.core.repair import NoRepair
 from pymoo.core.termination import TerminateIfAny
 from pymoo.core.variable import get
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
+from robolaser.algorithms.array_based import ArrayBased
+from robolaser.algorithms.mating import children
+from robolaser.algorithms.members import Members
 from robolaser.algorithms.stopping import CostReached, Stalled
+from robolaser.arrays import Array, Ints
 from robolaser.errors import BoundsMissing, ManyObjectives, OperatorSetting
 from robolaser.operators import (
     ArithmeticCrossover,
@@ -17,7 +23,9 @@ from robolaser.operators import (
     NonUniformMutation,
     RouletteSelection,
 )
-from robolaser.operators.non_uniform_mutation import Form
+from robolaser.operators.cost import penalised
+from robolaser.operators.elitist_replacement import survivors
+from robolaser.operators.non_uniform_mutation import Form, shrink
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -25,7 +33,7 @@ makes little difference, on Ackley's function 6 to 20 end three times closer tha
 
 
 @final
-class RCGA(GeneticAlgorithm):
+class RCGA(ArrayBased):
     """Elites, roulette, arithmetic crossover and non-uniform mutation, with the settings of the paper.
 
     It stops when `cost` is reached or after `patience` generations without a better cost, unless it is given
@@ -124,6 +132,51 @@ class RCGA(GeneticAlgorithm):
         open_ended = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)
         if open_ended.any():
             raise BoundsMissing("RCGA", np.flatnonzero(open_ended))
+
+    def _goes_by_arrays(self) -> bool:
+        mating = self.mating
+        return (
+            super()._goes_by_arrays()
+            and type(self) is RCGA
+            and type(mating) is Mating
+            and type(mating.selection) is RouletteSelection
+            and type(mating.crossover) is ArithmeticCrossover
+            and type(mating.mutation) is NonUniformMutation
+            and type(mating.repair) is NoRepair
+            and type(self.survival) is ElitistReplacement
+            and (self.is_initialized or type(self.initialization.sampling) is FloatRandomSampling)
+        )
+
+    def _sampled(self) -> Array:
+        sampling = self.initialization.sampling
+        return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
+
+    def _bred(self, parents: Members) -> Array:
+        crossover, mutation = self.mating.crossover, self.mating.mutation
+        progress, b, form = mutation.progress_of(self), get(mutation.b), mutation.form
+        Y = children(
+            parents.X,
+            penalised(parents.F, parents.violation),
+            math.ceil(self.n_offsprings / 2),
+            self.random_state,
+            lower=self.problem.xl,
+            upper=self.problem.xu,
+            prob_crossover=get(crossover.prob),
+            prob_var=get(mutation.prob_var),
+            prob=get(mutation.prob),
+            share=lambda r: shrink(r, progress, b, form),
+        )
+        return Y[: self.n_offsprings]
+
+    def _kept(self, parents: Members, offspring: Members) -> Ints:
+        violation = None
+        if parents.violation is not None or offspring.violation is not None:
+            violation = np.concatenate(
+                [m.violation if m.violation is not None else np.zeros(len(m)) for m in (parents, offspring)]
+            )
+        J = penalised(np.concatenate((parents.F, offspring.F)), violation)
+        n = min(self.pop_size, len(J))
+        return survivors(J[:n], J[n:], self.survival.n_elites, n)
 
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         _never_nan(infills)

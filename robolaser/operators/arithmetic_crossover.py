@@ -8,15 +8,18 @@ from pymoo.core.crossover import Crossover
 from robolaser.arrays import Array
 
 
-def arithmetic(a: Array, b: Array, share: Array) -> tuple[Array, Array]:
-    """Blend pairs of parents, (n, d) and (n, 1) -> two (n, d). Lee et al. 2004, eq. 21.
+def arithmetic(parents: Array, share: Array) -> Array:
+    """Blend pairs of parents, (2, n, d) and (n, 1) -> their children, (2, n, d). Lee et al. 2004, eq. 21.
 
     The children are clipped to the span of their parents, which the sum leaves by a rounding error: a
     variable in which both parents agree stays as it is.
     """
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    rest = 1.0 - share
-    return np.clip(share * a + rest * b, low, high), np.clip(share * b + rest * a, low, high)
+    mothers, fathers = parents
+    children: Array = share * parents
+    children += (1.0 - share) * parents[::-1]
+    np.maximum(children, np.minimum(mothers, fathers), out=children)
+    np.minimum(children, np.maximum(mothers, fathers), out=children)
+    return children
 
 
 @final
@@ -34,6 +37,4 @@ class ArithmeticCrossover(Crossover):
         super().__init__(n_parents=2, n_offsprings=2, prob=prob, **kwargs)
 
     def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
-        mothers, fathers = X.astype(np.float64)
-        share = random_state.random((len(mothers), 1))
-        return np.stack(arithmetic(mothers, fathers, share))
+        return arithmetic(X.astype(np.float64), random_state.random((X.shape[1], 1)))

@@ -8,13 +8,15 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from robolaser.arrays import Array
 
 
-def penalised(cost: Array, violation: Array) -> Array:
+def penalised(cost: Array, violation: Array | None = None) -> Array:
     """Add the violation of constraints to the worst cost that keeps them, (n,), (n,) -> (n,). Deb 2000.
 
     So no individual that violates a constraint is better than one of finite cost that keeps them. A cost that is
-    not a number is infinite.
+    not a number is infinite. No violation: there are no constraints.
     """
     cost = np.where(np.isnan(cost), np.inf, cost)
+    if violation is None:
+        return cost
     keeps = violation <= 0.0
     if keeps.all():
         return cost

@@ -17,8 +17,12 @@ def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -
     offspring are left out, if too few more parents stay. Of equals the earlier stays.
     """
     n_parents = max(min(n_elites, n_survive), n_survive - len(offspring))
-    elites = np.argsort(parents, kind="stable")[:n_parents]
-    young = np.sort(np.argsort(offspring, kind="stable")[: n_survive - len(elites)])
+    elites = parents.argsort(kind="stable")[:n_parents]
+    n_young = n_survive - len(elites)
+    if n_young >= len(offspring):
+        young = np.arange(len(offspring))
+    else:
+        young = np.sort(offspring.argsort(kind="stable")[:n_young])
     return np.concatenate([elites, len(parents) + young])
 
 

@@ -32,8 +32,8 @@ def non_uniform(genes: Array, lower: Array, upper: Array, upward: Bools, share: 
 
     As printed, (22) takes the whole range for the distance; this is Michalewicz's, which keeps to the bounds.
     """
-    ahead = np.where(upward, upper - genes, lower - genes)
-    return np.clip(genes + ahead * share, lower, upper)
+    ahead = np.where(upward, upper, lower) - genes
+    return np.minimum(np.maximum(genes + ahead * share, lower), upper)
 
 
 @final
@@ -95,7 +95,7 @@ class NonUniformMutation(Mutation):
         hit = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         gene = np.nonzero(hit)[1]
         upward = random_state.random(len(gene)) < 0.5
-        share = shrink(random_state.random(len(gene)), self._progress(algorithm), get(self.b), self.form)
+        share = shrink(random_state.random(len(gene)), self.progress_of(algorithm), get(self.b), self.form)
 
         mutants = np.clip(X.astype(np.float64), lower, upper)
         mutants[hit] = non_uniform(mutants[hit], lower[gene], upper[gene], upward, share)
@@ -110,7 +110,12 @@ class NonUniformMutation(Mutation):
             raise BoundsMissing(self.name, np.flatnonzero(open_ended))
         return lower, upper
 
-    def _progress(self, algorithm: Any) -> float:
+    def progress_of(self, algorithm: Any) -> float:
+        """k/T of a run, from 0 to 1.
+
+        Raises:
+            ProgressUnknown: There is neither an algorithm nor `progress`.
+        """
         if self.progress is not None:
             told = self.progress() if callable(self.progress) else self.progress
             return min(max(float(told), 0.0), 1.0)

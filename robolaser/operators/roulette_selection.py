@@ -1,5 +1,6 @@
 """Parents drawn in proportion to their fitness: a wheel with a wide slot for the good."""
 
+import math
 from typing import Any, final
 
 import numpy as np
@@ -17,9 +18,11 @@ def fitness(J: Array) -> Array:
     meaning; then costs count from the best one, in units of the others' median excess m over it:
     F = 1/(1 + (J − J_min)/m), which depends neither on the costs' zero nor on their unit.
     """
-    J = np.where(np.isnan(J), np.inf, J)
     best = float(J.min())
-    if best == 0.0 or not np.isfinite(best):
+    if math.isnan(best):
+        J = np.where(np.isnan(J), np.inf, J)
+        best = float(J.min())
+    if best == 0.0 or not math.isfinite(best):
         return np.asarray(best == J, np.float64)
     if best > 0.0:
         return best / J
@@ -30,8 +33,8 @@ def fitness(J: Array) -> Array:
 
 def spin(weights: Array, at: Array) -> Ints:
     """Slots, as wide as their weights (n,), of the wheel where it stops, at [0, 1) (...) -> (...). Eq. 20."""
-    wheel = np.cumsum(weights)
-    slots: Ints = np.searchsorted(wheel, at * wheel[-1], side="right")
+    wheel = weights.cumsum()
+    slots: Ints = wheel.searchsorted(at * wheel[-1], side="right")
     return slots
 
 

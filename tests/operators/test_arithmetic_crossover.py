@@ -27,13 +27,13 @@ def cross(problem, parents, prob, seed=2):
 
 def test_shares_of_one_and_none_return_the_parents(parents):
     a, b = parents
-    assert np.array_equal(arithmetic(a, b, np.ones((3000, 1))), (a, b))
-    assert np.array_equal(arithmetic(a, b, np.zeros((3000, 1))), (b, a))
+    assert np.array_equal(arithmetic(np.stack([a, b]), np.ones((3000, 1))), (a, b))
+    assert np.array_equal(arithmetic(np.stack([a, b]), np.zeros((3000, 1))), (b, a))
 
 
 def test_the_sum_of_the_parents_is_kept(parents):
     a, b = parents
-    c, d = arithmetic(a, b, np.random.default_rng(3).random((3000, 1)))
+    c, d = arithmetic(np.stack([a, b]), np.random.default_rng(3).random((3000, 1)))
     np.testing.assert_allclose(c + d, a + b, rtol=1e-15, atol=1e-15 * (UPPER - LOWER).max())
 
 
@@ -41,7 +41,7 @@ def test_children_lie_between_their_parents_to_the_last_digit():
     rng = np.random.default_rng(4)
     a = rng.standard_normal((10_000, 3))
     b = np.where(rng.random(a.shape) < 0.5, a, np.nextafter(a, np.inf))
-    for child in arithmetic(a, b, rng.random((10_000, 1))):
+    for child in arithmetic(np.stack([a, b]), rng.random((10_000, 1))):
         assert np.all((child >= a) & (child <= b))
 
 

@@ -1,0 +1,137 @@
+"""A pymoo algorithm that keeps its generations as arrays, and makes pymoo's populations only for who asks."""
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+
+from robolaser.algorithms.members import Members
+from robolaser.arrays import Array, Ints
+
+
+class ArrayBased(GeneticAlgorithm):
+    """A genetic algorithm of pymoo's whose `next` goes from array to array where all its parts are known.
+
+    `pop`, `off` and `opt` are pymoo's populations, made when somebody reads them and then kept. Asking and telling,
+    another evaluator, and parts that are not its own take pymoo's way, with the same outcome.
+    """
+
+    problem: Any
+    termination: Any
+    archive: Any
+    is_initialized: bool
+    _pop: Any
+    _off: Any
+    _opt: Any
+
+    @property
+    def pop(self) -> Any:
+        """The generation, a pymoo Population."""
+        if isinstance(self._pop, Members):
+            self._pop = self._pop.population()
+        return self._pop
+
+    @pop.setter
+    def pop(self, value: Any) -> None:
+        self._pop = value
+
+    @property
+    def off(self) -> Any:
+        """The offspring that this generation was made with, a pymoo Population."""
+        if isinstance(self._off, Members):
+            self._off = self._off.population()
+        return self._off
+
+    @off.setter
+    def off(self, value: Any) -> None:
+        self._off = value
+
+    @property
+    def opt(self) -> Any:
+        """The best of the generation, a pymoo Population of one."""
+        if isinstance(self._opt, Members):
+            self._opt = Population.create(self._opt.individual(self._opt.best()))
+        return self._opt
+
+    @opt.setter
+    def opt(self, value: Any) -> None:
+        self._opt = value
+
+    @property
+    def members(self) -> Members:
+        """The generation as it is now, as arrays."""
+        return self._pop.now() if isinstance(self._pop, Members) else Members.of(self._pop)
+
+    @members.setter
+    def members(self, members: Members) -> None:
+        self._pop = self._opt = members
+
+    def best_cost(self) -> float:
+        """Cost of the optimum; infinite if it is not feasible or no number."""
+        best = self._opt if isinstance(self._opt, Members) else Members.of(self._opt)
+        return best.best_cost()
+
+    def next(self) -> None:
+        """Make the next generation."""
+        if not self._goes_by_arrays():
+            super().next()
+            return
+        if self.is_initialized:
+            X = self._bred(self.members)
+        else:
+            self._initialize()
+            X = self._sampled()
+        off = self._evaluated(X)
+        if self.is_initialized:
+            parents = self.members
+            self._pop = parents.followed_by(off, self._kept(parents, off))
+        else:
+            self._pop = off
+            self.is_initialized = True
+        self._off = off
+        self._post_advance()
+        if self.termination.has_terminated():
+            self.finalize()
+        if self.archive is not None:
+            self.archive = self.archive.add(self.off)
+
+    def _evaluated(self, X: Array) -> Members:
+        out = self.problem.evaluate(
+            X.copy(),
+            return_values_of=self.evaluator.evaluate_values_of,
+            return_as_dictionary=True,
+            algorithm=self,
+        )
+        self.evaluator.n_eval += len(X)
+        return Members.evaluated_as(X, out, np.full(len(X), self.n_iter))
+
+    def _set_optimum(self) -> None:
+        if isinstance(self._pop, Members):
+            self._opt = self._pop
+        else:
+            super()._set_optimum()
+
+    def _goes_by_arrays(self) -> bool:
+        """Whether nobody took the place of a part whose work is done here on arrays."""
+        evaluator = self.evaluator
+        return (
+            self.problem is not None
+            and type(evaluator) is Evaluator
+            and evaluator.callback is None
+            and "F" in evaluator.evaluate_values_of
+        )
+
+    @abstractmethod
+    def _sampled(self) -> Array:
+        """First candidates, (n, d)."""
+
+    @abstractmethod
+    def _bred(self, parents: Members) -> Array:
+        """Children of a generation, (n, d)."""
+
+    @abstractmethod
+    def _kept(self, parents: Members, offspring: Members) -> Ints:
+        """Who live on, (n,): rows of parents and offspring, joined; first parents, then offspring in their order."""
