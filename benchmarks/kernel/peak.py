@@ -19,6 +19,7 @@ The loop below does this mix on values that do not wait for each other and lie i
 """
 
 import os
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -31,6 +32,7 @@ from robolaser.arrays import Array
 LANES = 512  # five arrays of these fill 20 KB
 ROUNDS = 4000
 MEMORY_BYTES = 1 << 30  # beyond any cache
+ATTEMPTS = 5  # the quickest counts; the first compiles
 FLOPS = 16 * 2 + 3 + 4 + 1
 CORES = os.cpu_count() or 1
 
@@ -56,28 +58,29 @@ def total(values: Array) -> float:
     return s
 
 
-def arithmetic_rate() -> float:
-    """Mixes a second, on all cores [1/s]."""
-    lanes = [[np.full(LANES, 0.5) for _ in range(5)] for _ in range(CORES)]
-    seconds = _on_all([lambda part=part: mix(*part, 0.5, 0.25, ROUNDS) for part in lanes])
-    return CORES * LANES * ROUNDS / seconds
+def arithmetic_rate(threads: int) -> float:
+    """Mixes a second, on so many cores together [1/s]."""
+    lanes = [[np.full(LANES, 0.5) for _ in range(5)] for _ in range(threads)]
+    seconds = _at_once([lambda part=part: mix(*part, 0.5, 0.25, ROUNDS) for part in lanes])
+    return threads * LANES * ROUNDS / seconds
 
 
-def reading_rate() -> float:
-    """Bytes a second read from memory by all cores [B/s]."""
-    parts = np.array_split(np.ones(MEMORY_BYTES // 8), CORES)
-    return MEMORY_BYTES / _on_all([lambda part=part: total(part) for part in parts])
+def reading_rate(threads: int) -> float:
+    """Bytes a second read from memory by so many cores together [B/s]."""
+    parts = np.array_split(np.ones(MEMORY_BYTES // 8), threads)
+    return MEMORY_BYTES / _at_once([lambda part=part: total(part) for part in parts])
 
 
-def _on_all(works: list[Callable[[], object]]) -> float:
-    with ThreadPoolExecutor(CORES) as pool:
+def _at_once(works: list[Callable[[], object]]) -> float:
+    with ThreadPoolExecutor(len(works)) as pool:
         best = np.inf
-        for _ in range(5):
+        for _ in range(ATTEMPTS):
             began = time.perf_counter()
             list(pool.map(lambda work: work(), works))
-            best = min(best, time.perf_counter() - began)  # the first round compiles
+            best = min(best, time.perf_counter() - began)
     return best
 
 
 if __name__ == "__main__":
-    print(arithmetic_rate(), reading_rate())
+    threads = int(sys.argv[1])
+    print(arithmetic_rate(threads), reading_rate(threads))

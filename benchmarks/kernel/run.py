@@ -3,8 +3,11 @@
 Every figure is the median of rounds in which all contestants take turns; in brackets the lowest and the highest.
 """
 
-import argparse
 import os
+
+os.environ.pop("OMP_NUM_THREADS", None)  # as users have it: the kernel takes all cores
+
+import argparse
 import subprocess
 import sys
 import time
@@ -17,6 +20,7 @@ from peak import CORES, FLOPS
 from peer import Plain
 
 from robolaser.arrays import Array
+from robolaser.compiled import cores
 from robolaser.dataset import Noise
 from robolaser.robots import find_robot
 from robolaser.scanner import Model
@@ -69,28 +73,37 @@ def against_peer(models: dict[int, Model], rounds: int) -> None:
 
 
 def against_peak(models: dict[int, Model], rounds: int) -> None:
-    measured: dict[tuple[int, int], list[float]] = {size: [] for size in AGAINST_PEAK}
-    peaks, reading = [], []
-    for _ in range(rounds):
-        (narrow, read), (wide, _) = machine("+prefer-256-bit"), machine("-prefer-256-bit")
-        peaks.append(max(narrow, wide))
-        reading.append(read)
-        for c, m in AGAINST_PEAK:
-            x = candidates(models[m], c)
-            measured[c, m].append(c * m / sample(models[m].cost, x)[0])
-    peak = max(peaks)  # others may have used the machine meanwhile: the share is never flattered
-    print(
-        f"\n{CORES} cores: {peak / 1e6:.0f} million of the chain's mix of operations a second at most, "
-        f"{peak * FLOPS / 1e9:.0f} Gflop/s; {max(reading) / 1e9:.0f} GB/s read from memory\n"
-    )
-    print("| candidates × points | share of the peak | GB/s, were nothing in a cache | points' arrays [KB] |")
-    print("|---|---|---|---|")
-    for (c, m), rates in measured.items():
-        rate = np.array(rates)
+    for threads in (1, CORES):
+        use(threads)
+        measured: dict[tuple[int, int], list[float]] = {size: [] for size in AGAINST_PEAK}
+        peaks, reading = [], []
+        for _ in range(rounds):
+            (narrow, read), (wide, _) = machine("+prefer-256-bit", threads), machine("-prefer-256-bit", threads)
+            peaks.append(max(narrow, wide))
+            reading.append(read)
+            for c, m in AGAINST_PEAK:
+                x = candidates(models[m], c)
+                measured[c, m].append(c * m / sample(models[m].cost, x)[0])
+        peak = max(peaks)  # others may have used the machine meanwhile: the share is never flattered
         print(
-            f"| {c} × {m} | {spread(100 * rate / peak)} % | {np.median(rate) * BYTES_A_POINT / 1e9:.0f} "
-            f"| {m * BYTES_A_POINT / 1e3:.0f} |"
+            f"\nCores: {threads}. At most {peak / 1e6:.0f} million of the chain's mix of operations a second, "
+            f"{peak * FLOPS / 1e9:.0f} Gflop/s; {max(reading) / 1e9:.0f} GB/s read from memory.\n"
         )
+        print("| candidates × points | share of the peak | GB/s, were nothing in a cache | points' arrays [KB] |")
+        print("|---|---|---|---|")
+        for (c, m), rates in measured.items():
+            rate = np.array(rates)
+            print(
+                f"| {c} × {m} | {spread(100 * rate / peak)} % | {np.median(rate) * BYTES_A_POINT / 1e9:.0f} "
+                f"| {m * BYTES_A_POINT / 1e3:.0f} |",
+                flush=True,
+            )
+
+
+def use(threads: int) -> None:
+    """Let the kernel have so many cores."""
+    os.environ["OMP_NUM_THREADS"] = str(threads)
+    cores.cache_clear()
 
 
 def growth(models: dict[int, Model], rounds: int) -> None:
@@ -128,12 +141,12 @@ def sample(cost: Callable[[Array], Array], x: Array) -> tuple[float, float]:
         calls = max(2 * calls, round(calls * SAMPLE_S / max(wall, 1e-9)))
 
 
-def machine(feature: str) -> tuple[float, float]:
+def machine(feature: str, threads: int) -> tuple[float, float]:
     """Mixes a second and bytes a second, in a process of its own whose compiler prefers other vectors."""
     features = f"{get_host_cpu_features().flatten()},{feature}"
     script = Path(__file__).with_name("peak.py")
     done = subprocess.run(
-        [sys.executable, script],
+        [sys.executable, script, str(threads)],
         env={**os.environ, "NUMBA_CPU_FEATURES": features},
         check=True,
         capture_output=True,

@@ -73,8 +73,7 @@ class Race:
         Raises:
             Over: No need, or no time, to look further.
         """
-        if J < self.best:  # false of a pole's, which is not a number
-            self.best = J
+        self.best = min(self.best, J)  # a pole's, which is not a number, is not taken
         if self.best <= self.limit or self.seconds() > self.cap:
             raise Over
 

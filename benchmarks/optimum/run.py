@@ -141,7 +141,7 @@ def best_known(name: str, runs: list[Run]) -> float:
 
 def reaches(run: Run, best: float) -> bool:
     """Whether a run found the optimum."""
-    return run.J <= limit(best)
+    return limit(best) >= run.J
 
 
 def limit(best: float) -> float:
