@@ -8,6 +8,10 @@ from robolaser.arrays import Array, Ints
 from robolaser.compiled.frames import frame, times
 from robolaser.compiled.loops import compiled
 
+FOURTEEN = 14
+Scanner = tuple[Array, bool, bool, Array, Array, Ints, Array, Array]
+"""What `errors_of_one` has to know besides a candidate."""
+
 
 @compiled
 def costs(
@@ -69,24 +73,33 @@ def _parts(own, i, bracket, zyz, along_u):  # type: ignore[no-untyped-def]
     lens = (v_0, u_0, s_v, -s_u, k) if along_u else (u_0, v_0, s_u, s_v, k)
     cos = np.cos(own[i, 7])
     plane = (cos, 0.0, np.sin(own[i, 7]), own[i, 6] * cos)
-    s_w, s_p, s_q = np.sin(own[i, 8]), np.sin(own[i, 9]), np.sin(own[i, 10])
-    c_w, c_p, c_q = np.cos(own[i, 8]), np.cos(own[i, 9]), np.cos(own[i, 10])
-    t_x, t_y, t_z = own[i, 11], own[i, 12], own[i, 13]
-    if zyz:
-        turn = (
-            c_w * c_p * c_q - s_w * s_q, -c_w * c_p * s_q - s_w * c_q, c_w * s_p, 0.0,
-            s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p, 0.0,
-            -s_p * c_q, s_p * s_q, c_p, 0.0,
-        )  # fmt: skip
-    else:
-        turn = (
-            c_p * c_q, -c_p * s_q, s_p, 0.0,
-            s_w * s_p * c_q + c_w * s_q, -s_w * s_p * s_q + c_w * c_q, -s_w * c_p, 0.0,
-            -c_w * s_p * c_q + s_w * s_q, c_w * s_p * s_q + s_w * c_q, c_w * c_p, 0.0,
-        )  # fmt: skip
-    b = bracket
-    T = (b[0, 0], b[0, 1], b[0, 2], t_x, b[1, 0], b[1, 1], b[1, 2], t_y, b[2, 0], b[2, 1], b[2, 2], t_z)
-    return lens, f, plane, times(T, turn)
+    angles = own[i, 8], own[i, 9], own[i, 10]
+    turn = _turned_zyz(*angles) if zyz else _turned_xyz(*angles)
+    b_x, b_y, b_z = bracket
+    held = (b_x[0], b_x[1], b_x[2], own[i, 11], b_y[0], b_y[1], b_y[2], own[i, 12], b_z[0], b_z[1], b_z[2], own[i, 13])
+    return lens, f, plane, times(held, turn)
+
+
+@compiled
+def _turned_xyz(w, phi, psi):  # type: ignore[no-untyped-def]
+    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
+    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
+    return (
+        c_p * c_q, -c_p * s_q, s_p, 0.0,
+        s_w * s_p * c_q + c_w * s_q, -s_w * s_p * s_q + c_w * c_q, -s_w * c_p, 0.0,
+        -c_w * s_p * c_q + s_w * s_q, c_w * s_p * s_q + s_w * c_q, c_w * c_p, 0.0,
+    )  # fmt: skip
+
+
+@compiled
+def _turned_zyz(w, phi, psi):  # type: ignore[no-untyped-def]
+    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
+    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
+    return (
+        c_w * c_p * c_q - s_w * s_q, -c_w * c_p * s_q - s_w * c_q, c_w * s_p, 0.0,
+        s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p, 0.0,
+        -s_p * c_q, s_p * s_q, c_p, 0.0,
+    )  # fmt: skip
 
 
 @compiled
@@ -203,4 +216,41 @@ def _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E):  # type: ignore
         J += x * x + y * y + z * z
         if len(E) > 0:
             E[i, r, 0], E[i, r, 1], E[i, r, 2] = x, y, z
+    return J
+
+
+@compiled
+def errors_of_one(x: Array, i: int, scanner: Scanner, e: Array) -> Any:
+    """Residuals of one candidate in the flange frame, and J; for an arm that stands the same for all candidates.
+
+    Args:
+        x: Candidates: the fourteen, and where the target is not placed the six of T_base_target, (c, 14 or 20).
+        i: Number of the candidate.
+        scanner: Bracket, kind of angles, axis of the stripe and image as for `costs`; target points in the target's own
+            frame (3, 1, m) [m], looked at where it is not placed; runs as for `residuals`; T_flange_base, (n, 4, 4);
+            target points in the flange frame (3, 1, m) [m], overwritten where the target is not placed.
+        e: Takes the residuals, one axis after the other, (3 m,) [m].
+
+    Returns:
+        J [m²].
+    """
+    bracket, zyz, along_u, image, target, runs, flange, known = scanner
+    m = np.uintp(image.shape[2])
+    lens, f, plane, mount = _parts(x, i, bracket, zyz, along_u)
+    if x.shape[1] > FOURTEEN:
+        turn = _turned_xyz(x[i, 17], x[i, 18], x[i, 19])
+        T_base_target = times((1.0, 0.0, 0.0, x[i, 14], 0.0, 1.0, 0.0, x[i, 15], 0.0, 0.0, 1.0, x[i, 16]), turn)
+        for run in range(len(runs)):
+            T = times(frame(flange[runs[run, 0]]), T_base_target)
+            for r in range(np.uintp(runs[run, 1]), np.uintp(runs[run, 2])):
+                X, Y, Z = target[0, 0, r], target[1, 0, r], target[2, 0, r]
+                known[0, 0, r] = T[0] * X + T[1] * Y + T[2] * Z + T[3]
+                known[1, 0, r] = T[4] * X + T[5] * Y + T[6] * Z + T[7]
+                known[2, 0, r] = T[8] * X + T[9] * Y + T[10] * Z + T[11]
+    light, a = _light(plane, f), _focal(mount, f)
+    J = 0.0
+    for r in range(m):
+        e_x, e_y, e_z = _error(0, r, image, known, lens, light, a)
+        e[r], e[m + r], e[m + m + r] = e_x, e_y, e_z
+        J += e_x * e_x + e_y * e_y + e_z * e_z
     return J

@@ -70,6 +70,34 @@ class Chain:
             share_out(partial(costs, i, min(i + part, c), *given) for i in range(0, c, part))
         return J
 
+    def descend(
+        self, starts: Array, lower: Array, upper: Array, T_base_flange: Array, *, steps: int, tol: float
+    ) -> tuple[Array, Array, int]:
+        """From each start downhill; see `robolaser.compiled.descent`.
+
+        Args:
+            starts: The fourteen, and where the target is not placed its six, (k, d).
+            lower: Lower bounds, (d,); those with equal bounds are held.
+            upper: Upper bounds, (d,).
+            T_base_flange: Of the nominal arm, (1, n, 4, 4).
+            steps: At most, from each start.
+            tol: Share of J below which a step is not worth while.
+
+        Returns:
+            Where each arrived (k, d), J there (k,) [m²], infinite for starts at a pole, and the candidates evaluated.
+        """
+        from robolaser.compiled.descent import descend  # noqa: PLC0415 - as above
+
+        k = len(starts)
+        ends, J, evaluations = np.empty_like(starts), np.empty(k), np.empty(k, np.int64)
+        known = _by_axis(self._xyz), self._runs, inverse(T_base_flange)[0], self._in_flange(T_base_flange)
+        scanner = self._bracket, self._zyz, self._along_u, self._image, *known
+        share_out(
+            partial(descend, i, i + 1, starts, lower, upper, scanner, steps, tol, ends, J, evaluations)
+            for i in range(k)
+        )
+        return ends, np.where(np.isfinite(J), J, np.inf), int(evaluations.sum())
+
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend, known: Array) -> Array:
         """Known points less predicted ones in the base frame, (c, m, 3) [m].
 

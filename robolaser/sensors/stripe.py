@@ -98,23 +98,24 @@ class Stripe(Sensor):
         return mounting.found(self.in_camera({**values, "b": reference}, bend), reference, T_base_flange, bend)
 
     @cached_property
-    def _chain(self) -> Chain:
+    def chain(self) -> Chain:
+        """The same in compiled loops, where there is a compiler."""
         return Chain(self.dataset)
 
     def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         known = self.target(values, bend)
         if available() and not bend.touches(Seam.LIGHT):
-            return self._chain.residuals(values, T_base_flange, bend, known)
+            return self.chain.residuals(values, T_base_flange, bend, known)
         return known - self.in_base(values, T_base_flange, bend)
 
     def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
         """J of eq. 18; in one go where the compiler can."""
         if available() and not bend.touches(Seam.LIGHT):
-            return self._chain.squares(values, T_base_flange, bend, self.target(values, bend))
+            return self.chain.squares(values, T_base_flange, bend, self.target(values, bend))
         return super().squares(values, T_base_flange, bend)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
         """J of the unbent model."""
         direct = self.dataset.placed and available()
-        return self._chain.costs(x, T_base_flange) if direct else super().costs(x, T_base_flange)
+        return self.chain.costs(x, T_base_flange) if direct else super().costs(x, T_base_flange)
