@@ -8,6 +8,7 @@ from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
+from robolaser.algorithms.asking import asked
 from robolaser.algorithms.members import Members
 from robolaser.arrays import Array, Ints
 
@@ -99,14 +100,10 @@ class ArrayBased(GeneticAlgorithm):
             self.archive = self.archive.add(self.off)
 
     def _evaluated(self, X: Array) -> Members:
-        out = self.problem.evaluate(
-            X.copy(),
-            return_values_of=self.evaluator.evaluate_values_of,
-            return_as_dictionary=True,
-            algorithm=self,
-        )
+        names = self.evaluator.evaluate_values_of
+        out = asked(self.problem, X.copy(), names, self)
         self.evaluator.n_eval += len(X)
-        return Members.evaluated_as(X, out, np.full(len(X), self.n_iter))
+        return Members.evaluated_as(X, out, np.full(len(X), self.n_iter), frozenset(names))
 
     def _set_optimum(self) -> None:
         if isinstance(self._pop, Members):

@@ -118,7 +118,7 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
     algorithm.evaluator.n_eval = header["evaluations"]
     algorithm.random_state.bit_generator.state = header["random_state"]
     born = arrays.pop("born")
-    algorithm.members = Members.evaluated_as(arrays.pop("X"), arrays, born)
+    algorithm.members = Members.evaluated_as(arrays.pop("X"), arrays, born, frozenset())
     return algorithm
 
 

@@ -42,23 +42,30 @@ class Members:
         self.F: Array = columns["F"][:, 0]
         self.violation: Array | None = columns["CV"][:, 0] if "CV" in columns else None
         self.made: dict[int, Individual] = {}
-        self._home: tuple[Members, int, Ints] | None = None
+        self._home: tuple[Members, Ints] | None = None
 
     @classmethod
-    def evaluated_as(cls, X: Array, out: dict[str, Any], born: Ints) -> Self:
-        """Put together candidates (n, d), what the problem said of them, and their generations of birth (n,).
+    def evaluated_as(cls, X: Array, out: dict[str, Any], born: Ints, evaluated: frozenset[str]) -> Self:
+        """Put together what is known of candidates; a cost that is not a number becomes infinite.
 
-        A cost that is not a number becomes infinite.
+        Args:
+            X: Candidates, (n, d).
+            out: What the problem said of them, (n, ...) each, by pymoo's names.
+            born: Their generations of birth, (n,).
+            evaluated: What pymoo's evaluator notes as evaluated, besides what is in `out`.
         """
-        columns = {"X": X, **{name: value for name, value in out.items() if value.size or name not in _CONSTRAINTS}}
-        if any(column.shape[:1] != (len(X),) for column in columns.values()):
-            Population.new(X=X).set(**out)  # says what is wrong
-        columns["born"] = born
-        if np.isnan(columns["F"]).any():
-            columns["F"] = np.where(np.isnan(columns["F"]), np.inf, columns["F"])
+        columns: dict[str, Any] = {"X": X, "born": born}
+        for name, value in out.items():
+            if value.shape[:1] != (len(X),):
+                Population.new(X=X).set(name, value)  # says what is wrong
+            if value.size or name not in _CONSTRAINTS:
+                columns[name] = value
+        F = columns["F"]
+        if math.isnan(F.min()):
+            columns["F"] = np.where(np.isnan(F), np.inf, F)
         if not columns.keys().isdisjoint(("CV", *_CONSTRAINTS)):
             columns["CV"], columns["feas"] = violation_of(columns)
-        return cls(columns, frozenset(out))
+        return cls(columns, evaluated.union(out))
 
     @classmethod
     def of(cls, individuals: Iterable[Individual]) -> Self:
@@ -109,33 +116,33 @@ class Members:
         return members
 
     def followed_by(self, offspring: "Members", kept: Ints) -> "Members":
-        """Those of both, one after the other, who live on: first some of these, then some offspring, in their order.
+        """Those of both who live on.
 
         Args:
-            offspring: Of the same problem.
-            kept: Rows of both, joined.
+            offspring: Of the same problem, made since.
+            kept: Rows of both, one after the other.
         """
-        n_own = int(np.count_nonzero(kept < len(self)))
-        own, young = kept[:n_own], kept[n_own:] - len(self)
         if self.columns.keys() != offspring.columns.keys():
-            return Members.of([*map(self.individual, own), *map(offspring.individual, young)])
+            both = [self.individual(i) for i in range(len(self))] + [
+                offspring.individual(i) for i in range(len(offspring))
+            ]
+            return Members.of([both[row] for row in kept])
         columns = {
-            name: np.concatenate((column.take(own, 0), offspring.columns[name].take(young, 0)))
+            name: np.concatenate((column, offspring.columns[name])).take(kept, 0)
             for name, column in self.columns.items()
         }
         members = Members(columns, offspring.evaluated)
         if self.made:
-            members.made = {to: self.made[row] for to, row in enumerate(own.tolist()) if row in self.made}
-        offspring._home = members, n_own, young
+            members.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
+        offspring._home = members, kept - len(self)
         return members
 
     def individual(self, row: int) -> Individual:
         """One of them as pymoo's, always the same."""
         if self._home is not None:
-            pop, first, rows = self._home
-            at = int(np.searchsorted(rows, row))
-            if at < len(rows) and rows[at] == row:
-                return pop.individual(first + at)
+            generation, rows = self._home
+            for at in np.flatnonzero(rows == row):
+                return generation.individual(int(at))
         if row not in self.made:
             self.made[row] = self._new(row)
         return self.made[row]

@@ -12,7 +12,7 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
 from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.mating import children
+from robolaser.algorithms.brood import loop
 from robolaser.algorithms.members import Members
 from robolaser.algorithms.stopping import CostReached, Stalled
 from robolaser.arrays import Array, Ints
@@ -26,6 +26,7 @@ from robolaser.operators import (
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, shrink
+from robolaser.operators.roulette_selection import fitness, spin
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -152,21 +153,29 @@ class RCGA(ArrayBased):
         return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
 
     def _bred(self, parents: Members) -> Array:
-        crossover, mutation = self.mating.crossover, self.mating.mutation
-        progress, b, form = mutation.progress_of(self), get(mutation.b), mutation.form
-        Y = children(
+        crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
+        n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
+
+        at = rng.random(3 * n)
+        couples = spin(fitness(penalised(parents.F, parents.violation)), at[: 2 * n].reshape(n, 2))
+        crossed = at[2 * n :] < get(crossover.prob)
+        share = rng.random(n) if crossed.any() else np.zeros(n)
+        hit = (rng.random(2 * n * d) < get(mutation.prob_var)).nonzero()[0]
+        h = len(hit)
+        moves = rng.random(2 * h + 2 * n)
+        Y = loop(self.n_iter)(
             parents.X,
-            penalised(parents.F, parents.violation),
-            math.ceil(self.n_offsprings / 2),
-            self.random_state,
-            lower=self.problem.xl,
-            upper=self.problem.xu,
-            prob_crossover=get(crossover.prob),
-            prob_var=get(mutation.prob_var),
-            prob=get(mutation.prob),
-            share=lambda r: shrink(r, progress, b, form),
+            couples,
+            crossed,
+            share,
+            hit,
+            moves[:h] < 0.5,
+            shrink(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
+            moves[2 * h :] <= get(mutation.prob),
+            self.problem.xl,
+            self.problem.xu,
         )
-        return Y[: self.n_offsprings]
+        return np.asarray(Y[: self.n_offsprings])
 
     def _kept(self, parents: Members, offspring: Members) -> Ints:
         violation = None

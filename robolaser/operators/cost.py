@@ -1,5 +1,6 @@
 """How bad an individual is, as one number: its objectives and constraints taken together."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ def penalised(cost: Array, violation: Array | None = None) -> Array:
     So no individual that violates a constraint is better than one of finite cost that keeps them. A cost that is
     not a number is infinite. No violation: there are no constraints.
     """
-    cost = np.where(np.isnan(cost), np.inf, cost)
+    if math.isnan(cost.min()):
+        cost = np.where(np.isnan(cost), np.inf, cost)
     if violation is None:
         return cost
     keeps = violation <= 0.0

@@ -1,9 +1,9 @@
 """How far a run has come: k/T, from what the algorithm knows of its own end."""
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from pymoo.core.termination import Termination
 from pymoo.termination.delta import DeltaToleranceTermination
 from pymoo.termination.fmin import MinimumFunctionValueTermination
@@ -52,7 +52,7 @@ def _leaves(termination: Any) -> Iterator[Any]:
 
 def _limits(leaves: list[Any], name: str) -> list[float]:
     limits = (getattr(leaf, name, None) for leaf in leaves)
-    return [float(limit) for limit in limits if limit is not None and np.isfinite(limit)]
+    return [float(limit) for limit in limits if limit is not None and math.isfinite(limit)]
 
 
 def _share(value: float) -> float:
