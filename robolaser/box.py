@@ -2,12 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
 
-from robolaser.algorithms.gauss_newton import Polished, gauss_newton
-from robolaser.arrays import Array, Bools
+from robolaser.algorithms.differences import Around
+from robolaser.algorithms.gauss_newton import SQUARE, Polished, gauss_newton
+from robolaser.algorithms.loss import AXES, Loss
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.blocks import blocks_of
 from robolaser.noise import NoiseModel
 from robolaser.scanner import Model
 
@@ -15,17 +19,51 @@ MOST_STEPS = 3000  # few points leave long bent valleys: 200 steps were needed a
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Residuals:
-    """Residuals as one row for each candidate, (c, d) -> (c, 3 m); whitened where a noise model is given."""
+    """Residuals as one row for each candidate, (c, d) -> (c, 3 m), and what they cost.
+
+    Attributes:
+        model: Gives them.
+        noise: Whitens them, where given.
+        loss: What each row's three numbers cost.
+    """
 
     model: Model
     noise: NoiseModel | None = None
+    loss: Loss = SQUARE
 
     def __call__(self, x: Array) -> Array:
         """All rows, three numbers each."""
-        rows = self.model.residuals(x).reshape(len(x), -1)
+        return self.whitened(self.model.residuals(x))
+
+    def whitened(self, plain: Array) -> Array:
+        """Plain residuals (c, m, 3) as this sees them, (c, 3 m)."""
+        rows = plain.reshape(len(plain), -1)
         return rows if self.noise is None else self.noise.whiten(rows)
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[Ints, "Residuals"], ...]:
+        """The same in blocks of whole poses: numbers of their rows (m,), and their residuals."""
+        blocks = blocks_of(self.model)
+        if len(blocks) == 1:
+            return ((blocks[0].rows, self),)
+        noises = (None if self.noise is None else self.noise.of_rows(block.rows) for block in blocks)
+        return tuple(
+            (block.rows, Residuals(block.model, noise, self.loss)) for block, noise in zip(blocks, noises, strict=True)
+        )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Some:
+    """Some numbers (3m,) of residuals."""
+
+    residuals: Residuals
+    kept: Bools
+
+    def __call__(self, x: Array) -> Array:
+        return self.residuals(x)[:, self.kept]
 
 
 @final
@@ -54,11 +92,28 @@ class Box:
         upper = np.where(held, parameters.nominal, parameters.upper)
         return cls(lower, upper, parameters.width, held)
 
-    def polish(self, residuals: Callable[[Array], Array], start: Array, *, tol: float = 1e-13) -> Polished:
-        """Gauss-Newton steps to the nearest optimum."""
+    def polish(self, residuals: Residuals, start: Array, *, tol: float = 1e-13, kept: Bools | None = None) -> Polished:
+        """Gauss-Newton steps to the nearest optimum, of the rows to be kept (m,) or of all."""
+        blocks: list[Callable[[Array], Array]] = []
+        for rows, block in residuals.blocks:
+            if kept is None or kept[rows].all():
+                blocks.append(block)
+            elif kept[rows].any():
+                blocks.append(_Some(block, np.repeat(kept[rows], AXES)))
         return gauss_newton(
-            residuals, start, self.lower, self.upper, scale=self.scale, tol=tol, max_iterations=MOST_STEPS
+            blocks,
+            start,
+            self.lower,
+            self.upper,
+            scale=self.scale,
+            loss=residuals.loss,
+            tol=tol,
+            max_iterations=MOST_STEPS,
         )
+
+    def around(self, x: Array) -> Around:
+        """A point within the bounds, for derivatives."""
+        return Around(np.clip(x, self.lower, self.upper), self.lower, self.upper, self.scale)
 
     def on_bound(self, x: Array) -> Bools:
         """Parameters with room that stand on one of their bounds, (d,)."""

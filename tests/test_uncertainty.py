@@ -90,8 +90,9 @@ def test_a_true_fit_to_real_errors_is_held_too():
             return (model.residuals(x) + shaken).reshape(len(x), -1)
 
         end = gauss_newton(residuals, truth, model.parameters.lower, model.parameters.upper, tol=1e-9)
-        noise = noise_from(model.dataset, sources, residuals(end.x[None]).reshape(-1, 3), end.jacobian)
-        std = standard_errors(end.jacobian, noise, held=np.zeros(len(truth), dtype=bool))
+        J = jacobian(model, end.x)
+        noise = noise_from(model.dataset, sources, residuals(end.x[None]).reshape(-1, 3), J)
+        std = standard_errors(J, noise, held=np.zeros(len(truth), dtype=bool))
         hits.append(np.abs(end.x - truth) < 1.96 * std)
     assert 0.90 <= np.mean(hits) <= 0.98
 

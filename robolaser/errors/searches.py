@@ -13,6 +13,13 @@ class AlgorithmUnknown(WrongUsage):
         super().__init__(f"No algorithm '{name}'.{near(name, known)}")
 
 
+class LossUnknown(WrongUsage):
+    """No loss of that name."""
+
+    def __init__(self, name: str, known: Iterable[str]) -> None:
+        super().__init__(f"No loss '{name}'.{near(name, known)}")
+
+
 class NothingFound(RobolaserError):
     """No candidate had a finite misfit."""
 

@@ -54,6 +54,14 @@ class NoiseModel:
         """
         return self.at({name: 0.0 for name in self.estimated if name in OF_POSES})
 
+    def of_rows(self, rows: Ints) -> "NoiseModel":
+        """The noise of some rows, whole poses of them."""
+        sources = (
+            Disturbance(source.name, source.effect[rows], np.unique(source.group[rows], return_inverse=True)[1])
+            for source in self.sources
+        )
+        return replace(self, sources=tuple(sources))
+
     @cached_property
     def _whitener(self) -> Whitener:
         own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()

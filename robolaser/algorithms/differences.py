@@ -1,0 +1,108 @@
+"""Derivatives of residuals by central differences, many candidates in one batch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import ResidualsShape
+
+EPS = float(np.finfo(np.float64).eps)
+STEP = EPS ** (1 / 3)
+"""Of a central difference, in units of the scale: where its two errors, curvature and rounding, are equal."""
+BATCH = 4_000_000
+"""Numbers that a batch of candidates may have: 32 MB."""
+
+Residuals = Callable[[Array], Array]
+"""Candidates (c, d) to their residuals (c, k)."""
+
+
+@final
+@dataclass(frozen=True)
+class Around:
+    """A point within bounds, and where differences around it are taken: all (d,).
+
+    Attributes:
+        x: The point.
+        lower: Lower bounds.
+        upper: Upper bounds; equal to the lower for variables without room.
+        scale: A typical change of each variable.
+    """
+
+    x: Array
+    lower: Array
+    upper: Array
+    scale: Array
+
+    @property
+    def room(self) -> tuple[Array, Array]:
+        """How far scaled steps may go down and up, (d,) each."""
+        return (self.lower - self.x) / self.scale, (self.upper - self.x) / self.scale
+
+    @property
+    def evaluations(self) -> int:
+        """Candidates that slopes ask for."""
+        return 1 + 2 * int((self.upper > self.lower).sum())
+
+    def slopes(self, residuals: Residuals, rows: int) -> Array:
+        """Derivatives of so many residuals by the scaled variables, themselves as the last row, (d + 1, rows).
+
+        By three points: two and x, one on each side of it or, at a bound, both on the inner. The row of a variable
+        without room is zero.
+        """
+        x, lower, upper, scale = self.x, self.lower, self.upper, self.scale
+        moving = np.flatnonzero(upper > lower)
+        step = np.minimum(np.maximum(STEP * scale, STEP**2 * np.abs(x)), (upper - lower) / 4.0)[moving]
+        above, below = (upper - x)[moving] >= step, (x - lower)[moving] >= step
+        near = np.where(above, step, -step)
+        far = np.where(above & below, -step, 2.0 * near)
+
+        pairs = np.tile(x, (len(moving), 2, 1))
+        every = np.arange(len(moving))
+        pairs[every, 0, moving] += near
+        pairs[every, 1, moving] += far
+        pairs = np.clip(pairs, lower, upper)
+        to_near, to_far = ((pairs[every, :, moving] - x[moving, None]) / scale[moving, None]).T[..., None]
+
+        at_once = max(1, BATCH // (2 * rows))
+        slopes = np.zeros((len(x) + 1, rows))
+        for start in range(0, max(1, len(moving)), at_once):
+            some = slice(start, start + at_once)
+            points = pairs[some].reshape(-1, len(x))
+            e = evaluated(residuals, points if start else np.concatenate([x[None], points]))
+            if not start:
+                slopes[-1], e = e[0], e[1:]
+            slopes[moving[some]] = _three_point(e[::2], e[1::2], slopes[-1], to_near[some], to_far[some])
+        return slopes
+
+    def moved(self, steps: Array) -> Array:
+        """Candidates after scaled steps (c, d); one up to a bound ends exactly on it."""
+        down, up = self.room
+        inside = np.clip(self.x + self.scale * steps, self.lower, self.upper)
+        inside = np.where(steps >= up, self.upper, inside)
+        return np.asarray(np.where(steps <= down, self.lower, inside))
+
+
+def _three_point(near: Array, far: Array, r: Array, to_near: Array, to_far: Array) -> Array:
+    """Derivatives (j, k) from residuals at near and at far points, (j, k) each, and r; from one where the other fails.
+
+    Distances are (j, 1).
+    """
+    good_near, good_far = (np.isfinite(rows.sum(axis=-1, keepdims=True)) for rows in (near, far))
+    by_near, by_far = (np.where(good_near, near, r) - r) / to_near, (np.where(good_far, far, r) - r) / to_far
+    both = np.where(good_far, (to_far * by_near - to_near * by_far) / (to_far - to_near), by_near)
+    return np.asarray(np.where(good_near, both, by_far))
+
+
+def evaluated(residuals: Residuals, candidates: Array) -> Array:
+    """Residuals of candidates, (c, d) -> (c, k).
+
+    Raises:
+        ResidualsShape: There is not one row for each candidate.
+    """
+    rows = np.asarray(residuals(candidates), np.float64)
+    if rows.ndim != 2 or len(rows) != len(candidates):
+        raise ResidualsShape(len(candidates), rows.shape)
+    return rows

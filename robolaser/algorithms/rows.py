@@ -1,0 +1,92 @@
+"""Residuals in blocks of rows: of each, what all candidates cost, its slopes, and how it bends along a step."""
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from robolaser.algorithms.differences import BATCH, EPS, Around, evaluated
+from robolaser.algorithms.loss import AXES, Loss
+from robolaser.algorithms.triangle import triangle
+from robolaser.arrays import Array
+
+KEPT = 64_000_000
+"""Numbers that slopes may have to be kept, half a gigabyte; others are worked out again when they are asked for."""
+PROBE = 0.1
+"""Share of a step at which its curvature is measured."""
+
+
+@final
+class Rows:
+    """The residuals of a problem, evaluated a block and some candidates at a time.
+
+    Args:
+        blocks: Each takes candidates (c, d) to residuals (c, k), with a k of its own.
+        loss: What they cost.
+        x: A candidate to begin with, (d,).
+
+    Attributes:
+        cost: At that candidate.
+        evaluations: Candidates evaluated so far.
+    """
+
+    def __init__(self, blocks: tuple[Callable[[Array], Array], ...], loss: Loss, x: Array) -> None:
+        first = [evaluated(residuals, x[None]) for residuals in blocks]
+        self._blocks, self._loss = blocks, loss
+        self._numbers = [e.shape[1] for e in first]
+        self._slopes: list[Array] = []
+        self.cost = float(sum(loss.costs(e)[0] for e in first))
+        self.evaluations = 1
+
+    def costs(self, candidates: Array, enough: Array) -> Array:
+        """Costs of candidates (c, d), (c,); NaN for those after a batch of which one costs no more than is enough (c,).
+
+        Few residuals are one batch.
+        """
+        costs = np.full(len(candidates), np.nan)
+        at_once = max(1, BATCH // max(1, sum(self._numbers)))
+        for start in range(0, len(candidates), at_once):
+            some = slice(start, start + at_once)
+            each = [self._loss.costs(evaluated(residuals, candidates[some])) for residuals in self._blocks]
+            costs[some] = np.sum(each, axis=0)
+            self.evaluations += len(candidates[some])
+            if (costs[some] <= enough[some]).any():
+                break
+        return costs
+
+    def around(self, at: Around) -> tuple[Array, float]:
+        """Triangle of derivatives by scaled variables and residuals, (d + 1 or less, d + 1), and the rounding error.
+
+        That is the smallest cost that residuals can have by chance when each variable is known to its last digit.
+        """
+        R, rounding = np.empty((0, len(at.x) + 1)), 0.0
+        digits = EPS * np.abs(at.x / at.scale)
+        keep = len(R.T) * sum(self._numbers) <= KEPT
+        self._slopes = []
+        for residuals, numbers in zip(self._blocks, self._numbers, strict=True):
+            slopes = at.slopes(residuals, numbers)
+            rounding += float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
+            R = triangle(self._loss.straightened(slopes).T, R)
+            if keep:
+                self._slopes.append(slopes)
+        self.evaluations += at.evaluations
+        return R, rounding
+
+    def bends(self, at: Around, steps: Array) -> Array:
+        """Where the rows' second derivatives along scaled steps (c, d) pull: JᵀE'' for each, (c, d).
+
+        Zero for a step along which a residual is not finite.
+        """
+        pull = np.zeros_like(steps)
+        probes = at.moved(PROBE * steps)
+        for i, (residuals, numbers) in enumerate(zip(self._blocks, self._numbers, strict=True)):
+            slopes = self._slopes[i] if self._slopes else at.slopes(residuals, numbers)
+            shares = self._loss.shares(slopes[-1:]).repeat(AXES, axis=1) if self._loss.name != "square" else 1.0
+            at_once = max(1, BATCH // max(1, numbers))
+            for start in range(0, len(steps), at_once):
+                some = slice(start, start + at_once)
+                straight = slopes[-1] + PROBE * steps[some] @ slopes[:-1]
+                bend = (2.0 / PROBE**2) * (evaluated(residuals, probes[some]) - straight)
+                pull[some] += (shares * bend) @ slopes[:-1].T
+        self.evaluations += len(steps) + (0 if self._slopes else at.evaluations)
+        return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
