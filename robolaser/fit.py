@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.algorithms.gauss_newton import Polished
-from robolaser.algorithms.names import POLISH_ONLY, algorithm_named
+from robolaser.algorithms.names import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array, Bools
 from robolaser.box import Box, Residuals
 from robolaser.calibration import Calibration
@@ -22,7 +22,9 @@ from robolaser.errors import NothingFound
 from robolaser.held_out import held_out
 from robolaser.jacobian import jacobian
 from robolaser.noise import NoiseModel, noise_of
+from robolaser.optimum import AGREEING, SAME, Optimum, optimum
 from robolaser.readiness import check_poses, check_target
+from robolaser.reduction import Reduction
 from robolaser.scanner import Model
 from robolaser.search import Found, Progress, search
 from robolaser.shapes import shaped, with_shapes
@@ -30,8 +32,6 @@ from robolaser.uncertainty import standard_errors, unidentifiable
 
 GENERATIONS = 500  # then the polish of every member of the last generation ends in the same optimum
 SEARCH_POINTS = 400  # a thinned set ranks candidates as the whole does
-AGREEING = 3  # polishes that must end at the same lowest cost before it counts as found
-SAME = 1e-6  # relative difference in cost below which two optima are one
 UNMOVED_M = 1e-10  # a parameter whose whole range moves points by less only moves the last digits: a step's moment does
 REWEIGHTINGS = 3  # the weights depend on the estimate; a fourth round changes nothing any more
 
@@ -42,13 +42,13 @@ class Plan:
     """How to calibrate.
 
     Attributes:
-        algorithm: Name of the global search; by default the paper's for a stripe scanner and none (`gauss-newton`)
+        algorithm: Name of the global search; by default `screening` for a stripe scanner and none (`gauss-newton`)
             for trackers and sockets, whose parameters start from a closed form.
         polish: Whether Gauss-Newton steps follow the search.
         weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
         effects: `EFFECT[:WHERE]` each.
         seed: Of the search.
-        generations: Of the search.
+        generations: Of a search that has any.
     """
 
     algorithm: str | None = None
@@ -100,27 +100,33 @@ def calibrate(
     check_target(model)
     check_poses(model, box)
 
-    found, starts = None, model.parameters.nominal[None]
-    algorithm = plan.algorithm or ("rcga" if model.sensor.own else POLISH_ONLY)
-    if algorithm != POLISH_ONLY:
+    algorithm = plan.algorithm or (SCREENING if model.sensor.own else POLISH_ONLY)
+    if algorithm not in (SCREENING, POLISH_ONLY):
         algorithm_named(algorithm)
     doubts = []
-    if algorithm != POLISH_ONLY and not set(model.parameters.names) - set(model.sensor.following):
+    if algorithm != POLISH_ONLY and not len(Reduction(model).parameters):
         doubts.append(f"{algorithm} had nothing to search for: every parameter follows from the data in closed form.")
         algorithm = POLISH_ONLY
     thin = Model(dataset.thinned(SEARCH_POINTS), model.suspects)
-    if algorithm != POLISH_ONLY:
-        found, starts = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
-    evaluations = found.evaluations if found else 0
-    x = starts[0]
+    found: Found | None = None
+    if algorithm == SCREENING:
+        x, evaluations, screening_doubts = _screened(thin, plan.seed, tell)
+        doubts += screening_doubts
+    else:
+        starts = model.parameters.nominal[None]
+        if algorithm != POLISH_ONLY:
+            found, starts = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
+        x, evaluations = starts[0], found.evaluations if found else 0
+        if plan.polish:
+            tell("polishing", 0.0)
+            best, tried = _polished_in_shape(thin, np.insert(starts, 1, model.parameters.nominal, axis=0), box)
+            x, evaluations = best.x, evaluations + tried
     weights: NoiseModel | None = None
     residuals = Residuals(model)
     if plan.polish:
-        tell("polishing", 0.0)
-        members = np.insert(starts, 1, model.parameters.nominal, axis=0)
-        best, tried = _polished_in_shape(thin, members, box)
-        end = box.polish(residuals, best.x)
-        evaluations += tried + end.evaluations
+        tell("polishing", 0.5)
+        end = box.polish(residuals, x)
+        evaluations += end.evaluations
         for _ in range(REWEIGHTINGS if plan.weights == "noise" else 0):
             weights = noise_of(model, end.x).for_weights()
             residuals = Residuals(model, weights)
@@ -156,6 +162,43 @@ def calibrate(
         seconds=time.perf_counter() - began,
         warnings=(*dataset.warnings, *doubts, *_doubts(model, on_bound, unseen)),
     )
+
+
+def _screened(thin: Model, seed: int, tell: Progress) -> tuple[Array, int, list[str]]:
+    """The global optimum of a thinned set: first without effects, then with them, last with those that have shapes.
+
+    Returns:
+        The parameters, the candidates evaluated, and doubts.
+    """
+
+    def found(model: Model, starts: Array | None) -> Optimum:
+        return optimum(model, seed=seed, starts=starts, progress=lambda share: tell("searching", share))
+
+    sought = shaped(thin)
+    plain = thin.with_suspects(tuple(one for one in thin.suspects if one not in sought))
+    best = found(thin.with_suspects(()), None)
+    evaluations = best.evaluations
+    if plain.suspects:
+        best = found(plain, _extended(best.x, plain)[None])
+        evaluations += best.evaluations
+    if not np.isfinite(best.cost):
+        raise NothingFound()
+    doubts = []
+    if best.agreeing < AGREEING:
+        doubts.append(
+            f"Only {best.agreeing} of {best.descents} descents ended at the lowest J that was found: there may be a "
+            "lower one. Narrower bounds would help, or other poses."
+        )
+    x = best.x
+    if sought:
+        values = dict(zip(plain.parameters.names, x, strict=True)) | with_shapes(plain, x, sought)
+        x = np.array([values[name] for name in thin.parameters.names])
+    return x, evaluations, doubts
+
+
+def _extended(x: Array, model: Model) -> Array:
+    """Parameters of the bare model (d,) as those of a model with effects, which are at their nominal values."""
+    return np.append(x, model.parameters.nominal[len(x) :])
 
 
 def _searched(

@@ -49,6 +49,8 @@ _ALL = (
 ALGORITHMS: Mapping[str, Named] = {one.name: one for one in _ALL}
 """Global searches by name."""
 
+SCREENING = "screening"
+"""The default: random candidates of the closed-form reduction, the best of them sent downhill until they agree."""
 POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
 
@@ -60,5 +62,5 @@ def algorithm_named(name: str) -> Any:
         AlgorithmUnknown: There is none.
     """
     if name not in ALGORITHMS:
-        raise AlgorithmUnknown(name, [*ALGORITHMS, POLISH_ONLY])
+        raise AlgorithmUnknown(name, [SCREENING, *ALGORITHMS, POLISH_ONLY])
     return ALGORITHMS[name].make()

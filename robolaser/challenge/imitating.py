@@ -18,7 +18,6 @@ from robolaser.fit import Plan, calibrate
 from robolaser.noise import pixel_from_repeats
 from robolaser.parameters import Parameter
 
-GENERATIONS = 150  # of the search for the user's scanner; it need only be like it
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target
 ROUNDS = 4
@@ -53,7 +52,7 @@ def model_of(dataset: Dataset, *, seed: int) -> Model:
         raise NotToImitate(dataset.name, "it has no robot with joint angles")
     if not dataset.placed:
         raise NotToImitate(dataset.name, "nobody knows where its target is")
-    found = calibrate(dataset, Plan(generations=GENERATIONS, seed=seed))
+    found = calibrate(dataset, Plan(seed=seed))
     items = found.model.parameters.items
     return Model(dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items})
 

@@ -23,7 +23,7 @@ class Calibrate(Command):
             "dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv"
         )
         parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
-        parser.add_argument("--algorithm", metavar="NAME", help="see `robolaser list algorithms`")
+        parser.add_argument("--algorithm", metavar="NAME", help="default: screening; see `robolaser list algorithms`")
         parser.add_argument(
             "--no-polish", action="store_true", help="leave out the Gauss-Newton steps after the search"
         )
@@ -38,7 +38,7 @@ class Calibrate(Command):
             default=[],
             help="add an effect to the model",
         )
-        parser.add_argument("--generations", metavar="N", type=count, help="of the search")
+        parser.add_argument("--generations", metavar="N", type=count, help="of a search that has any")
         parser.add_argument("--seed", metavar="N", type=seed, default=1, help="default: 1")
         parser.add_argument("--resume", action="store_true", help="go on with a search that was stopped")
         parser.add_argument("--force", action="store_true", help="overwrite a result that is there")

@@ -45,8 +45,9 @@ def _effects() -> Iterable[tuple[str, ...]]:
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
-    from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY  # noqa: PLC0415
+    from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
 
+    yield SCREENING, "the default: candidates of the closed-form reduction, the best sent downhill until they agree"
     for algorithm in ALGORITHMS.values():
         yield algorithm.name, algorithm.title
     yield POLISH_ONLY, "no search: the polish alone, from the nominal values"
