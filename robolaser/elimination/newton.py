@@ -5,15 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-
-STEPS = 40  # ten are usual
-CALM = 1e-14  # of a problem's size: sums of squares of that size differ by this from one rounding to the next
-DONE = 1e-20  # of the same: a step that promises less changes nothing any more
-WORTH = 1e-3  # of what a step promised, it must hold at least
-PIVOTS = 6  # more than there are variables
-FIRST = 0.1  # damping once a step has failed, in units of the curvature's diagonal
-FIRM, LOOSE = 10.0, 0.1  # the damping after a step that failed, and after one that did what it promised
-HOPELESS = 1e9  # damping at which steps no longer move anything
+from robolaser.compiled.patience import CALM, DONE, FIRM, FIRST, HOPELESS, LOOSE, PIVOTS, STEPS, WORTH
 
 Objective = Callable[[Array, Ints], tuple[Array, Array, Array]]
 """Values (k,), gradients (k, n) and Hessians (k, n, n) of the problems with these numbers (k,) at x (k, n)."""
@@ -46,18 +38,25 @@ def minimise(objective: Objective, start: Array, lower: Array, upper: Array, siz
         diagonal = np.einsum("kii->ki", curved)
         diagonal += damping[going, None] * np.abs(diagonal)
         step, settled = _boxed(curved, g[going], low - at, high - at)
-        promised = -np.einsum("ki,ki->k", step, g[going] + 0.5 * np.einsum("kij,kj->ki", H[going], step))
-        tried = np.clip(at + step, low, high)
-        there = objective(tried, going)
-        gained = J[going] - there[0]
-        whole = size[going] + np.abs(J[going])
-        good = settled & (promised >= 0) & (gained >= WORTH * promised - CALM * whole)
-        took = going[good]
+        tried = np.clip(at + step, low, high)[settled]
+        step, ready = step[settled], going[settled]
+        promised = -np.einsum("ki,ki->k", step, g[ready] + 0.5 * np.einsum("kij,kj->ki", H[ready], step))
+        whole = size[ready] + np.abs(J[ready])
+        last = np.abs(promised) <= DONE * whole
+        finished = ready[last]
+        x[finished] = tried[last]
+        J[finished] -= promised[last]
+        ready, tried, promised, whole = ready[~last], tried[~last], promised[~last], whole[~last]
+        there = objective(tried, ready)
+        good = (promised >= 0) & (J[ready] - there[0] >= WORTH * promised - CALM * whole)
+        took = ready[good]
         x[took], J[took], g[took], H[took] = tried[good], there[0][good], there[1][good], there[2][good]
-        damping[going] = np.where(good, LOOSE * damping[going], np.maximum(FIRM * damping[going], FIRST))
-        damping[damping < FIRST * LOOSE] = 0.0
-        done = (settled & (np.abs(promised) <= DONE * whole)) | (damping[going] > HOPELESS)
-        going = going[~done]
+        eased = np.where(damping[took] > FIRST, LOOSE * damping[took], 0.0)
+        damping[going] = np.maximum(FIRM * damping[going], FIRST)
+        damping[took] = eased
+        ending = damping > HOPELESS
+        ending[finished] = True
+        going = going[~ending[going]]
     return x, J
 
 
@@ -73,11 +72,12 @@ def _boxed(H: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Bools
     left = np.arange(len(g))
     for _ in range(PIVOTS + g.shape[1]):
         now, low, high = side[left], lower[left], upper[left]
-        step[left], pull = _solved(H[left], g[left], now, np.where(now < 0, low, np.where(now > 0, high, 0.0)))
+        held = np.where(now < 0, low, np.where(now > 0, high, 0.0))
+        step[left], pull, settled[left] = _solved(H[left], g[left], now != 0, held)
         to = np.where(step[left] < low, -1, np.where(step[left] > high, 1, 0))
         to = np.where((now != 0) & (now * pull <= 0), now, np.where(now != 0, 0, to))
         to = np.where(low >= high, -1, to)
-        wrong = (to != now).any(axis=1)
+        wrong = settled[left] & (to != now).any(axis=1)
         side[left] = to
         left = left[wrong]
         if not len(left):
@@ -86,15 +86,26 @@ def _boxed(H: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Bools
     return np.clip(step, lower, upper), settled
 
 
-def _solved(H: Array, g: Array, side: Ints, held: Array) -> tuple[Array, Array]:
-    """The free variables' best against the steps of those that are held, and the gradient there, (k, n) both."""
-    fixed = side != 0
-    right = np.where(fixed, held, -(g + np.einsum("kij,kj->ki", H, held)))
-    A = np.where(fixed[:, :, None] | fixed[:, None, :], 0.0, H)
-    np.einsum("kii->ki", A)[fixed] = 1.0
-    try:
-        step: Array = np.linalg.solve(A, right[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        step = (np.linalg.pinv(A, hermitian=True) @ right[..., None])[..., 0]
+def _solved(H: Array, g: Array, fixed: Bools, held: Array) -> tuple[Array, Array, Bools]:
+    """The free variables' best against the steps of those that are fixed, and the gradient there, (k, n) both.
+
+    By elimination, which tells whether the free variables' part of H is positive definite, (k,).
+    """
+    n = g.shape[1]
+    A = np.empty((len(g), n, n + 1))
+    A[:, :, :n] = np.where(fixed[:, :, None] | fixed[:, None, :], 0.0, H)
+    A[:, :, n] = np.where(fixed, held, -(g + np.einsum("kij,kj->ki", H, held)))
+    np.einsum("kii->ki", A[:, :, :n])[fixed] = 1.0
+    positive = np.ones(len(g), dtype=bool)
+    for i in range(n):
+        bent = ~(A[:, i, i] > 0)
+        if bent.any():
+            positive &= ~bent
+            A[bent] = np.eye(n, n + 1)
+        A[:, i, i:] /= A[:, i, None, i]
+        A[:, i + 1 :, i:] -= A[:, i + 1 :, i, None] * A[:, None, i, i:]
+    step = A[:, :, n]
+    for i in range(n - 2, -1, -1):
+        step[:, i] -= (A[:, i, i + 1 : n] * step[:, i + 1 :]).sum(axis=1)
     step = np.where(fixed, held, step)
-    return step, g + np.einsum("kij,kj->ki", H, step)
+    return step, g + np.einsum("kij,kj->ki", H, step), positive

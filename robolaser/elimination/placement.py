@@ -1,15 +1,18 @@
 """Scanner and target both unplaced: the hand-eye, the scale and the target's pose that close the loops best."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.compiled import available, share_out
 from robolaser.elimination.loop import Loops
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
 
+AT_ONCE = 10  # candidates that a thread takes at a time: half a millisecond
 UNSEEN = 1e-7  # share of the largest eigenvalue below which flat points tell nothing of a direction
 SHIFT, TURN = slice(4, 7), slice(10, 13)
 COLUMNS = (3, 7, 11, 15, 19, 23)  # of the two shifts in z: V = (R_target, t_target), U = (λ B R, t)
@@ -57,14 +60,27 @@ def place(loops: Loops, room: Room, scale: Array) -> Array:
     for sign in (1.0, -1.0):
         if ((scale[:, 1] > 0) if sign > 0 else (scale[:, 0] < 0)).any():
             starts.append(_relaxed(loops, room, sign))
-    objective = _Objective(loops, room)
     found, least = np.zeros((c, 13)), np.full(c, np.inf)
-    size = np.abs(loops.form[:, -1, -1])
     for start in starts:
-        x, J = minimise(objective, _with_target(loops, room, np.clip(start, low, high)), low, high, size)
+        x, J = _downhill(loops, room, _with_target(loops, room, np.clip(start, low, high)), low, high)
         better = least > J
         found[better], least[better] = x[better], J[better]
     return found
+
+
+def _downhill(loops: Loops, room: Room, start: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    size = np.abs(loops.form[:, -1, -1])
+    if not available():
+        return minimise(_Objective(loops, room), start, low, high, size)
+    from robolaser.compiled.newton import minimise as go_down  # noqa: PLC0415 - numba takes a third of a second to load
+
+    c = len(start)
+    B = np.broadcast_to(room.bracket.reshape(9), (c, 9))
+    x, J = np.clip(start, low, high), np.empty(c)
+    given = np.column_stack([np.broadcast_to(loops.form.reshape(-1, 625), (c, 625)), B]), room.order == "zyz"
+    size = np.broadcast_to(size, c).copy()
+    share_out(partial(go_down, i, min(i + AT_ONCE, c), *given, x, low, high, size, J) for i in range(0, c, AT_ONCE))
+    return x, J
 
 
 def _relaxed(loops: Loops, room: Room, sign: float) -> Array:

@@ -1,13 +1,17 @@
 """Where a scanner sits on the flange and how large it sees, once its points and the target's are known there."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.compiled import available, share_out
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
+
+AT_ONCE = 100  # candidates that a thread takes at a time: half a millisecond
 
 
 @final
@@ -70,20 +74,43 @@ class Room:
     shift: Array
 
 
-def fit(moments: Moments, room: Room, scale: Array) -> tuple[Array, Array, Array]:
-    """The scale λ, the angles of R and the shift t within bounds that leave the least of |d - (λ B R p + t)|².
+def fit(p: Array, d: Array, room: Room, scale: Array) -> Array:
+    """The scale λ, the angles of R and the shift t within bounds that leave the least of Σ |d - (λ B R p + t)|².
 
     The shift is a clip; where the best of all fits (Umeyama 1991) breaks a bound, scale and angles follow by Newton's
     method from there. A scale may have either sign: a scanner whose laser is on the other side.
 
     Args:
-        moments: Of the points.
+        p: Points in the camera frame, (c, m, 3) [m].
+        d: The same in the flange frame, (c or 1, m, 3) [m].
         room: The bounds.
         scale: Lower and upper bounds of λ, (c, 2).
 
     Returns:
-        λ (c,), angles (c, 3) [rad], t (c, 3) [m].
+        λ, angles [rad] and t [m], (c, 7); not a number where a point is not finite.
     """
+    if available():
+        return _compiled(p, d, room, scale)
+    good = np.isfinite(p).all(axis=(1, 2)) & np.isfinite(d).all(axis=(1, 2))
+    found = np.full((len(p), 7), np.nan)
+    if np.any(good):
+        found[good] = within(Moments.of(p[good], d if len(d) == 1 else d[good]), room, scale[good])
+    return found
+
+
+def _compiled(p: Array, d: Array, room: Room, scale: Array) -> Array:
+    from robolaser.compiled.similarity import fit as fitted  # noqa: PLC0415 - numba takes a third of a second to load
+
+    found = np.empty((len(p), 7))
+    (low, high), (least, most) = room.angles, room.shift
+    p, d, bracket = (np.ascontiguousarray(array) for array in (p, d, room.bracket))
+    given = p, d, bracket, room.order == "zyz", np.append(low, least), np.append(high, most), scale, found
+    share_out(partial(fitted, i, min(i + AT_ONCE, len(p)), *given) for i in range(0, len(p), AT_ONCE))
+    return found
+
+
+def within(moments: Moments, room: Room, scale: Array) -> Array:
+    """The same from moments, in NumPy."""
     c = len(moments.pp)
     least = np.full(c, np.inf)
     found = np.zeros((c, 4))
@@ -96,7 +123,7 @@ def fit(moments: Moments, room: Room, scale: Array) -> tuple[Array, Array, Array
         better[able] = cost < least[able]
         found[better], least[better] = ends[better[able]], cost[better[able]]
     R, _ = turn(found[:, 1:], room.order)
-    return found[:, 0], found[:, 1:], _shift(moments, room, found[:, 0], R)[0]
+    return np.column_stack([found, _shift(moments, room, found[:, 0], R)[0]])
 
 
 def _one_sign(moments: Moments, room: Room, scale: Array, sign: float) -> tuple[Array, Array]:

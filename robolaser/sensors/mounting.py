@@ -72,8 +72,7 @@ class Mounting:
         room = similarity.Room(
             self._bracket, self.dataset.angles, np.stack([low[1:4], high[1:4]]), np.stack([low[4:], high[4:]])
         )
-        size, angles, shift = similarity.fit(similarity.Moments.of(seen, apply(inverse(T), known)), room, scale)
-        return np.column_stack([size, angles, shift])
+        return similarity.fit(seen, apply(inverse(T), known), room, scale)
 
     def _in_loop(self, seen: Array, known: Array, T: Array, scale: Array) -> Array:
         loops = Loops.of(_with_one(known), _with_one(seen), T[..., :3, :3], T[..., :3, 3])
