@@ -16,8 +16,8 @@ from robolaser.arrays import Array, Ints
 class ArrayBased(GeneticAlgorithm):
     """A genetic algorithm of pymoo's whose `next` goes from array to array where all its parts are known.
 
-    `pop`, `off` and `opt` are pymoo's populations, made when somebody reads them and then kept. Asking and telling,
-    another evaluator, and parts that are not its own take pymoo's way, with the same outcome.
+    `pop`, `off` and `opt` are pymoo's populations, made when somebody reads them and kept for that generation. Asking
+    and telling, another evaluator and parts that are not its own take pymoo's way, with the same outcome.
     """
 
     problem: Any
@@ -77,7 +77,7 @@ class ArrayBased(GeneticAlgorithm):
 
     def next(self) -> None:
         """Make the next generation."""
-        if not self._goes_by_arrays():
+        if not (self._is_itself() and self._evaluates_plainly()):
             super().next()
             return
         if self.is_initialized:
@@ -111,15 +111,22 @@ class ArrayBased(GeneticAlgorithm):
         else:
             super()._set_optimum()
 
-    def _goes_by_arrays(self) -> bool:
-        """Whether nobody took the place of a part whose work is done here on arrays."""
+    def _infill(self) -> Any:
+        return Population.new(X=self._bred(self.members)) if self._is_itself() else super()._infill()
+
+    def _evaluates_plainly(self) -> bool:
         evaluator = self.evaluator
         return (
             self.problem is not None
             and type(evaluator) is Evaluator
+            and vars(evaluator).keys().isdisjoint(("eval", "_eval"))
             and evaluator.callback is None
             and "F" in evaluator.evaluate_values_of
         )
+
+    @abstractmethod
+    def _is_itself(self) -> bool:
+        """Whether nobody has put another part in the place of one whose work is done here on arrays."""
 
     @abstractmethod
     def _sampled(self) -> Array:
@@ -131,4 +138,4 @@ class ArrayBased(GeneticAlgorithm):
 
     @abstractmethod
     def _kept(self, parents: Members, offspring: Members) -> Ints:
-        """Who live on, (n,): rows of parents and offspring, joined; first parents, then offspring in their order."""
+        """Who live on, (n,): rows of parents and offspring, one after the other."""

@@ -4,6 +4,7 @@ import math
 from typing import Any, final
 
 import numpy as np
+from pymoo.core.duplicate import NoDuplicateElimination
 from pymoo.core.mating import Mating
 from pymoo.core.repair import NoRepair
 from pymoo.core.termination import TerminateIfAny
@@ -26,7 +27,7 @@ from robolaser.operators import (
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, shrink
-from robolaser.operators.roulette_selection import fitness, spin
+from robolaser.operators.roulette_selection import fitness
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -134,18 +135,26 @@ class RCGA(ArrayBased):
         if open_ended.any():
             raise BoundsMissing("RCGA", np.flatnonzero(open_ended))
 
-    def _goes_by_arrays(self) -> bool:
+    def _is_itself(self) -> bool:
         mating = self.mating
         return (
-            super()._goes_by_arrays()
-            and type(self) is RCGA
+            type(self) is RCGA
             and type(mating) is Mating
-            and type(mating.selection) is RouletteSelection
-            and type(mating.crossover) is ArithmeticCrossover
-            and type(mating.mutation) is NonUniformMutation
             and type(mating.repair) is NoRepair
+            and type(mating.eliminate_duplicates) is NoDuplicateElimination
+            and _is_plainly(mating.selection, RouletteSelection)
+            and _is_plainly(mating.crossover, ArithmeticCrossover)
+            and _is_plainly(mating.mutation, NonUniformMutation)
             and type(self.survival) is ElitistReplacement
-            and (self.is_initialized or type(self.initialization.sampling) is FloatRandomSampling)
+            and (self.is_initialized or self._begins_plainly())
+        )
+
+    def _begins_plainly(self) -> bool:
+        start = self.initialization
+        return (
+            _is_plainly(start.sampling, FloatRandomSampling)
+            and type(start.repair) is NoRepair
+            and not self.advance_after_initial_infill
         )
 
     def _sampled(self) -> Array:
@@ -156,24 +165,25 @@ class RCGA(ArrayBased):
         crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
         n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
 
-        at = rng.random(3 * n)
-        couples = spin(fitness(penalised(parents.F, parents.violation)), at[: 2 * n].reshape(n, 2))
-        crossed = at[2 * n :] < get(crossover.prob)
+        coins = rng.random(3 * n)
+        crossed = coins[2 * n :] < get(crossover.prob)
         share = rng.random(n) if crossed.any() else np.zeros(n)
-        hit = (rng.random(2 * n * d) < get(mutation.prob_var)).nonzero()[0]
+        hit = (rng.random(2 * n * d) < mutation.get_prob_var(self.problem)).nonzero()[0]
         h = len(hit)
         moves = rng.random(2 * h + 2 * n)
         Y = loop(self.n_iter)(
             parents.X,
-            couples,
+            fitness(penalised(parents.F, parents.violation)),
+            coins[: 2 * n].reshape(n, 2),
             crossed,
             share,
             hit,
             moves[:h] < 0.5,
             shrink(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
-            moves[2 * h :] <= get(mutation.prob),
-            self.problem.xl,
-            self.problem.xu,
+            moves[2 * h :],
+            float(get(mutation.prob)),
+            np.asarray(self.problem.xl, np.float64),
+            np.asarray(self.problem.xu, np.float64),
         )
         return np.asarray(Y[: self.n_offsprings])
 
@@ -194,6 +204,10 @@ class RCGA(ArrayBased):
     def _advance(self, infills: Any = None, **kwargs: Any) -> Any:
         _never_nan(infills)
         return super()._advance(infills=infills, **kwargs)
+
+
+def _is_plainly(operator: Any, kind: Any) -> bool:
+    return type(operator) is kind and operator.repair is None and operator.vtype is None
 
 
 def _never_nan(pop: Any) -> None:
