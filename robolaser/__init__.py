@@ -9,8 +9,9 @@ if TYPE_CHECKING:
     from robolaser.diagnosis import diagnose
     from robolaser.effects import EFFECTS
     from robolaser.errors import RobolaserError
-    from robolaser.fit import Plan, calibrate
+    from robolaser.fit import calibrate
     from robolaser.folder import load
+    from robolaser.plan import Plan
     from robolaser.robots import find_robot
     from robolaser.saving import save
 
@@ -18,7 +19,7 @@ _HOME = {
     "Calibration": "calibration",
     "Dataset": "dataset",
     "EFFECTS": "effects",
-    "Plan": "fit",
+    "Plan": "plan",
     "RobolaserError": "errors",
     "calibrate": "fit",
     "diagnose": "diagnosis",

@@ -10,8 +10,9 @@ import pytest
 
 from robolaser.cli import main
 from robolaser.errors import RobolaserError
-from robolaser.fit import Plan, calibrate
+from robolaser.fit import calibrate
 from robolaser.folder import load
+from robolaser.plan import Plan
 from robolaser.robots import find_robot
 from robolaser.saving import save
 from robolaser.simulate import paper, simulate

@@ -14,17 +14,19 @@ from robolaser.box import Box, Residuals
 from robolaser.calibration import Calibration, as_json
 from robolaser.dataset import Dataset, Noise
 from robolaser.errors import CheckpointForeign, TooFewPoses
-from robolaser.fit import Plan, calibrate, polish_members
+from robolaser.fit import calibrate
 from robolaser.held_out import fold_of_rows
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
+from robolaser.plan import Plan
 from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robots import find_robot
 from robolaser.scanner import Model
 from robolaser.search import CHECKPOINT, search
 from robolaser.simulate import Simulated, paper, simulate
+from robolaser.starts import polish_members
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
-SHORT = 80  # generations: enough for these data
+BREEDING = Plan(algorithm="rcga", generations=80)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +36,12 @@ def experiment() -> Simulated:
 
 @pytest.fixture(scope="module")
 def calibrated(experiment: Simulated) -> Calibration:
-    return calibrate(experiment.dataset, Plan(generations=SHORT))
+    return calibrate(experiment.dataset)
+
+
+@pytest.fixture(scope="module")
+def bred(experiment: Simulated) -> Calibration:
+    return calibrate(experiment.dataset, BREEDING)
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +80,13 @@ def test_the_search_ends_where_the_polish_of_the_truth_does(experiment: Simulate
     truth = np.array([experiment.truth[name] for name in model.parameters.names])
     best = Box.of(model).polish(Residuals(model), model.with_gauge_held(truth))
     assert calibrated.objective_m2 == pytest.approx(best.cost, rel=1e-6)
+
+
+def test_the_papers_algorithm_ends_where_the_default_does(calibrated: Calibration, bred: Calibration) -> None:
+    assert (calibrated.algorithm, bred.algorithm) == ("screening", "rcga")
+    assert bred.objective_m2 == pytest.approx(calibrated.objective_m2, rel=1e-6)
+    assert bred.history is not None
+    assert len(bred.history.best) == BREEDING.generations
 
 
 @pytest.mark.parametrize("seed", [1, 7, 11])
@@ -116,7 +130,7 @@ def test_a_parameter_on_its_bound_is_named_in_a_warning(experiment: Simulated) -
 
 
 def test_the_same_seed_gives_the_same_result_to_the_last_bit(experiment: Simulated, calibrated: Calibration) -> None:
-    again = calibrate(experiment.dataset, Plan(generations=SHORT))
+    again = calibrate(experiment.dataset)
     assert np.array_equal(again.x, calibrated.x)
     assert np.array_equal(again.std, calibrated.std, equal_nan=True)
 
@@ -146,23 +160,22 @@ def test_weights_by_noise_come_closer_to_the_truth(rolled: Simulated) -> None:
 
 
 def test_a_stopped_search_goes_on_to_the_same_result(
-    experiment: Simulated, calibrated: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    experiment: Simulated, bred: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robolaser.search.SECONDS_BETWEEN_CHECKPOINTS", 0.0)
-    plan = Plan(generations=SHORT)
 
     def stop(what: str, share: float) -> None:
         if share > 0.5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        calibrate(experiment.dataset, plan, state=tmp_path, progress=stop)
+        calibrate(experiment.dataset, BREEDING, state=tmp_path, progress=stop)
     assert (tmp_path / CHECKPOINT).exists()
-    resumed = calibrate(experiment.dataset, plan, state=tmp_path, resume=True)
-    assert np.array_equal(resumed.x, calibrated.x)
-    assert np.array_equal(resumed.history.best, calibrated.history.best)
+    resumed = calibrate(experiment.dataset, BREEDING, state=tmp_path, resume=True)
+    assert np.array_equal(resumed.x, bred.x)
+    assert np.array_equal(resumed.history.best, bred.history.best)
     with pytest.raises(CheckpointForeign):
-        calibrate(experiment.dataset, replace(plan, seed=9), state=tmp_path, resume=True)
+        calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
 
 
 def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:

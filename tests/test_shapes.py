@@ -7,7 +7,8 @@ from robolaser.box import Box, Residuals
 from robolaser.dataset import Noise
 from robolaser.effects import suspects
 from robolaser.effects.scene import Scene
-from robolaser.fit import Plan, calibrate
+from robolaser.fit import calibrate
+from robolaser.plan import Plan
 from robolaser.robots import find_robot
 from robolaser.scanner import Model
 from robolaser.shapes import shaped, with_shapes

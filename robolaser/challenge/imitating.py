@@ -14,9 +14,10 @@ from robolaser.challenge.worlds.eye import Eye
 from robolaser.challenge.worlds.run import Run
 from robolaser.dataset import Dataset, Noise
 from robolaser.errors import NotToImitate
-from robolaser.fit import Plan, calibrate
+from robolaser.fit import calibrate
 from robolaser.noise import pixel_from_repeats
 from robolaser.parameters import Parameter
+from robolaser.plan import Plan
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target

@@ -31,6 +31,12 @@ class Calibrate(Command):
             "--weights", choices=("plain", "noise"), default="plain", help="default: plain, J as it stands"
         )
         parser.add_argument(
+            "--loss",
+            choices=("square", "huber", "cauchy"),
+            default="square",
+            help="huber and cauchy let gross errors count for less; default: square",
+        )
+        parser.add_argument(
             "--with",
             metavar="EFFECT[:WHERE]",
             dest="effects",
@@ -47,8 +53,9 @@ class Calibrate(Command):
         """Calibrate, write and print the result."""
         from robolaser.calibration import json_text  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
-        from robolaser.fit import GENERATIONS, Plan, calibrate  # noqa: PLC0415
+        from robolaser.fit import calibrate  # noqa: PLC0415
         from robolaser.folder import load  # noqa: PLC0415
+        from robolaser.plan import GENERATIONS, Plan  # noqa: PLC0415
         from robolaser.report import page, print_summary  # noqa: PLC0415
         from robolaser.search import CHECKPOINT, COURSE  # noqa: PLC0415
         from robolaser.tables import write_together  # noqa: PLC0415
@@ -64,6 +71,7 @@ class Calibrate(Command):
             algorithm=args.algorithm,
             polish=not args.no_polish,
             weights=args.weights,
+            loss=args.loss,
             effects=tuple(args.effects),
             seed=args.seed,
             generations=args.generations or GENERATIONS,

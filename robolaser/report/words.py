@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from robolaser.fit import GENERATIONS
+from robolaser.plan import GENERATIONS
 from robolaser.report.digits import millimetres, plain, times
 from robolaser.report.evidence import Evidence
 
@@ -108,7 +108,7 @@ def setting(evidence: Evidence) -> str:
     """What was calibrated from what."""
     dataset = evidence.calibration.model.dataset
     arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
-    poses = len(set(dataset.points.pose.tolist()))
+    poses = len(np.unique(dataset.points.pose))
     return f"{MEASURED_BY[dataset.kind]}, {arm}, {len(dataset.points)} points in {poses} poses"
 
 
@@ -137,6 +137,8 @@ def command(evidence: Evidence) -> str:
     words += ["--output", "result", "--algorithm", calibration.algorithm, "--seed", str(calibration.seed)]
     if calibration.weights != "plain":
         words += ["--weights", calibration.weights]
+    if calibration.loss != "square":
+        words += ["--loss", calibration.loss]
     history = calibration.history
     if history is not None and len(history.best) != GENERATIONS:
         words += ["--generations", str(len(history.best))]

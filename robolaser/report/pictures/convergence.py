@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.fit import SEARCH_POINTS
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, Picture, picture, plain_log
 from robolaser.report.digits import millimetres
 from robolaser.report.evidence import Evidence
+from robolaser.starts import SEARCH_POINTS
 
 
 def convergence(evidence: Evidence) -> Picture | None:
