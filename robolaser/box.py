@@ -16,6 +16,7 @@ from robolaser.noise import NoiseModel
 from robolaser.scanner import Model
 
 MOST_STEPS = 3000  # few points leave long bent valleys: 200 steps were needed along one, 20 are usual
+HALF = 0.5  # of a row's share: from here on a loss takes it for right rather than wrong
 
 
 @final
@@ -41,6 +42,13 @@ class Residuals:
         """Plain residuals (c, m, 3) as this sees them, (c, 3 m)."""
         rows = plain.reshape(len(plain), -1)
         return rows if self.noise is None else self.noise.whiten(rows)
+
+    def trusted(self, x: Array) -> Bools:
+        """Rows that count for half or more with the parameters x (d,), (m,)."""
+        trusted = np.ones(len(self.model.dataset.points), dtype=bool)
+        for rows, block in self.blocks if self.loss != SQUARE else ():
+            trusted[rows] = self.loss.shares(block(x[None]))[0] >= HALF
+        return trusted
 
     @cached_property
     def blocks(self) -> tuple[tuple[Ints, "Residuals"], ...]:

@@ -38,6 +38,7 @@ class Calibration:
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
         warnings: What the user should know.
+        loss: What a residual cost: "square", "huber" or "cauchy".
     """
 
     model: Model
@@ -55,6 +56,7 @@ class Calibration:
     evaluations: int
     seconds: float
     warnings: tuple[str, ...]
+    loss: str = "square"
 
     @cached_property
     def objective_m2(self) -> float:

@@ -84,18 +84,11 @@ class Points:
         number = {name: i for i, name in enumerate(dict.fromkeys(self.names))}
         return np.fromiter(map(number.__getitem__, self.names), np.int64, len(self))
 
-    def some_of_each_pose(self, most: int) -> Ints:
-        """At most so many rows of each pose with rows, evenly taken along them, (n, most); -1 where it has fewer."""
-        order = np.argsort(self.pose, kind="stable")
-        counts = np.bincount(self.pose)
-        starts = (np.cumsum(counts) - counts)[counts > 0, None]
-        counts = counts[counts > 0, None]
-        most = min(most, int(counts.max(initial=0)))
-        taken, place = np.minimum(most, counts), np.arange(most)
-        last = (place > 0) & (place == taken - 1)
-        along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
-        rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
-        return np.where(place < taken, rows, -1)
+    @cached_property
+    def place(self) -> Ints:
+        """Number of each row's point, (m,): the same for its repeats, another for a point of that name elsewhere."""
+        _, place = np.unique(self.pose * (self.number.max(initial=0) + 1) + self.number, return_inverse=True)
+        return place
 
     def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""
@@ -192,6 +185,20 @@ class Dataset:
         """The same data set with at most about `most` points, evenly taken along each pose's rows."""
         points = self.points
         share = max(3, most // max(1, len(np.unique(points.pose))))
-        table = points.some_of_each_pose(share)
+        table = some_of_each(points.pose, share)
         rows = np.sort(table[table >= 0])
         return self if len(rows) == len(points) else replace(self, points=points.take(rows))
+
+
+def some_of_each(group: Ints, most: int) -> Ints:
+    """At most so many rows of each group (m,), evenly taken along them, (groups, most); -1 where it has fewer."""
+    order = np.argsort(group, kind="stable")
+    counts = np.bincount(group)
+    starts = (np.cumsum(counts) - counts)[counts > 0, None]
+    counts = counts[counts > 0, None]
+    most = min(most, int(counts.max(initial=0)))
+    taken, place = np.minimum(most, counts), np.arange(most)
+    last = (place > 0) & (place == taken - 1)
+    along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
+    rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
+    return np.where(place < taken, rows, -1)

@@ -8,10 +8,10 @@ import numpy as np
 from robolaser.algorithms.bounded_step import bounded_steps
 from robolaser.algorithms.gauss_newton import NOISE
 from robolaser.algorithms.loss import AXES
-from robolaser.algorithms.triangle import triangle
 from robolaser.arrays import Array, Ints
 from robolaser.box import Box, Residuals
 from robolaser.dataset import Dataset
+from robolaser.triangle import triangle
 
 FOLDS = 10
 FEWEST = 3  # poses with points; below, what is left fits anything

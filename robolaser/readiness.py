@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from robolaser.blocks import looks_around, with_rows
 from robolaser.box import Box
 from robolaser.errors import TargetUnseen, TooFewPoses
 from robolaser.jacobian import jacobian
@@ -22,11 +23,13 @@ def check_poses(model: Model, box: Box) -> None:
     Raises:
         TooFewPoses: Says how many are needed.
     """
-    J = jacobian(model, model.parameters.nominal)[:, ~box.held] * box.scale[~box.held]
-    pose_of_row = np.repeat(model.dataset.points.pose, 3)
-    poses = np.unique(pose_of_row)
-    J = np.nan_to_num(J)
+    points = model.dataset.points
+    poses = np.unique(points.pose)
     sample = poses[np.unique(np.linspace(0, len(poses) - 1, min(len(poses), 20)).astype(int))]
+    rows = np.flatnonzero(np.isin(points.pose, sample))
+    some = model if looks_around(model) else with_rows(model, rows)
+    J = np.nan_to_num(jacobian(some, model.parameters.nominal)[:, ~box.held] * box.scale[~box.held])
+    pose_of_row = np.repeat(some.dataset.points.pose, 3)
     ranks = [np.linalg.matrix_rank(J[pose_of_row == pose], rtol=RANK_TOLERANCE) for pose in sample]
     parameters = J.shape[1]
     needed = int(np.ceil(parameters / max(1.0, float(np.median(ranks)))))

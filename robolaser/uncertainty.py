@@ -7,8 +7,9 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.noise import NoiseModel
+from robolaser.triangle import triangle
 
 NULL = 1e-7
 """Singular values of the Jacobian, its columns of unit length, below this share of the largest are zero.
@@ -44,7 +45,58 @@ class Unidentifiable:
     reason: str
 
 
-def covariance(J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None) -> Array:
+@final
+@dataclass(frozen=True, eq=False)
+class Information:
+    """All that residuals say of the parameters, in a few numbers: they add up over parts that share no errors.
+
+    Attributes:
+        plain: Triangle of the residuals' derivatives J by all parameters, (d or less, d).
+        weighed: The same of the residuals that were minimised, W^(1/2) J.
+        spread: JᵀWΣWJ, (d, d): what the noise Σ does to the fit's gradient.
+        reach: Largest derivative by each parameter, (d,).
+    """
+
+    plain: Array
+    weighed: Array
+    spread: Array
+    reach: Array
+
+    @classmethod
+    def of(
+        cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None, shares: Array | None = None
+    ) -> "Information":
+        """What some rows say.
+
+        Args:
+            J: Plain residuals by all parameters, (3m, d).
+            noise: Of the residuals.
+            weights: The noise by which the minimised residuals were whitened; None for plain ones.
+            shares: By how much each whitened row counts, (m,); 1 when absent.
+        """
+        share = np.ones((len(J), 1)) if shares is None else shares.repeat(3)[:, None]
+        white = J if weights is None else weights.whiten(J.T).T
+        pulls = share * white
+        weighed = pulls if weights is None else weights.weigh(pulls.T).T
+        return cls(
+            triangle(J), triangle(np.sqrt(share) * white), noise.seen_through(weighed), np.abs(J).max(axis=0, initial=0)
+        )
+
+    def __add__(self, other: "Information") -> "Information":
+        return Information(
+            triangle(self.plain, other.plain),
+            triangle(self.weighed, other.weighed),
+            self.spread + other.spread,
+            np.maximum(self.reach, other.reach),
+        )
+
+    def without(self, gone: Bools) -> "Information":
+        """As if the residuals did not depend on these parameters, (d,)."""
+        plain, weighed, reach = (np.where(gone, 0.0, part) for part in (self.plain, self.weighed, self.reach))
+        return Information(plain, weighed, np.where(gone | gone[:, None], 0.0, self.spread), reach)
+
+
+def covariance(known: Information, free: Ints) -> Array:
     """Covariance of the fitted parameters, whatever the fit took for granted.
 
     Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: plain least squares weighs all rows alike, which they
@@ -52,54 +104,48 @@ def covariance(J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None
     take part in one seem exact here: see `standard_errors`.
 
     Args:
-        J: Plain residuals by the parameters that were free, (3m, d).
-        noise: Of the residuals.
-        weights: The noise by which the minimised residuals were whitened; None for plain ones.
+        known: What the residuals say.
+        free: Numbers of the parameters that were free, (f,).
 
     Returns:
-        (d, d).
+        (f, f).
     """
-    inverse, weighed = _solved(J, weights)
-    found: Array = inverse @ noise.seen_through(weighed) @ inverse
+    inverse = _inverse(known.weighed[:, free])
+    found: Array = inverse @ known.spread[np.ix_(free, free)] @ inverse
     return found
 
 
-def _solved(J: Array, weights: NoiseModel | None) -> tuple[Array, Array]:
-    """(JᵀWJ)⁺, (d, d), and WJ, (3m, d): the fit's answer to errors e is their product with e."""
-    white, weighed = (J, J) if weights is None else (weights.whiten(J.T).T, weights.weigh(J.T).T)
-    scale = _lengths(white)
-    _, s, Vt = np.linalg.svd(white / scale, full_matrices=False)
+def _inverse(R: Array) -> Array:
+    """(RᵀR)⁺, (d, d)."""
+    scale = _lengths(R)
+    _, s, Vt = np.linalg.svd(R / scale, full_matrices=False)
     real = s > NULL * s.max(initial=0.0)
-    return (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None], weighed
+    found: Array = (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None]
+    return found
 
 
-def standard_errors(
-    J: Array, noise: NoiseModel, *, held: Bools, weights: NoiseModel | None = None, bounded: Array | None = None
-) -> Array:
+def standard_errors(known: Information, *, held: Bools, bounded: Array | None = None) -> Array:
     """One standard deviation of each parameter, the held ones taken as known, (d,).
 
     A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
     the others would seem far surer than they are. To them it counts as lying anywhere within its bounds.
 
     Args:
-        J: Plain residuals by all parameters, (3m, d).
-        noise: Of the residuals.
+        known: What the residuals say of all parameters.
         held: Parameters whose values are a convention, as one of a gauge's is, (d,).
-        weights: The noise by which the minimised residuals were whitened; None for plain ones.
         bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
 
     Returns:
         NaN for the held ones, for those on a bound and for all that take part in a null direction of the rest.
     """
-    bounded = np.zeros(J.shape[1]) if bounded is None else bounded
+    bounded = np.zeros(len(held)) if bounded is None else bounded
     on_bound = bounded > 0
     free = np.flatnonzero(~held & ~on_bound)
-    std = np.full(J.shape[1], np.nan)
-    inverse, weighed = _solved(J[:, free], weights)
-    of_bounded = inverse @ (weighed.T @ J[:, on_bound]) * (bounded[on_bound] * UNIFORM)
-    variance = np.diag(inverse @ noise.seen_through(weighed) @ inverse) + (of_bounded**2).sum(axis=1)
-    std[free] = np.sqrt(variance)
-    for direction in null_directions(J[:, ~held]):
+    std = np.full(len(held), np.nan)
+    pulls = known.weighed[:, free].T @ known.weighed[:, on_bound]
+    of_bounded = _inverse(known.weighed[:, free]) @ pulls * (bounded[on_bound] * UNIFORM)
+    std[free] = np.sqrt(np.diag(covariance(known, free)) + (of_bounded**2).sum(axis=1))
+    for direction in null_directions(known.plain[:, ~held]):
         std[np.flatnonzero(~held)[direction != 0.0]] = np.nan
     return std
 
@@ -112,7 +158,7 @@ def null_directions(J: Array) -> Array:
     is taken which names the fewest.
 
     Args:
-        J: Residuals by parameters, (k, d).
+        J: Residuals by parameters, (k, d), or the triangle of them.
 
     Returns:
         (n, d), exactly zero for parameters that do not take part, in units of the parameters.
@@ -132,30 +178,21 @@ def null_directions(J: Array) -> Array:
     return _thin(basis) / scale
 
 
-def unidentifiable(
-    J: Array,
-    names: Sequence[str],
-    width: Array,
-    noise: NoiseModel,
-    *,
-    weights: NoiseModel | None = None,
-) -> list[Unidentifiable]:
+def unidentifiable(known: Information, names: Sequence[str], width: Array) -> list[Unidentifiable]:
     """What the data cannot tell: null directions first, then those that they fix no better than the bounds do.
 
     Args:
-        J: Plain residuals by all parameters, those held by a gauge too, (3m, d).
+        known: What the residuals say of all parameters, those held by a gauge too.
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
-        noise: Of the residuals.
-        weights: The noise by which the minimised residuals were whitened; None for plain ones.
     """
     found, free = [], np.ones(len(names), dtype=bool)
-    involved = null_directions(J) != 0.0
+    involved = null_directions(known.plain) != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
     columns = np.flatnonzero(free)
-    spread = covariance(J[:, columns], noise, weights=weights) / width[columns] / width[columns][:, None]
+    spread = covariance(known, columns) / width[columns] / width[columns][:, None]
     variances, directions = np.linalg.eigh(spread)
     for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):
         if variance >= WEAK**2:

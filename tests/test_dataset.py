@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.dataset import Points
+from robolaser.dataset import Points, some_of_each
 
 
 @pytest.fixture(params=range(8))
@@ -15,7 +15,7 @@ def points(request: pytest.FixtureRequest) -> Points:
 
 @pytest.mark.parametrize("most", [1, 2, 3, 7, 100])
 def test_some_rows_of_each_pose_are_evenly_spread_over_all_of_them(points: Points, most: int) -> None:
-    for line, pose in zip(points.some_of_each_pose(most), np.unique(points.pose), strict=True):
+    for line, pose in zip(some_of_each(points.pose, most), np.unique(points.pose), strict=True):
         taken, rows = line[line >= 0], np.flatnonzero(points.pose == pose)
         assert len(taken) == min(most, len(rows))
         assert set(taken) <= set(rows)

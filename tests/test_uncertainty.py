@@ -13,7 +13,7 @@ from robolaser.noise import NoiseModel, noise_from, noise_of
 from robolaser.noise.disturbances import disturbances
 from robolaser.scanner import Model
 from robolaser.sensors.stripe import SCANNER
-from robolaser.uncertainty import covariance, null_directions, standard_errors, unidentifiable
+from robolaser.uncertainty import Information, covariance, null_directions, standard_errors, unidentifiable
 
 TRIALS = 100
 
@@ -38,7 +38,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
         found = noise_from(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
         white = found.whiten(free.T).T * scale
         weighted = -scale * np.linalg.lstsq(white, found.whiten(e[None])[0])[0]
-        both = (standard_errors(J, found, held=held, weights=way)[~held] for way in (None, found))
+        both = (standard_errors(Information.of(J, found, weights=way), held=held)[~held] for way in (None, found))
         hits.append([np.abs(x) < 1.96 * std for x, std in zip((step, weighted), both, strict=True)])
     plain_share, weighted_share = np.mean(hits, axis=(0, 2))
     return float(plain_share), float(weighted_share)
@@ -92,7 +92,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
         end = gauss_newton(residuals, truth, model.parameters.lower, model.parameters.upper, tol=1e-9)
         J = jacobian(model, end.x)
         noise = noise_from(model.dataset, sources, residuals(end.x[None]).reshape(-1, 3), J)
-        std = standard_errors(J, noise, held=np.zeros(len(truth), dtype=bool))
+        std = standard_errors(Information.of(J, noise), held=np.zeros(len(truth), dtype=bool))
         hits.append(np.abs(end.x - truth) < 1.96 * std)
     assert 0.90 <= np.mean(hits) <= 0.98
 
@@ -112,7 +112,9 @@ def tracked():
 def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=3e-4)
-    plain, best = (covariance(J, noise, weights=weights) for weights in (None, noise))
+    plain, best = (
+        covariance(Information.of(J, noise, weights=weights), np.arange(len(x))) for weights in (None, noise)
+    )
     assert np.linalg.eigvalsh((plain - best) / model.parameters.width / model.parameters.width[:, None]).min() > -1e-9
     assert np.trace(best) < 0.9 * np.trace(plain)
 
@@ -120,7 +122,9 @@ def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
 def test_with_rows_alike_both_estimates_are_one(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
-    plain, best = (covariance(J, noise, weights=weights) for weights in (None, noise))
+    plain, best = (
+        covariance(Information.of(J, noise, weights=weights), np.arange(len(x))) for weights in (None, noise)
+    )
     np.testing.assert_allclose(plain, best, rtol=1e-6, atol=1e-12 * np.abs(best).max())
 
 
@@ -128,7 +132,8 @@ def test_errors_shared_by_a_pose_count_for_more_than_errors_of_rows(tracked):
     model, x, J = tracked
     base = [name.startswith("base.x") for name in model.parameters.names]
     alone, shared = (
-        covariance(J, known_noise(model, x, **{name: 1e-4}))[base][:, base][0, 0] for name in ("point", "probe")
+        covariance(Information.of(J, known_noise(model, x, **{name: 1e-4})), np.arange(len(x)))[base][:, base][0, 0]
+        for name in ("point", "probe")
     )
     assert shared > 2.0 * alone
 
@@ -137,8 +142,8 @@ def test_units_of_the_parameters_do_not_matter(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=1e-4)
     factor = 10.0 ** np.random.default_rng(24).uniform(-6, 6, J.shape[1])
-    std = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool))
-    scaled = standard_errors(J / factor, noise, held=np.zeros(len(x), dtype=bool))
+    std = standard_errors(Information.of(J, noise), held=np.zeros(len(x), dtype=bool))
+    scaled = standard_errors(Information.of(J / factor, noise), held=np.zeros(len(x), dtype=bool))
     np.testing.assert_allclose(scaled, std * factor, rtol=1e-6)
 
 
@@ -148,7 +153,9 @@ def found_in(cell: Cell, *suspects: Suspect) -> list[tuple[str, ...]]:
     noise = known_noise(model, x, pixel=0.1, target=3e-5, point=3e-5)
     return [
         each.parameters
-        for each in unidentifiable(jacobian(model, x), model.parameters.names, model.parameters.width, noise)
+        for each in unidentifiable(
+            Information.of(jacobian(model, x), noise), model.parameters.names, model.parameters.width
+        )
     ]
 
 
@@ -209,9 +216,10 @@ def test_zyz_angles_near_their_pole_are_named(phi):
     x = model.parameters.nominal
     noise = known_noise(model, x, pixel=0.1, target=3e-5)
     J = jacobian(model, x)
-    found = unidentifiable(J, model.parameters.names, model.parameters.width, noise)
+    known = Information.of(J, noise)
+    found = unidentifiable(known, model.parameters.names, model.parameters.width)
     assert ("w", "psi") in [each.parameters for each in found]
-    std = standard_errors(J, noise, held=np.isin(model.parameters.names, ["f"]))
+    std = standard_errors(known, held=np.isin(model.parameters.names, ["f"]))
     angles = std[model.parameters.columns(["w", "psi"])]
     assert np.all(np.isnan(angles) | (angles > 0.1))
 
@@ -220,8 +228,8 @@ def test_no_parameter_of_a_null_direction_has_a_standard_error(tracked):
     model, x, J = tracked
     twin = np.column_stack([J, J[:, 0] + 2.0 * J[:, 1], np.zeros(len(J))])
     noise = known_noise(model, x, point=2e-5)
-    std = standard_errors(twin, noise, held=np.zeros(twin.shape[1], dtype=bool))
-    alone = standard_errors(J, noise, held=np.zeros(len(x), dtype=bool))
+    std = standard_errors(Information.of(twin, noise), held=np.zeros(twin.shape[1], dtype=bool))
+    alone = standard_errors(Information.of(J, noise), held=np.zeros(len(x), dtype=bool))
     assert np.isnan(std[[0, 1, -2, -1]]).all()
     np.testing.assert_allclose(std[2:-2], alone[2:], rtol=1e-6)
 
@@ -237,9 +245,10 @@ def test_held_parameters_are_known_and_those_on_a_bound_lie_anywhere_within_thei
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
     none, one = np.zeros(len(x), dtype=bool), np.arange(len(x)) == 3
-    free = standard_errors(J, noise, held=none)
-    held = standard_errors(J, noise, held=one)
-    narrow, wide = (standard_errors(J, noise, held=none, bounded=np.where(one, width, 0.0)) for width in (1e-12, 1.0))
+    known = Information.of(J, noise)
+    free = standard_errors(known, held=none)
+    held = standard_errors(known, held=one)
+    narrow, wide = (standard_errors(known, held=none, bounded=np.where(one, width, 0.0)) for width in (1e-12, 1.0))
     assert np.isnan(held[3])
     assert np.isnan(narrow[3])
     assert np.all(held[~one] <= free[~one] * (1 + 1e-9))
@@ -255,7 +264,8 @@ def test_what_twenty_five_points_barely_see_is_named_with_its_size():
     model = cell.model()
     x = cell.truth(model)
     noise = known_noise(model, x, target=1e-3)
-    found = unidentifiable(jacobian(model, x), model.parameters.names, model.parameters.width, noise)
+    known = Information.of(jacobian(model, x), noise)
+    found = unidentifiable(known, model.parameters.names, model.parameters.width)
     weak = [each for each in found if each.parameters != GAUGE]
     assert weak
     assert all("of the bounds' width" in each.reason and each.parameters[0] in each.reason for each in weak)
@@ -268,4 +278,25 @@ def test_noise_of_a_fitted_model_needs_no_more_than_the_model():
     )
     model = cell.model()
     x = cell.truth(model)
-    assert noise_of(model, x).sigmas == noise_of(model, x, jacobian(model, x)).sigmas
+    J, e = jacobian(model, x), model.residuals(x[None])[0]
+    assert noise_of(model, x).sigmas == noise_from(model.dataset, disturbances(model, x), e, J).sigmas
+
+
+def test_what_parts_say_adds_up_to_what_all_rows_say(tracked):
+    model, x, J = tracked
+    noise = known_noise(model, x, point=2e-5, joint=3e-4)
+    shares = np.random.default_rng(31).uniform(0.2, 1.0, len(J) // 3)
+    half = model.dataset.points.pose < 5
+    for weights in (None, noise):
+        whole = Information.of(J, noise, weights=weights, shares=shares)
+        parts = [
+            Information.of(
+                J[np.repeat(rows, 3)],
+                noise.of_rows(np.flatnonzero(rows)),
+                weights=None if weights is None else noise.of_rows(np.flatnonzero(rows)),
+                shares=shares[rows],
+            )
+            for rows in (half, ~half)
+        ]
+        every = np.arange(len(x))
+        np.testing.assert_allclose(covariance(parts[0] + parts[1], every), covariance(whole, every), rtol=1e-6)

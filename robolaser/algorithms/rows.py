@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.algorithms.differences import BATCH, EPS, Around, evaluated
 from robolaser.algorithms.loss import AXES, Loss
-from robolaser.algorithms.triangle import triangle
 from robolaser.arrays import Array
+from robolaser.triangle import triangle
 
 KEPT = 64_000_000
 """Numbers that slopes may have to be kept, half a gigabyte; others are worked out again when they are asked for."""

@@ -10,7 +10,7 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.jacobian import jacobian
 from robolaser.noise import noise_of
 from robolaser.scanner import Model
-from robolaser.uncertainty import unidentifiable
+from robolaser.uncertainty import Information, unidentifiable
 
 ALGORITHM: Final = "diagnosis"
 
@@ -22,8 +22,8 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     that is left, which is without them.
     """
     x, parameters = diagnosis.x, diagnosis.model.parameters
-    J = jacobian(diagnosis.model, x)
-    noise = noise_of(diagnosis.model, x, J)
+    noise = noise_of(diagnosis.model, x)
+    known = Information.of(jacobian(diagnosis.model, x), noise, weights=noise)
     held = np.isin(parameters.names, diagnosis.model.sensor.held)
     given = np.array([item.given for item in parameters.items])
     on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))
@@ -45,7 +45,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         x=x,
         std=diagnosis.std,
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(J, parameters.names, parameters.width, noise, weights=noise)),
+        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
         residuals=model.residuals_at(parameters.values(x[None]))[0],
         held_out=diagnosis.after_m,
         noise=diagnosis.noise,

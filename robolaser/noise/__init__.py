@@ -1,5 +1,5 @@
 """How much of a residual is measurement error."""
 
-from robolaser.noise.model import NoiseModel, noise_from, noise_of, pixel_from_repeats
+from robolaser.noise.model import NoiseModel, noise_from, noise_of, pixel_from_repeats, sizes_of
 
-__all__ = ["NoiseModel", "noise_from", "noise_of", "pixel_from_repeats"]
+__all__ = ["NoiseModel", "noise_from", "noise_of", "pixel_from_repeats", "sizes_of"]

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.dataset import Dataset, Poses
+from robolaser.dataset import Poses
 from robolaser.noise.whitening import group_sums
 from robolaser.parameters import Values
 from robolaser.scanner import Model
@@ -63,7 +63,7 @@ def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     found: list[Disturbance] = []
     if isinstance(model.sensor, Stripe):
         found.append(Disturbance("pixel", pixel_effect(model, model.sensor, values), rows))
-        found.append(Disturbance("target", every, _point_groups(dataset)))
+        found.append(Disturbance("target", every, dataset.points.place))
     else:
         found.append(Disturbance("point" if dataset.kind == "point" else "seat", every, rows))
     of_pose, stated = dataset.points.pose, dataset.noise
@@ -82,12 +82,6 @@ def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     if wanted and shared:
         found.append(Disturbance(f"{whole}_turn", skew(arms(model, values)), of_pose))
     return tuple(found)
-
-
-def _point_groups(dataset: Dataset) -> Ints:
-    number: dict[tuple[int, str], int] = {}
-    pairs = zip(dataset.points.pose.tolist(), dataset.points.names, strict=True)
-    return np.array([number.setdefault(pair, len(number)) for pair in pairs], dtype=np.int64)
 
 
 def pixel_effect(model: Model, sensor: Stripe, values: Values) -> Array:

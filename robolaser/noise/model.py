@@ -7,9 +7,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
-from robolaser.dataset import Dataset
-from robolaser.jacobian import jacobian as jacobian_of
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.blocks import looks_around, with_rows
+from robolaser.dataset import Dataset, some_of_each
+from robolaser.jacobian import jacobian
 from robolaser.noise import reml
 from robolaser.noise.disturbances import Disturbance, disturbances
 from robolaser.noise.whitening import Whitener, group_sums
@@ -20,6 +21,7 @@ FLOOR_M = 1e-6
 MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
+MOST_POSES = 2000
 LEAST = {"target": 1e-5}
 """Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
 their rays by the way they are made, would else seem to know everything across them."""
@@ -66,7 +68,8 @@ class NoiseModel:
     def _whitener(self) -> Whitener:
         own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
         levels: list[tuple[Array, Ints]] = []
-        for source in sorted(self.sources, key=lambda source: len(np.unique(source.group)), reverse=True):
+        shaking = (source for source in self.sources if self.sigmas[source.name] > 0.0)
+        for source in sorted(shaking, key=lambda source: len(np.unique(source.group)), reverse=True):
             effect = self.sigmas[source.name] * source.effect
             if len(np.unique(source.group)) == self._rows:
                 own += effect @ np.swapaxes(effect, -1, -2)
@@ -84,9 +87,9 @@ class NoiseModel:
         """Make residuals independent and of unit variance, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
         return self._whitener(residuals)
 
-    def weigh(self, residuals: Array) -> Array:
-        """Σ⁻¹ times residuals, (c, 3m) [m] -> (c, 3m) [1/m]."""
-        return self._whitener.back(self._whitener(residuals))
+    def weigh(self, white: Array) -> Array:
+        """Σ⁻¹ times residuals that are white already, (c, 3m) -> (c, 3m) [1/m]."""
+        return self._whitener.back(white)
 
     def seen_through(self, J: Array) -> Array:
         """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""
@@ -117,18 +120,40 @@ class NoiseModel:
         return e
 
 
-def noise_of(model: Model, x: Array, jacobian: Array | None = None) -> NoiseModel:
+def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     """The noise of a data set, judged at the optimum.
+
+    Parameters on a bound are taken as not fitted: what they could not mend is left in the residuals.
 
     Args:
         model: The model that was fitted.
         x: The optimum, (d,).
-        jacobian: Of the residuals by all parameters, (3m, d); computed when absent. Parameters on a bound are taken
-            as not fitted: what they could not mend is left in the residuals.
+        kept: Rows to judge by, (m,); all when absent.
     """
-    J = jacobian_of(model, x) if jacobian is None else jacobian
+    sizes = sizes_of(model, x, kept)
+    return NoiseModel(disturbances(model, x), sizes.sigmas, sizes.estimated)
+
+
+def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
+    """As `noise_of`, of no more rows than the sizes are judged by."""
+    some = _telling(model, kept)
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
-    return noise_from(model.dataset, disturbances(model, x), model.residuals(x[None])[0], J[:, inside])
+    J = jacobian(some, x)[:, inside]
+    pixel = pixel_from_repeats(model.dataset)
+    return _sized(some.dataset, disturbances(some, x), some.residuals(x[None])[0], J, pixel)
+
+
+def _telling(model: Model, kept: Bools | None) -> Model:
+    """The model of rows that tell the sizes of errors: more poses, or more rows of each, say nothing new."""
+    points = model.dataset.points
+    rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
+    seen, pose = np.unique(points.pose[rows], return_inverse=True)
+    chosen = np.zeros(len(seen), dtype=bool)
+    chosen[np.linspace(0, len(seen) - 1, min(len(seen), MOST_POSES)).round().astype(np.int64)] = True
+    rows = rows[chosen[pose]]
+    table = some_of_each(points.pose[rows], _most_of_a_pose(int(chosen.sum())))
+    rows = rows[np.sort(table[table >= 0])]
+    return model if len(rows) == len(points) or looks_around(model) else with_rows(model, rows)
 
 
 def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:
@@ -144,6 +169,12 @@ def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Ar
         residuals: What the fit left over, (m, 3) [m].
         J: The residuals by the parameters that were fitted, (3m, d).
     """
+    return _sized(dataset, sources, residuals, J, pixel_from_repeats(dataset))
+
+
+def _sized(
+    dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array, pixel: float | None
+) -> NoiseModel:
     noise = dataset.noise
     stated = {
         "pixel": noise.pixel_px,
@@ -154,7 +185,7 @@ def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Ar
     names = [source.name for source in sources]
     known = {name: sigma for name in names if (sigma := stated.get(name)) is not None}
     estimated = tuple(name for name in names if name not in known)
-    if "pixel" in estimated and (pixel := pixel_from_repeats(dataset)) is not None:
+    if "pixel" in estimated and pixel is not None:
         known["pixel"] = pixel
     if len(known) < len(names):
         known |= _from_residuals(dataset.points.pose, sources, known, residuals, J)
@@ -164,7 +195,7 @@ def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Ar
 def _from_residuals(
     of_pose: Ints, sources: tuple[Disturbance, ...], known: Mapping[str, float], residuals: Array, J: Array
 ) -> dict[str, float]:
-    table = _some_rows(of_pose)
+    table = some_of_each(of_pose, _most_of_a_pose(len(np.unique(of_pose))))
     there = np.repeat(table >= 0, 3, axis=1)
     columns = (3 * table[:, :, None] + np.arange(3)).reshape(len(table), -1)
     e = np.where(there, residuals.reshape(-1)[columns], 0.0)
@@ -182,15 +213,8 @@ def _from_residuals(
     return dict(zip(unit, found.tolist(), strict=True))
 
 
-def _some_rows(of_pose: Ints) -> Ints:
-    """Rows of each pose with rows, evenly thinned, (n, r); -1 where a pose has fewer."""
-    seen, counts = np.unique(of_pose, return_counts=True)
-    most = int(np.clip(MOST_ROWS // len(seen), LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
-    table = np.full((len(seen), min(most, int(counts.max()))), -1, dtype=np.int64)
-    for line, number in zip(table, seen, strict=True):
-        rows = np.flatnonzero(of_pose == number)
-        line[: min(most, len(rows))] = rows[np.linspace(0, len(rows) - 1, min(most, len(rows))).round().astype(int)]
-    return table
+def _most_of_a_pose(poses: int) -> int:
+    return int(np.clip(MOST_ROWS // poses, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
 
 
 def pixel_from_repeats(dataset: Dataset) -> float | None:
@@ -200,9 +224,7 @@ def pixel_from_repeats(dataset: Dataset) -> float | None:
     """
     if dataset.points.pixel is None or dataset.points.repeat is None:
         return None
-    pairs = list(zip(dataset.points.pose.tolist(), dataset.points.names, strict=True))
-    number = {pair: i for i, pair in enumerate(dict.fromkeys(pairs))}
-    group = np.array([number[pair] for pair in pairs], dtype=np.int64)
+    group = dataset.points.place
     count = np.bincount(group)
     deviation = dataset.points.pixel - (group_sums(dataset.points.pixel, group) / count[:, None])[group]
     free = (count - 1)[group] / count[group]  # share of the variance that a deviation from the group's mean keeps

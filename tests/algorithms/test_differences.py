@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.algorithms.differences import Around
-from robolaser.algorithms.triangle import TALL, triangle
+from robolaser.triangle import TALL, triangle
 
 T = np.linspace(0.0, 3.0, 40)
 

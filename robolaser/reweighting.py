@@ -1,0 +1,52 @@
+"""The polish on all rows: by plain squares, or again and again by weights and a loss that rest on what it left over."""
+
+import numpy as np
+
+from robolaser.algorithms.loss import Loss
+from robolaser.arrays import Array
+from robolaser.box import Box, Residuals
+from robolaser.noise import noise_of
+from robolaser.scanner import Model
+
+ROUNDS = 3  # weights depend on the estimate; a fourth round changes nothing any more
+
+
+def polished(model: Model, box: Box, x: Array, *, weights: str, loss: str) -> tuple[Residuals, Array, int]:
+    """Polish from a good start.
+
+    Args:
+        model: All rows.
+        box: Where the polish may go.
+        x: The start, (d,).
+        weights: "plain", or "noise" to whiten by the covariance of the noise.
+        loss: "square", or one that lets gross errors count for less, by a scale from the residuals.
+
+    Returns:
+        The residuals that were minimised last, the optimum (d,), and the candidates evaluated.
+
+    Raises:
+        LossUnknown: There is no loss of that name.
+    """
+    Loss(loss)
+    residuals = Residuals(model)
+    end = box.polish(residuals, x)
+    evaluations = end.evaluations
+    for _ in range(ROUNDS if weights == "noise" or loss != "square" else 0):
+        trusted = residuals.trusted(end.x)
+        noise = noise_of(model, end.x, trusted).for_weights() if weights == "noise" else None
+        white = Residuals(model, noise)(end.x[None])
+        residuals = Residuals(model, noise, Loss.fitting(loss, white.reshape(-1, 3)))
+        end = box.polish(residuals, end.x)
+        evaluations += end.evaluations
+    return residuals, end.x, evaluations
+
+
+def gross(residuals: Residuals, x: Array) -> list[str]:
+    """A warning where a loss lets rows count for less than a half."""
+    doubted = int(np.count_nonzero(~residuals.trusted(x)))
+    if not doubted:
+        return []
+    rows = len(residuals.model.dataset.points)
+    return [
+        f"{doubted} of {rows} points lie so far off that they count for less than half ({residuals.loss.name} loss)."
+    ]
