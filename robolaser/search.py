@@ -116,7 +116,8 @@ def _generation(algorithm: Any) -> tuple[Array, Array]:
     from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415
 
     if isinstance(algorithm, ArrayBased):
-        return algorithm.members.X, algorithm.members.F
+        members = algorithm.members
+        return members.X, members.F
     X, F = algorithm.pop.get("X", "F")
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
@@ -131,7 +132,9 @@ class _Course:
         self.x: list[Array] = []
 
     def add(self, X: Array, F: Array, evaluations: int) -> None:
-        i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
+        i = int(np.argmin(F))
+        if np.isnan(F[i]):
+            i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
         better = not self.best or F[i] < self.best[-1]
         self.best.append(float(F[i]) if better else self.best[-1])
         self.x.append(X[i].copy() if better else self.x[-1])

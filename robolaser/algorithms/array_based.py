@@ -81,16 +81,12 @@ class ArrayBased(GeneticAlgorithm):
             super().next()
             return
         if self.is_initialized:
-            X = self._bred(self.members)
-        else:
-            self._initialize()
-            X = self._sampled()
-        off = self._evaluated(X)
-        if self.is_initialized:
             parents = self.members
+            off = self._evaluated(self._bred(parents))
             self._pop = parents.followed_by(off, self._kept(parents, off))
         else:
-            self._pop = off
+            self._initialize()
+            self._pop = off = self._evaluated(self._sampled())
             self.is_initialized = True
         self._off = off
         self._post_advance()

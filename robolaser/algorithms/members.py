@@ -71,13 +71,17 @@ class Members:
     def of(cls, individuals: Iterable[Individual]) -> Self:
         """Read pymoo's individuals."""
         made = list(individuals)
-        names = ("X", "F", "G", "H", "CV", "feas", "n_iter")
-        columns = dict(zip(names, Population(made).get(*names), strict=True))
-        columns["born"] = np.array([generation or 0 for generation in columns.pop("n_iter")], np.int64)
-        for name in ("X", "F"):
-            columns[name] = np.asarray(columns[name], np.float64)
+        columns = {
+            "X": np.array([one.X for one in made], np.float64),
+            "F": np.array([one.F for one in made], np.float64),
+            "G": np.array([one.G for one in made]),
+            "H": np.array([one.H for one in made]),
+            "CV": np.array([one.CV for one in made]),
+            "feas": np.array([one.feas for one in made]),
+            "born": np.array([one.data.get("n_iter") or 0 for one in made], np.int64),
+        }
         columns = {name: column for name, column in columns.items() if column.size}
-        if columns.keys().isdisjoint(("G", "H")) and not columns["CV"].any():
+        if columns.keys().isdisjoint(_CONSTRAINTS) and not columns["CV"].any():
             del columns["CV"], columns["feas"]
         members = cls(columns)
         members.made = dict(enumerate(made))
