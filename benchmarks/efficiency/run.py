@@ -26,8 +26,6 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset, Noise
 from robolaser.fit import Plan, calibrate
 from robolaser.jacobian import jacobian
-from robolaser.noise import NoiseModel
-from robolaser.noise.disturbances import disturbances
 from robolaser.robots import find_robot
 from robolaser.scanner import Model
 from robolaser.simulate import simulate
@@ -40,6 +38,7 @@ OPENED = 3.0  # times their width is between nominal values and bounds: no bound
 POSITIVE = ("s_u", "s_v")
 CLEAR = 4.0  # standard deviations that the truth is away from every bound, at least
 PROCESSES = 2
+PIXEL_STEP_PX = 0.1
 
 
 def main() -> None:
@@ -102,13 +101,27 @@ def bound(name: str) -> Bound:
     free = ~np.isin(model.parameters.names, model.sensor.held)
     J, G = (jacobian(each, x)[:, free] for each in (model, Model(unseen)))
     pixel_px, target_m = WORLDS[name]
-    sources = {source.name: source for source in disturbances(model, x)}
-    noise = NoiseModel((sources["pixel"], sources["target"]), {"pixel": pixel_px, "target": target_m})
-    weighed = noise.weigh(J.T)
+    of_pixel = pixel_effect(model, x)
+    row = pixel_px**2 * of_pixel @ np.swapaxes(of_pixel, 1, 2) + target_m**2 * np.eye(3)
+    weighed = np.linalg.solve(row, J.reshape(len(row), 3, -1)).reshape(J.shape).T
     cov = np.linalg.inv(weighed @ J)
     room = np.minimum(x - model.parameters.lower, model.parameters.upper - x)[free] / np.sqrt(np.diag(cov))
     assert (room > CLEAR).all(), "a bound may bind"
-    return Bound(float(np.trace(G @ cov @ G.T)), G @ cov @ weighed, sources["pixel"].effect)
+    return Bound(float(np.trace(G @ cov @ G.T)), G @ cov @ weighed, of_pixel)
+
+
+def pixel_effect(model: Model, x: Array) -> Array:
+    """What a pixel's error does to its row, by central differences, (m, 3, 2) [m/px]."""
+    points = model.dataset.points
+    assert points.pixel is not None
+
+    def residuals(shift: Array) -> Array:
+        moved = replace(points, pixel=points.pixel + shift)
+        e: Array = Model(replace(model.dataset, points=moved)).residuals(x[None])[0]
+        return e
+
+    steps = PIXEL_STEP_PX * np.eye(2)
+    return np.stack([(residuals(step) - residuals(-step)) / (2 * PIXEL_STEP_PX) for step in steps], axis=-1)
 
 
 def square_errors(work: tuple[str, str, int]) -> tuple[float, float]:
@@ -125,7 +138,7 @@ def square_errors(work: tuple[str, str, int]) -> tuple[float, float]:
     shaken = replace(points, pixel=points.pixel + of_pixel, xyz=points.xyz + of_target)
     found = calibrate(replace(fitted, points=shaken), Plan(algorithm="gauss-newton", weights=weights))
     assert not found.on_bound.any(), "a bound binds"
-    errors = of_target + np.einsum("mij,mj->mi", bound(name).pixel_effect, of_pixel)
+    errors = of_target + (bound(name).pixel_effect @ of_pixel[..., None])[..., 0]
     linear = bound(name).answer @ errors.reshape(-1)
     return float(Model(unseen).cost(found.x[None])[0]), float(linear @ linear)
 
