@@ -40,7 +40,7 @@ def main() -> None:
     result = None
     for seed in range(args.seeds):
         began = time.process_time()
-        result = calibrate(made.dataset, Plan(seed=seed, generations=args.generations))
+        result = calibrate(made.dataset, Plan(algorithm="rcga", seed=seed, generations=args.generations))
         seconds.append(time.process_time() - began)
         searched.append(result.history.best[-1])
         polished.append(result.objective_m2)
