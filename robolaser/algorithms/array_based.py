@@ -1,6 +1,6 @@
 """A pymoo algorithm that keeps its generations as arrays, and makes pymoo's populations only for who asks."""
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from robolaser.algorithms.members import Members
 from robolaser.arrays import Array, Ints
 
 
-class ArrayBased(GeneticAlgorithm):
+class ArrayBased(GeneticAlgorithm, ABC):
     """A genetic algorithm of pymoo's whose `next` goes from array to array where all its parts are known.
 
     `pop`, `off` and `opt` are pymoo's populations, made when somebody reads them and kept for that generation. Asking

@@ -127,14 +127,10 @@ class Members:
             kept: Rows of both, one after the other.
         """
         if self.columns.keys() != offspring.columns.keys():
-            both = [self.individual(i) for i in range(len(self))] + [
-                offspring.individual(i) for i in range(len(offspring))
-            ]
+            both = [one.individual(row) for one in (self, offspring) for row in range(len(one))]
             return Members.of([both[row] for row in kept])
-        columns = {
-            name: np.concatenate((column, offspring.columns[name])).take(kept, 0)
-            for name, column in self.columns.items()
-        }
+        told = offspring.columns
+        columns = {name: np.concatenate((column, told[name])).take(kept, 0) for name, column in self.columns.items()}
         members = Members(columns, offspring.evaluated)
         if self.made:
             members.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
