@@ -21,74 +21,80 @@ SIMILARITY, PLACEMENT = 33, 634
 @compiled
 def desk() -> Any:
     """Room to work in: R, its axes, the target's, theirs, derivatives, and what each objective keeps."""
-    return np.empty((12, 3, 3)), np.empty(25), np.empty(25), np.empty((7, 9)), np.empty((7, 24))
+    R, axes, G, second, R_t, axes_t = (
+        np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    )  # fmt: skip
+    return R, axes, G, second, np.empty(3), R_t, axes_t, np.empty(25), np.empty(25), np.empty((7, 9)), np.empty((7, 24))
 
 
 @compiled
 def objective(problem: Array, zyz: bool, x: Array, g: Array, H: Array, room: Any) -> Any:
     """Value at x; the gradient goes to g and the Hessian to H."""
     if len(x) == 4:
-        return _similarity(problem, zyz, x, g, H, room[0])
+        return _similarity(problem, zyz, x, g, H, room)
     return _placement(problem, zyz, x, g, H, room)
 
 
 @compiled
-def _similarity(problem, zyz, x, g, H, small):  # type: ignore[no-untyped-def]
-    R, axes, G, second, moved = small[0], small[1], small[2], small[3], small[4]
-    first, seen, left, back = small[5, 0], small[5, 1], small[5, 2], small[6, 0]
-    p, d, cross, B = problem[0:3], problem[3:6], problem[6:15], problem[18:27]
+def _similarity(problem, zyz, x, g, H, room):  # type: ignore[no-untyped-def]
+    R, axes, G, second, first = room[0], room[1], room[2], room[3], room[4]
+    p_0, p_1, p_2 = problem[0], problem[1], problem[2]
     pp, dd, count, scale = problem[15], problem[16], problem[17], x[0]
     turn(x[1:], zyz, R, axes)
-    for i in range(3):
-        seen[i] = R[i, 0] * p[0] + R[i, 1] * p[1] + R[i, 2] * p[2]
-    beyond = 0.0
-    for i in range(3):
-        moved[0, i] = B[3 * i] * seen[0] + B[3 * i + 1] * seen[1] + B[3 * i + 2] * seen[2]
-        wanted = d[i] - scale * moved[0, i]
-        left[i] = wanted - min(max(wanted, problem[27 + i]), problem[30 + i])
-        beyond += left[i] * left[i]
+    q_0 = R[0, 0] * p_0 + R[0, 1] * p_1 + R[0, 2] * p_2
+    q_1 = R[1, 0] * p_0 + R[1, 1] * p_1 + R[1, 2] * p_2
+    q_2 = R[2, 0] * p_0 + R[2, 1] * p_1 + R[2, 2] * p_2
+    e_0 = _beyond(problem, scale, q_0, q_1, q_2, 0)
+    e_1 = _beyond(problem, scale, q_0, q_1, q_2, 1)
+    e_2 = _beyond(problem, scale, q_0, q_1, q_2, 2)
     overlap = linear = 0.0
     for i in range(3):
-        back[i] = count * (B[i] * left[0] + B[3 + i] * left[1] + B[6 + i] * left[2])
-        linear += back[i] * seen[i]
-        for j in range(3):
-            overlap += R[i, j] * cross[3 * i + j]
-            G[i, j] = cross[3 * i + j] + back[i] * p[j]
-    linear += overlap
+        back = count * (problem[18 + i] * e_0 + problem[21 + i] * e_1 + problem[24 + i] * e_2)
+        linear += back * (R[i, 0] * p_0 + R[i, 1] * p_1 + R[i, 2] * p_2)
+        G[i, 0], G[i, 1], G[i, 2] = problem[6 + 3 * i], problem[7 + 3 * i], problem[8 + 3 * i]
+        overlap += R[i, 0] * G[i, 0] + R[i, 1] * G[i, 1] + R[i, 2] * G[i, 2]
+        G[i, 0] += back * p_0
+        G[i, 1] += back * p_1
+        G[i, 2] += back * p_2
     along(axes, G, R, first, second)
-    g[0] = 2 * (scale * pp - linear)
+    g[0] = 2 * (scale * pp - linear - overlap)
     H[0, 0] = 2 * pp
     for k in range(3):
         g[1 + k] = -2 * scale * first[k]
         H[0, 1 + k] = H[1 + k, 0] = -2 * first[k]
         for j in range(3):
             H[1 + k, 1 + j] = -2 * scale * second[k, j]
-    if beyond > 0.0:
-        for i in range(3):
-            if left[i] != 0.0:
-                row = small[6, 1]
-                b_0, b_1, b_2 = B[3 * i], B[3 * i + 1], B[3 * i + 2]
-                for k in range(3):
-                    a_0, a_1, a_2 = axes[k, 0], axes[k, 1], axes[k, 2]
-                    row[k] = scale * (
-                        b_0 * (a_1 * seen[2] - a_2 * seen[1])
-                        + b_1 * (a_2 * seen[0] - a_0 * seen[2])
-                        + b_2 * (a_0 * seen[1] - a_1 * seen[0])
-                    )
-                H[0, 0] += 2 * count * moved[0, i] * moved[0, i]
-                for k in range(3):
-                    H[0, 1 + k] += 2 * count * moved[0, i] * row[k]
-                    H[1 + k, 0] = H[0, 1 + k]
-                    for j in range(3):
-                        H[1 + k, 1 + j] += 2 * count * row[k] * row[j]
-    return dd - 2 * scale * overlap + scale * scale * pp + count * beyond
+    for i in range(3):
+        if (e_0, e_1, e_2)[i] != 0.0:
+            b_0, b_1, b_2 = problem[18 + 3 * i], problem[19 + 3 * i], problem[20 + 3 * i]
+            by_scale = b_0 * q_0 + b_1 * q_1 + b_2 * q_2
+            H[0, 0] += 2 * count * by_scale * by_scale
+            for k in range(3):
+                first[k] = scale * (
+                    b_0 * (axes[k, 1] * q_2 - axes[k, 2] * q_1)
+                    + b_1 * (axes[k, 2] * q_0 - axes[k, 0] * q_2)
+                    + b_2 * (axes[k, 0] * q_1 - axes[k, 1] * q_0)
+                )
+                H[0, 1 + k] += 2 * count * by_scale * first[k]
+                H[1 + k, 0] = H[0, 1 + k]
+                for j in range(k + 1):
+                    H[1 + k, 1 + j] += 2 * count * first[k] * first[j]
+                    H[1 + j, 1 + k] = H[1 + k, 1 + j]
+    return dd - 2 * scale * overlap + scale * scale * pp + count * (e_0 * e_0 + e_1 * e_1 + e_2 * e_2)
+
+
+@compiled
+def _beyond(problem, scale, q_0, q_1, q_2, i):  # type: ignore[no-untyped-def]
+    """How far the shift would have to go beyond its bounds along an axis."""
+    wanted = problem[3 + i] - scale * (
+        problem[18 + 3 * i] * q_0 + problem[19 + 3 * i] * q_1 + problem[20 + 3 * i] * q_2
+    )
+    return wanted - min(max(wanted, problem[27 + i]), problem[30 + i])
 
 
 @compiled
 def _placement(problem, zyz, x, g, H, room):  # type: ignore[no-untyped-def]  # noqa: PLR0912 - spelled out for the compiler
-    small, z, Mz, D, MD = room
-    R, axes, R_t, axes_t, G, second = small[0], small[1], small[2], small[3], small[4], small[5]
-    first = small[6, 0]
+    R, axes, G, second, first, R_t, axes_t, z, Mz, D, MD = room
     M, B, scale = problem[:625].reshape(25, 25), problem[625:], x[0]
     turn(x[1:4], zyz, R, axes)
     turn(x[10:13], False, R_t, axes_t)  # noqa: FBT003

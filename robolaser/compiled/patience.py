@@ -8,3 +8,4 @@ WORTH = 1e-3  # of what a step promised, it must hold at least
 FIRST = 0.1  # damping once a step has failed, in units of the curvature's diagonal
 FIRM, LOOSE = 3.0, 0.03  # what the damping is multiplied by after a step that failed, and after one that did not
 HOPELESS = 1e9  # damping at which steps no longer move anything
+WIDE = 1.0  # bounds of an angle farther apart than this [rad] have more than one start

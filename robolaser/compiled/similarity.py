@@ -8,10 +8,35 @@ from robolaser.arrays import Array
 from robolaser.compiled.closures import SIMILARITY, desk
 from robolaser.compiled.loops import compiled
 from robolaser.compiled.newton import descend, stairs
+from robolaser.compiled.patience import WIDE
 from robolaser.compiled.turns import angles_within, turn
 
 SWEEPS = 12  # of Jacobi's rotations over a 4 x 4 matrix; five are usual
 STILL = 1e-16  # what is left off the diagonal, of the whole
+
+
+@compiled
+def shown(first: int, last: int, lens: Array, sheet: Array, pixel: Array, along_u: bool, seen: Array) -> None:
+    """Points on the sheet that pixels show, in the camera frame: the twin of `optics`.
+
+    Args:
+        first: First candidate.
+        last: The one after the last.
+        lens: s_u, s_v, u_0, v_0, k and f, (c, 6).
+        sheet: n · P = d, (c, 1 or m, 4).
+        pixel: (m, 2) [px].
+        along_u: Whether the stripe runs along image u.
+        seen: Takes the points, (c, m, 3) [m]; not finite at poles.
+    """
+    for i in range(first, last):
+        s_u, s_v, u_0, v_0, k, f = lens[i]
+        for r in range(len(pixel)):
+            at = r if sheet.shape[1] > 1 else 0
+            u, v = (pixel[r, 0] - u_0) * s_u, (pixel[r, 1] - v_0) * s_v
+            grown = 1.0 + k * (u * u + v * v)
+            x, y = (v * grown, -u * grown) if along_u else (u * grown, v * grown)
+            rho = sheet[i, at, 3] / (sheet[i, at, 0] * x + sheet[i, at, 1] * y + sheet[i, at, 2] * f)
+            seen[i, r, 0], seen[i, r, 1], seen[i, r, 2] = rho * x, rho * y, rho * f
 
 
 @compiled
@@ -49,6 +74,7 @@ def fit(  # noqa: PLR0912 - spelled out for the compiler
     low, high, x = np.empty(4), np.empty(4), np.empty(4)
     for k in range(3):
         low[1 + k], high[1 + k] = lower[k], upper[k]
+    wide = zyz or max(high[1] - low[1], high[2] - low[2], high[3] - low[3]) > WIDE
     K, Q, R, angles = np.empty((4, 4)), np.empty((4, 4)), np.empty((3, 3)), np.empty(3)
     for c in range(first, last):
         _gather(seen[c], known[c if len(known) > 1 else 0], problem)
@@ -72,17 +98,32 @@ def fit(  # noqa: PLR0912 - spelled out for the compiler
             _turned(Q, best, R)
             angles_within(R, zyz, lower[:3], upper[:3], angles)
             ideal = K[best, best] / problem[15]
-            x[0] = min(max(ideal, low[0]), high[0])
-            for k in range(3):
-                x[1 + k] = min(max(angles[k], low[1 + k]), high[1 + k])
+            fits, near = low[0] <= ideal <= high[0], True
+            x[0] = ideal
+            for k in range(1, 4):
+                x[k] = angles[k - 1]
+                near = near and low[k] <= x[k] <= high[k]
+            if fits and near and _shift_fits(problem, ideal, R):
+                J = problem[16] - ideal * ideal * problem[15]
+                if least > J:
+                    least = J
+                    found[c, :4] = x
+                continue
             size = problem[16] + ideal * ideal * problem[15]
             for i in range(3):
                 size += problem[17] * (problem[3 + i] ** 2 + ideal * ideal * problem[i] ** 2)
-            J = descend(problem, zyz, x, low, high, size, room, steps)
-            if least > J:
-                least = J
-                for i in range(4):
-                    found[c, i] = x[i]
+            for start in range(2):
+                if start == 0 and not near and not wide:
+                    continue
+                if start == 1 and near and not wide:
+                    continue
+                for k in range(4):
+                    aim = ideal if k == 0 else (angles[k - 1] if start == 0 else (low[k] + high[k]) / 2)
+                    x[k] = min(max(aim, low[k]), high[k])
+                J = descend(problem, zyz, x, low, high, size, room, steps)
+                if least > J:
+                    least = J
+                    found[c, :4] = x
         _shift(problem, zyz, found[c], room)
 
 
@@ -174,13 +215,29 @@ def _turned(Q, k, R):  # type: ignore[no-untyped-def]
 
 
 @compiled
+def _shift_fits(problem, scale, R):  # type: ignore[no-untyped-def]
+    """Whether the best shift is within its bounds."""
+    for i in range(3):
+        wanted = _wanted(problem, scale, R, i)
+        if not problem[27 + i] <= wanted <= problem[30 + i]:
+            return False
+    return True
+
+
+@compiled
+def _wanted(problem, scale, R, i):  # type: ignore[no-untyped-def]
+    """The best shift along an axis."""
+    moved = 0.0
+    for j in range(3):
+        for k in range(3):
+            moved += problem[18 + 3 * i + j] * R[j, k] * problem[k]
+    return problem[3 + i] - scale * moved
+
+
+@compiled
 def _shift(problem: Array, zyz: bool, x: Array, room: Any) -> None:
     """The best shift within its bounds."""
-    R, axes = room[0][0], room[0][1]
+    R, axes = room[0], room[1]
     turn(x[1:4], zyz, R, axes)
     for i in range(3):
-        moved = 0.0
-        for j in range(3):
-            for k in range(3):
-                moved += problem[18 + 3 * i + j] * R[j, k] * problem[k]
-        x[4 + i] = min(max(problem[3 + i] - x[0] * moved, problem[27 + i]), problem[30 + i])
+        x[4 + i] = min(max(_wanted(problem, x[0], R, i), problem[27 + i]), problem[30 + i])

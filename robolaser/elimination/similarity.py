@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import available, share_out
+from robolaser.compiled.patience import WIDE
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
 
@@ -78,7 +79,9 @@ def fit(p: Array, d: Array, room: Room, scale: Array) -> Array:
     """The scale λ, the angles of R and the shift t within bounds that leave the least of Σ |d - (λ B R p + t)|².
 
     The shift is a clip; where the best of all fits (Umeyama 1991) breaks a bound, scale and angles follow by Newton's
-    method from there. A scale may have either sign: a scanner whose laser is on the other side.
+    method from there or, should an angle be out of bounds, from the middle of them: from both where they are wide, or
+    where "zyz" has two ways to much the same turn. A scale may have either sign: a scanner whose laser is on the other
+    side.
 
     Args:
         p: Points in the camera frame, (c, m, 3) [m].
@@ -138,9 +141,16 @@ def _one_sign(moments: Moments, room: Room, scale: Array, sign: float) -> tuple[
     cost = np.maximum(moments.dd - start[:, 0] ** 2 * moments.pp, 0.0)
     breaks = np.flatnonzero(~kept)
     if len(breaks):
-        objective = _Objective(moments.take(breaks), room)
         size = size[breaks] + moments.count * (free[breaks] ** 2 + left[breaks] ** 2).sum(axis=1)
-        ends[breaks], cost[breaks] = minimise(objective, start[breaks], low[breaks], high[breaks], size)
+        cost[breaks] = np.inf
+        near = ((start >= low) & (start <= high))[breaks, 1:].all(axis=1)
+        wide = room.order == "zyz" or np.max(room.angles[1] - room.angles[0]) > WIDE
+        middle = np.column_stack([start[:, 0], (low + high)[:, 1:] / 2])
+        for begun, tried in ((start, near | wide), (middle, ~near | wide)):
+            rows = breaks[tried]
+            x, J = minimise(_Objective(moments.take(rows), room), begun[rows], low[rows], high[rows], size[tried])
+            lower = cost[rows] > J
+            ends[rows[lower]], cost[rows[lower]] = x[lower], J[lower]
     return ends, cost
 
 

@@ -27,7 +27,8 @@ class Room:
 def follow(loops: Loops, room: Room) -> Array:
     """What leaves the least of Σ |R (R_flange tool + t_flange) + s - y|² within bounds.
 
-    Given the rotation all else is linear. From the relaxation, and from the best of many rotations, by Newton's method.
+    Given the rotation all else is linear: the rotation is followed downhill from the relaxation and from the best of
+    many. Where what follows breaks a bound, all together goes on from there.
 
     Args:
         loops: With χ = (y, 1), and φ one for the row's tool and zero for all others.
@@ -39,20 +40,24 @@ def follow(loops: Loops, room: Room) -> Array:
     c, k = len(loops.form), loops.f
     linear = np.concatenate([[3, 7, 11], np.arange(12, 12 + 3 * k)])
     Q, gives = loops.without(linear)
-    turns = _starts(Q)
-    low, high = (np.broadcast_to(bound, (c, 6 + 3 * k)) for bound in (room.lower, room.upper))
-    objective, size = _Objective(loops), np.abs(loops.form[:, -1, -1])
-    found, least = np.zeros((c, 6 + 3 * k)), np.full(c, np.inf)
-    for R in np.moveaxis(turns, 1, 0):
-        back = np.swapaxes(R, 1, 2).reshape(c, 9, 1)
-        rest = (gives @ np.concatenate([back, np.ones((c, 1, 1))], axis=1))[:, :, 0]
-        x = np.zeros((c, 6 + 3 * k))
-        x[:, :3] = angles_within(R, "xyz", room.lower[:3], room.upper[:3])
-        x[:, 3:6] = -(R @ rest[:, :3, None])[:, :, 0]
-        x[:, 6:] = np.swapaxes(rest[:, 3:].reshape(c, 3, k), 1, 2).reshape(c, 3 * k)
-        x, J = minimise(objective, x, low, high, size)
+    size = np.abs(loops.form[:, -1, -1])
+    angles, least = np.zeros((c, 3)), np.full(c, np.inf)
+    for R in np.moveaxis(_starts(Q), 1, 0):
+        start = angles_within(R, "xyz", room.lower[:3], room.upper[:3])
+        tried, J = minimise(_Turned(Q), start, *(np.full((c, 3), end) for end in (-np.inf, np.inf)), size)
         better = least > J
-        found[better], least[better] = x[better], J[better]
+        angles[better], least[better] = tried[better], J[better]
+    R, _ = turn(angles, "xyz")
+    back = np.concatenate([np.swapaxes(R, 1, 2).reshape(c, 9, 1), np.ones((c, 1, 1))], axis=1)
+    rest = (gives @ back)[:, :, 0]
+    tools = np.swapaxes(rest[:, 3:].reshape(c, 3, k), 1, 2).reshape(c, 3 * k)
+    turned = angles_within(R, "xyz", room.lower[:3], room.upper[:3])
+    found = np.column_stack([turned, -(R @ rest[:, :3, None])[:, :, 0], tools])
+    breaks = np.flatnonzero(((found < room.lower) | (found > room.upper)).any(axis=1))
+    if len(breaks):
+        low, high = (np.broadcast_to(bound, (len(breaks), 6 + 3 * k)) for bound in (room.lower, room.upper))
+        objective = _Objective(loops.form[breaks], k)
+        found[breaks], _ = minimise(objective, found[breaks], low, high, size[breaks])
     return found
 
 
@@ -68,11 +73,31 @@ def _starts(Q: Array) -> Array:
     return np.concatenate([(U @ Vt)[:, None], seeds[best]], axis=1)
 
 
+class _Turned:
+    """zᵀ Q z of three angles, z = (Rᵀ, 1), with its derivatives."""
+
+    def __init__(self, Q: Array) -> None:
+        self._form = Q
+
+    def __call__(self, x: Array, which: Ints) -> tuple[Array, Array, Array]:
+        Q, c = self._form[which], len(which)
+        R, axes = turn(x, "xyz")
+        z = np.ones((c, 10))
+        z[:, :9] = np.swapaxes(R, 1, 2).reshape(c, 9)
+        turned = np.cross(axes[:, :, :, None], R[:, None], axis=2)
+        Z = np.swapaxes(turned, 2, 3).reshape(c, 3, 9)
+        Qz = (Q @ z[..., None])[..., 0]
+        pull = np.swapaxes(Qz[:, :9].reshape(c, 3, 3), 1, 2)
+        first, second = along(axes, pull @ np.swapaxes(R, 1, 2))
+        H = 2 * (Z @ Q[:, :9, :9] @ np.swapaxes(Z, 1, 2) + second)
+        return np.einsum("ki,ki->k", z, Qz), 2 * first, H
+
+
 class _Objective:
     """zᵀ M z of angles, shift and tools, with its derivatives: V = (Rᵀ, -Rᵀ s), U the tools."""
 
-    def __init__(self, loops: Loops) -> None:
-        self._form, self._tools = loops.form, loops.f
+    def __init__(self, form: Array, tools: int) -> None:
+        self._form, self._tools = form, tools
 
     def __call__(self, x: Array, which: Ints) -> tuple[Array, Array, Array]:
         M, c, k = self._form[which], len(which), self._tools
