@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Ints
 from robolaser.scanner import Model
 
-ROWS = 20_000
+ROWS = 20000
 """Rows of a block at which the next one begins: their derivatives are some ten megabytes."""
 
 

@@ -6,8 +6,9 @@ from typing import final
 import numpy as np
 
 from robolaser.algorithms.bounded_step import bounded_steps
-from robolaser.algorithms.gauss_newton import NOISE
+from robolaser.algorithms.gauss_newton import NOISE, bent
 from robolaser.algorithms.loss import AXES
+from robolaser.algorithms.rows import PROBE, bends_along
 from robolaser.arrays import Array, Ints
 from robolaser.box import Box, Residuals
 from robolaser.dataset import Dataset
@@ -38,10 +39,9 @@ def held_out(residuals: Residuals, x: Array, box: Box, *, seed: int) -> tuple[Ar
     if groups is None:
         return None, 0
     folds = _Folds(residuals, box, groups, x)
-    steps, gains = folds.steps()
-    trials = box.around(x).moved(steps)
+    trials, gains = folds.trials()
     errors, costs = folds.predicted(trials)
-    evaluations = box.around(x).evaluations + len(trials)
+    evaluations = folds.evaluations + len(trials)
     missed = np.abs((folds.costs - gains) - costs) / np.maximum(costs, np.finfo(np.float64).tiny)
     for fold in np.flatnonzero(~(missed <= TOLERANCE)):
         out = groups == fold
@@ -61,6 +61,7 @@ class _Folds:
 
     Attributes:
         costs: Of all rows but those of each group, at the parameters found, (g,).
+        evaluations: Candidates evaluated so far.
     """
 
     def __init__(self, residuals: Residuals, box: Box, groups: Ints, x: Array) -> None:
@@ -75,14 +76,33 @@ class _Folds:
                 own[fold] += residuals.loss.costs(slopes[-1:, numbers])[0]
                 self._triangles[fold] = triangle(straight[:, numbers].T, self._triangles[fold])
         self.costs = own.sum() - own
+        self.evaluations = self._around.evaluations
 
-    def steps(self) -> tuple[Array, Array]:
-        """Step of each fit from the parameters found, (g, d), and by how much it promises to lower its cost, (g,)."""
-        found = []
-        for fold in range(self._count):
-            R = triangle(np.concatenate(self._triangles[:fold] + self._triangles[fold + 1 :]))
-            found.append(bounded_steps(R[:, :-1], R[:, -1], *self._around.room, np.zeros(1), NOISE))
-        return np.concatenate([steps for steps, _ in found]), np.concatenate([gains for _, gains in found])
+    def trials(self) -> tuple[Array, Array]:
+        """Where a first step takes each fit, (g, d), and by how much it promises to lower its cost, (g,)."""
+        at, undamped = self._around, np.zeros(1)
+        others = [
+            triangle(np.concatenate(self._triangles[:fold] + self._triangles[fold + 1 :]))
+            for fold in range(self._count)
+        ]
+        straight = [bounded_steps(R[:, :-1], R[:, -1], *at.room, undamped, NOISE) for R in others]
+        steps, gains = (np.concatenate(parts) for parts in zip(*straight, strict=True))
+        pulls = self._pulls(steps)
+        turned = [bent(R, steps[[i]], pulls[[i]], at.room, undamped) for i, R in enumerate(others)]
+        return at.moved(np.concatenate(turned)), gains
+
+    def _pulls(self, steps: Array) -> Array:
+        """Where the second derivatives of each fit's rows along its step pull, (g, d)."""
+        at, loss = self._around, self._residuals.loss
+        probes, pulls = at.moved(PROBE * steps), np.zeros_like(steps)
+        for rows, block in self._residuals.blocks:
+            slopes = at.slopes(block, AXES * len(rows))
+            bends = bends_along(block, loss, slopes, steps, probes)
+            for fold, numbers in _numbers_of(self._groups[rows]):
+                bends[fold, numbers] = 0.0
+            pulls += bends @ slopes[:-1].T
+        self.evaluations += at.evaluations + len(steps)
+        return np.where(np.isfinite(pulls).all(axis=1, keepdims=True), pulls, 0.0)
 
     def predicted(self, candidates: Array) -> tuple[Array, Array]:
         """Each row predicted by its group's candidate (g, d): errors (m, 3) [m]; and what the others cost it, (g,)."""

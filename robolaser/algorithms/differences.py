@@ -64,7 +64,7 @@ class Around:
         pairs[every, 0, moving] += near
         pairs[every, 1, moving] += far
         pairs = np.clip(pairs, lower, upper)
-        to_near, to_far = ((pairs[every, :, moving] - x[moving, None]) / scale[moving, None]).T[..., None]
+        to_near, to_far = ((pairs[every, :, moving] - x[moving, None]) / scale[moving, None]).T.tolist()
 
         at_once = max(1, BATCH // (2 * rows))
         slopes = np.zeros((len(x) + 1, rows))
@@ -74,7 +74,8 @@ class Around:
             e = evaluated(residuals, points if start else np.concatenate([x[None], points]))
             if not start:
                 slopes[-1], e = e[0], e[1:]
-            slopes[moving[some]] = _three_point(e[::2], e[1::2], slopes[-1], to_near[some], to_far[some])
+            for j, near_e, far_e, h, g in zip(moving[some], e[::2], e[1::2], to_near[some], to_far[some], strict=True):
+                _three_point(near_e, far_e, slopes[-1], h, g, out=slopes[j])
         return slopes
 
     def moved(self, steps: Array) -> Array:
@@ -85,15 +86,24 @@ class Around:
         return np.asarray(np.where(steps <= down, self.lower, inside))
 
 
-def _three_point(near: Array, far: Array, r: Array, to_near: Array, to_far: Array) -> Array:
-    """Derivatives (j, k) from residuals at near and at far points, (j, k) each, and r; from one where the other fails.
-
-    Distances are (j, 1).
-    """
-    good_near, good_far = (np.isfinite(rows.sum(axis=-1, keepdims=True)) for rows in (near, far))
-    by_near, by_far = (np.where(good_near, near, r) - r) / to_near, (np.where(good_far, far, r) - r) / to_far
-    both = np.where(good_far, (to_far * by_near - to_near * by_far) / (to_far - to_near), by_near)
-    return np.asarray(np.where(good_near, both, by_far))
+def _three_point(near: Array, far: Array, r: Array, to_near: float, to_far: float, *, out: Array) -> None:
+    """A derivative (k,) from residuals at a near and a far point and r; from one of them where the other fails."""
+    good_near, good_far = np.isfinite(near.sum()), np.isfinite(far.sum())
+    if not good_near:
+        to_near, near = to_far, far if good_far else r
+    elif not good_far:
+        to_far, far = to_near, near
+    if not (good_near and good_far):
+        np.subtract(near, r, out=out)
+        out /= to_near
+    elif to_near == -to_far:
+        np.subtract(near, far, out=out)
+        out /= 2.0 * to_near
+    else:
+        np.subtract(near, r, out=out)
+        out *= to_far / to_near
+        out -= (far - r) * (to_near / to_far)
+        out /= to_far - to_near
 
 
 def evaluated(residuals: Residuals, candidates: Array) -> Array:

@@ -101,7 +101,7 @@ def gauss_newton(
             promised = max(promised, float(gains.max()))
             if promised <= max(tol * cost, rounding):
                 break
-            trials = at.moved(_bent(rows, at, R, steps, tried * LADDER))
+            trials = at.moved(bent(R, steps, rows.bends(at, steps), at.room, tried * LADDER))
             costs = rows.costs(trials, cost - KEPT_PROMISE * gains)
             best = int(np.nanargmin(costs))
             if costs[best] < cost:
@@ -120,19 +120,27 @@ def gauss_newton(
     return Polished(x, cost, iterations, rows.evaluations, converged, on_bound)
 
 
-def _bent(rows: Rows, at: Around, R: Array, steps: Array, dampings: Array) -> Array:
+def bent(R: Array, steps: Array, pulls: Array, room: tuple[Array, Array], dampings: Array) -> Array:
     """Scaled steps (c, d) with half their acceleration; straight where that is too large to be believed.
 
     Transtrum, Sethna 2012, Improvements to the Levenberg-Marquardt algorithm. The acceleration that the second
     derivatives E'' along a step call for is the step itself for the residuals E'': half of them beside E give both.
+
+    Args:
+        R: Triangle of derivatives and residuals, (d + 1 or less, d + 1).
+        steps: What the linear model says, (c, d).
+        pulls: JᵀE'' along each step, (c, d).
+        room: How far steps may go down and up, (d,) each.
+        dampings: Of each step, (c,).
     """
     U, s, Vt = np.linalg.svd(R[:, :-1], full_matrices=False)
     seen = s > NOISE * s.max(initial=0.0)
-    pulls = rows.bends(at, steps) @ Vt[seen].T / s[seen] @ U[:, seen].T
-    bent = [
-        bounded_steps(R[:, :-1], R[:, -1] + pull / 2.0, *at.room, damping[None], NOISE)[0][0]
-        for pull, damping in zip(pulls, dampings, strict=True)
-    ]
-    turned = np.array(bent)
+    rests = R[:, -1] + pulls @ Vt[seen].T / s[seen] @ U[:, seen].T / 2.0
+    turned = np.array(
+        [
+            bounded_steps(R[:, :-1], rest, *room, damping[None], NOISE)[0][0]
+            for rest, damping in zip(rests, dampings, strict=True)
+        ]
+    )
     believed = 2.0 * np.linalg.norm(turned - steps, axis=1) <= BENDS * np.linalg.norm(steps, axis=1)
     return np.where(believed[:, None], turned, steps)

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.algorithms.differences import BATCH, EPS, Around, evaluated
+from robolaser.algorithms.differences import BATCH, EPS, Around, Residuals, evaluated
 from robolaser.algorithms.loss import AXES, Loss
 from robolaser.arrays import Array
 from robolaser.triangle import triangle
@@ -81,12 +81,28 @@ class Rows:
         probes = at.moved(PROBE * steps)
         for i, (residuals, numbers) in enumerate(zip(self._blocks, self._numbers, strict=True)):
             slopes = self._slopes[i] if self._slopes else at.slopes(residuals, numbers)
-            shares = self._loss.shares(slopes[-1:]).repeat(AXES, axis=1) if self._loss.name != "square" else 1.0
             at_once = max(1, BATCH // max(1, numbers))
             for start in range(0, len(steps), at_once):
                 some = slice(start, start + at_once)
-                straight = slopes[-1] + PROBE * steps[some] @ slopes[:-1]
-                bend = (2.0 / PROBE**2) * (evaluated(residuals, probes[some]) - straight)
-                pull[some] += (shares * bend) @ slopes[:-1].T
+                pull[some] += bends_along(residuals, self._loss, slopes, steps[some], probes[some]) @ slopes[:-1].T
         self.evaluations += len(steps) + (0 if self._slopes else at.evaluations)
         return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
+
+
+def bends_along(residuals: Residuals, loss: Loss, slopes: Array, steps: Array, probes: Array) -> Array:
+    """Second derivatives along steps, (c, d) -> (c, k), each row by its share in the cost.
+
+    Args:
+        residuals: Candidates (c, d) to (c, k).
+        loss: What residuals cost.
+        slopes: Their derivatives by scaled variables, themselves as the last row, (d + 1, k).
+        steps: Scaled, (c, d).
+        probes: Candidates at the share `PROBE` of each step, (c, d).
+    """
+    bends = evaluated(residuals, probes)
+    bends -= slopes[-1]
+    bends -= PROBE * steps @ slopes[:-1]
+    bends *= 2.0 / PROBE**2
+    if loss.name != "square":
+        bends *= loss.shares(slopes[-1:]).repeat(AXES, axis=1)
+    return bends

@@ -34,6 +34,14 @@ def test_derivatives_come_from_the_side_without_a_pole():
     assert around.slopes(walled, len(T))[:-1] == pytest.approx(slopes_of(around.x), abs=1e-4)
 
 
+def test_between_two_poles_a_derivative_is_zero():
+    def alone(x):
+        return np.where(x[:, :1] == 1.0, decay(x), np.nan)
+
+    around = Around(np.array([1.0, 1.0, 0.0]), np.zeros(3), np.full(3, 5.0), np.ones(3))
+    assert np.all(around.slopes(alone, len(T))[0] == 0.0)
+
+
 def test_a_variable_without_room_has_no_derivative():
     around = Around(np.array([1.0, 1.0, 0.0]), np.array([0.0, 1.0, -1.0]), np.array([5.0, 1.0, 1.0]), np.ones(3))
     assert np.all(around.slopes(decay, len(T))[1] == 0.0)

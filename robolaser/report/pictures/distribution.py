@@ -57,7 +57,7 @@ def distribution(evidence: Evidence) -> Picture | None:
 def _drawn(evidence: Evidence) -> Array | None:
     if evidence.noise is None:
         return None
-    times = max(1, DRAWN // len(evidence.fitted_mm))
+    times = max(1, DRAWN // len(evidence.noise.sources[0].group))
     drawn = evidence.noise.draw(times, np.random.default_rng(0))
     lengths: Array = 1e3 * np.linalg.norm(drawn, axis=-1).ravel()
     return lengths

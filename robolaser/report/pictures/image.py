@@ -62,6 +62,6 @@ def _in_view(evidence: Evidence, sensor: Stripe) -> tuple[Array, Array]:
     model, values, bend = evidence.calibration.model, evidence.values, evidence.bend
     R = (model.flange(values, bend) @ sensor.mount(values, bend))[0, :, :3, :3]
     errors = -1e3 * evidence.calibration.residuals
-    x, y, z = np.einsum("mji,mj->im", R[model.dataset.points.pose], errors)
+    x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)
     return np.stack([u, v], axis=-1), z
