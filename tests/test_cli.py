@@ -16,7 +16,6 @@ from robolaser.cli import COMMANDS, main
 from robolaser.commands.command import Command
 
 PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
-QUICK = ["--generations", "40"]
 
 
 @pytest.fixture(params=COMMANDS, ids=lambda command: command.name)
@@ -35,7 +34,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def result(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("cli") / "deep" / "result"
-    assert main(["calibrate", str(dataset), "--output", str(out), *QUICK]) == 0
+    assert main(["calibrate", str(dataset), "--output", str(out)]) == 0
     return out
 
 
@@ -108,7 +107,7 @@ def test_a_file_where_the_output_folder_should_be_is_said(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "taken").write_text("mine")
-    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "taken"), *QUICK]) == 1
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "taken")]) == 1
     assert "taken" in capsys.readouterr().err
     assert (tmp_path / "taken").read_text() == "mine"
 
@@ -199,7 +198,7 @@ def test_a_data_set_without_images_cannot_be_extracted_from(
 
 def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    whole = ["calibrate", str(dataset), "--generations", "150"]
+    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "1500"]
     script = (
         "import sys, threading, time, signal, os\n"
         "import robolaser.search as search\n"
@@ -228,8 +227,15 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
     assert resumed["parameters"] == straight["parameters"]
 
 
+def test_generations_of_a_search_that_has_none_are_pointed_out(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", str(dataset), "--generations", "9", "--output", str(tmp_path / "out")]) == 0
+    assert "--generations changes nothing" in capsys.readouterr().err
+
+
 def test_importing_the_package_loads_no_physics() -> None:
-    heavy = "{'numpy', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich'}"
+    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich'}"
     code = f"import sys, robolaser, robolaser.cli; robolaser.cli.parser(); print(sorted({heavy} & set(sys.modules)))"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said.strip() == "[]"

@@ -51,7 +51,8 @@ class Calibrate(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Calibrate, write and print the result."""
-        from robolaser.calibration import json_text  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.algorithms.names import POLISH_ONLY, SCREENING  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.calibration import json_text  # noqa: PLC0415
         from robolaser.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
         from robolaser.fit import calibrate  # noqa: PLC0415
         from robolaser.folder import load  # noqa: PLC0415
@@ -65,6 +66,8 @@ class Calibrate(Command):
             raise OutputExists(out / RESULT)
         if (out / CHECKPOINT).exists() and not (args.resume or args.force):
             raise SearchStopped(out)
+        if args.generations and args.algorithm in (None, SCREENING, POLISH_ONLY):
+            warn(f"--generations changes nothing: {args.algorithm or 'the default search'} has none.")
         dataset = load(args.dataset)
         make_folder(out)
         plan = Plan(
