@@ -42,9 +42,10 @@ def follow(loops: Loops, room: Room) -> Array:
     Q, gives = loops.without(linear)
     size = np.abs(loops.form[:, -1, -1])
     angles, least = np.zeros((c, 3)), np.full(c, np.inf)
+    anywhere = np.full((c, 3), np.inf)
     for R in np.moveaxis(_starts(Q), 1, 0):
         start = angles_within(R, "xyz", room.lower[:3], room.upper[:3])
-        tried, J = minimise(_Turned(Q), start, *(np.full((c, 3), end) for end in (-np.inf, np.inf)), size)
+        tried, J = minimise(_Turned(Q), start, -anywhere, anywhere, size)
         better = least > J
         angles[better], least[better] = tried[better], J[better]
     R, _ = turn(angles, "xyz")
