@@ -8,7 +8,8 @@ from robolaser.arrays import Array
 from robolaser.scanner import Model
 from robolaser.seams import Seam
 
-BREAKS_SCALE = (Seam.SHEET, Seam.LIGHT, Seam.MOUNT)  # with effects here, points need not grow with the baseline
+AT_ONCE = 400_000  # candidates times rows: some tens of megabytes
+BREAKS_SCALE = (Seam.LIGHT, Seam.MOUNT)  # with effects here points do not grow with the baseline alone
 
 
 @final
@@ -33,6 +34,10 @@ class Reduction:
 
         The others are the best for them within their bounds; those that the gauge holds are at their nominal values.
         """
+        parts = max(1, -(-len(x) * len(self.model.dataset.points) // AT_ONCE))
+        return np.concatenate([self._completed(part) for part in np.array_split(x, parts)])
+
+    def _completed(self, x: Array) -> Array:
         model, whole = self.model, self.model.parameters
         held = dict(zip(whole.names, np.tile(whole.nominal, (len(x), 1)).T, strict=True))
         values = {name: held[name] for name in model.sensor.held} | dict(self.parameters.values(x))
