@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from functools import reduce
 from operator import add
 
+from robolaser.algorithms.gauss_newton import SQUARE
 from robolaser.arrays import Array
 from robolaser.box import Residuals
 from robolaser.jacobian import jacobian
@@ -29,5 +30,5 @@ def information(residuals: Residuals, x: Array, sigmas: Mapping[str, float]) -> 
 
 def _of_block(block: Residuals, x: Array, sigmas: Mapping[str, float]) -> Information:
     noise = NoiseModel(disturbances(block.model, x), sigmas)
-    shares = block.loss.shares(block(x[None]))[0]
+    shares = None if block.loss == SQUARE else block.loss.shares(block(x[None]))[0]
     return Information.of(jacobian(block.model, x), noise, weights=block.noise, shares=shares)

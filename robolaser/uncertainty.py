@@ -74,13 +74,14 @@ class Information:
             weights: The noise by which the minimised residuals were whitened; None for plain ones.
             shares: By how much each whitened row counts, (m,); 1 when absent.
         """
+        plain, reach = triangle(J), np.maximum(J.max(axis=0, initial=0.0), -J.min(axis=0, initial=0.0))
+        if weights is None and shares is None:
+            return cls(plain, plain, noise.seen_through(J), reach)
         share = np.ones((len(J), 1)) if shares is None else shares.repeat(3)[:, None]
         white = J if weights is None else weights.whiten(J.T).T
         pulls = share * white
         weighed = pulls if weights is None else weights.weigh(pulls.T).T
-        return cls(
-            triangle(J), triangle(np.sqrt(share) * white), noise.seen_through(weighed), np.abs(J).max(axis=0, initial=0)
-        )
+        return cls(plain, triangle(np.sqrt(share) * white), noise.seen_through(weighed), reach)
 
     def __add__(self, other: "Information") -> "Information":
         return Information(

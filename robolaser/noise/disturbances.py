@@ -38,6 +38,11 @@ class Disturbance:
     effect: Array
     group: Ints
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether a unit error moves every row by a unit along each axis."""
+        return self.effect.strides[0] == 0 and np.array_equal(self.effect[0], np.eye(3))
+
 
 def disturbances(model: Model, x: Array) -> tuple[Disturbance, ...]:
     """All that may shake a model's residuals at x (d,).

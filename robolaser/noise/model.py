@@ -95,10 +95,10 @@ class NoiseModel:
         """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""
         d = J.shape[1]
         rows = J.reshape(-1, 3, d)
-        total: Array = FLOOR_M**2 * J.T @ J
+        total: Array = FLOOR_M**2 * (J.T @ J)
         for source in self.sources:
-            effect = self.sigmas[source.name] * source.effect
-            shared = group_sums(np.swapaxes(effect, -1, -2) @ rows, source.group).reshape(-1, d)
+            moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
+            shared = self.sigmas[source.name] * group_sums(moved, source.group).reshape(-1, d)
             total = total + shared.T @ shared
         return total
 

@@ -17,12 +17,15 @@ from robolaser.arrays import Array, Ints
 
 def group_sums(rows: Array, group: Ints) -> Array:
     """Sum rows (m, ...) that share a group's number (m,), -> (largest number + 1, ...)."""
-    if len(group) and (group[1:] > group[:-1]).all() and group[-1] == len(group) - 1:
+    apart = np.diff(group)
+    if (apart < 0).any():
+        order = np.argsort(group, kind="stable")
+        rows, group = rows[order], group[order]
+    elif len(group) == group[-1] + 1 and (apart > 0).all():
         return rows
-    order = np.argsort(group, kind="stable")
-    numbers, starts = np.unique(group[order], return_index=True)
-    sums = np.zeros((int(group.max()) + 1, *rows.shape[1:]))
-    sums[numbers] = np.add.reduceat(rows[order], starts, axis=0)
+    numbers, starts = np.unique(group, return_index=True)
+    sums = np.zeros((int(group[-1]) + 1, *rows.shape[1:]))
+    sums[numbers] = np.add.reduceat(rows, starts, axis=0)
     return sums
 
 
