@@ -1,4 +1,8 @@
-"""How loops are compiled: without Python's lock, and kept on disk from one run to the next."""
+"""How loops are compiled: without Python's lock, and kept on disk from one run to the next.
+
+What is kept is made anew when the file of a function changes, but not when a function in another file does that it
+calls: after such a change, delete `__pycache__/*.nb?`.
+"""
 
 import sys
 from collections.abc import Callable
@@ -31,7 +35,7 @@ class _Announcement(event.Listener):
     def on_start(self, event: Any) -> None:
         """Something is about to be compiled that is not on disk."""
         if not self.made and sys.stderr.isatty():
-            print("Compiling for this machine, once: some seconds.", file=sys.stderr)
+            print("Compiling for this machine, once: up to half a minute.", file=sys.stderr)
         self.made = True
 
     def on_end(self, event: Any) -> None:
