@@ -16,31 +16,36 @@ EPS = 1e-12
 @final
 @dataclass(frozen=True)
 class Valley:
-    """Singular vectors and values of a Jacobian, as far as it moves anything.
+    """Singular values and vectors of a Jacobian, as far as it moves anything.
 
     Attributes:
-        U: (k, n).
+        J: (k, d).
         s: (n,).
         Vt: (n, d).
     """
 
-    U: Array
+    J: Array
     s: Array
     Vt: Array
 
     @classmethod
     def of(cls, J: Array) -> "Valley":
-        """Take a Jacobian (k, d) apart."""
-        U, s, Vt = np.linalg.svd(J, full_matrices=False)
+        """Take a Jacobian (k, d) apart; what is tall costs less as a triangle."""
+        _, s, Vt = np.linalg.svd(np.linalg.qr(J, mode="r"), full_matrices=False)
         seen = s > EPS * s[0]
-        return cls(U[:, seen], s[seen], Vt[seen])
+        return cls(J, s[seen], Vt[seen])
+
+    def _along(self, r: Array) -> Array:
+        """Uᵀ r, (n,)."""
+        along: Array = (self.Vt @ (self.J.T @ r)) / self.s
+        return along
 
     def promise(self, r: Array) -> float:
         """By how much the best step would lower the square of residuals (k,)."""
-        return float(((self.U.T @ r) ** 2).sum())
+        return float((self._along(r) ** 2).sum())
 
     def steps(self, r: Array) -> Array:
         """The best step against residuals (k,) for each damping, (len(DAMPINGS), d)."""
         filters = self.s / (self.s**2 + DAMPINGS[:, None] * self.s[0] ** 2)
-        found: Array = -(filters * (self.U.T @ r)) @ self.Vt
+        found: Array = -(filters * self._along(r)) @ self.Vt
         return found

@@ -7,12 +7,16 @@ K = V diag(1 / (√(1+s²) (1+√(1+s²)))) Vᵀ, UᵀU = V diag(s²) Vᵀ, whic
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.compiled import available, share_out
+
+AT_ONCE = 10_000
+"""Candidates times rows that a thread whitens at a time."""
 
 
 def group_sums(rows: Array, group: Ints) -> Array:
@@ -43,7 +47,8 @@ class Stage:
     group: Ints
 
     @cached_property
-    def _kernel(self) -> Array:
+    def kernel(self) -> Array:
+        """K of each group, (largest number + 1, q, q)."""
         gram = group_sums(np.swapaxes(self.shared, -1, -2) @ self.shared, self.group)
         s2, V = np.linalg.eigh(gram)
         root = np.sqrt(1.0 + np.maximum(s2, 0.0))
@@ -53,7 +58,7 @@ class Stage:
     def __call__(self, rows: Array) -> Array:
         """Whiten (m, 3, c)."""
         common = group_sums(np.swapaxes(self.shared, -1, -2) @ rows, self.group)
-        white: Array = rows - self.shared @ (self._kernel @ common)[self.group]
+        white: Array = rows - self.shared @ (self.kernel @ common)[self.group]
         return white
 
 
@@ -91,10 +96,27 @@ class Whitener:
     def __call__(self, residuals: Array) -> Array:
         """Whiten residuals, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
         c = len(residuals)
+        if available():
+            return self._compiled(np.ascontiguousarray(residuals.reshape(c, -1, 3)))
         rows = self.root @ np.ascontiguousarray(residuals.reshape(c, -1).T).reshape(-1, 3, c)
         for stage in self.stages:
             rows = stage(rows)
         return rows.reshape(-1, c).T
+
+    def _compiled(self, residuals: Array) -> Array:
+        from robolaser.compiled.whitening import by_group, by_row  # noqa: PLC0415 - numba takes time to load
+
+        white = np.empty_like(residuals)
+
+        def part(first: int, last: int) -> None:
+            by_row(first, last, self.root, residuals, white)
+            for stage in self.stages:
+                by_group(first, last, stage.shared, stage.group, stage.kernel, white)
+
+        c, m = len(residuals), len(self.root)
+        size = -(-AT_ONCE // m)
+        share_out(partial(part, i, min(i + size, c)) for i in range(0, c, size))
+        return white.reshape(c, -1)
 
     def back(self, white: Array) -> Array:
         """Wᵀ: after W it makes Σ⁻¹, (c, 3m) -> (c, 3m)."""
