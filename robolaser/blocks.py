@@ -10,8 +10,8 @@ import numpy as np
 from robolaser.arrays import Ints
 from robolaser.scanner import Model
 
-ROWS = 20000
-"""Rows of a block at which the next one begins: their derivatives are some ten megabytes."""
+ROWS = 6_000
+"""Rows of a block at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
 
 
 @final

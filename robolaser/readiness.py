@@ -7,7 +7,7 @@ from robolaser.box import Box
 from robolaser.errors import TargetUnseen, TooFewPoses
 from robolaser.jacobian import jacobian
 from robolaser.scanner import Model
-from robolaser.se3 import apply, inverse
+from robolaser.se3 import inverse
 from robolaser.sensors.stripe import Stripe
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
@@ -51,7 +51,8 @@ def check_target(model: Model) -> None:
     bend = model.bend(values)
     T_base_camera = model.flange(values, bend) @ sensor.mount(values, bend)
     pose = model.dataset.points.pose
-    behind = apply(inverse(T_base_camera)[:, pose], sensor.target(values, bend))[0, :, 2] <= 0
+    T_camera_base = inverse(T_base_camera)[0, pose, 2]
+    behind = (sensor.target(values, bend)[0] * T_camera_base[:, :3]).sum(axis=-1) + T_camera_base[:, 3] <= 0
     if behind.mean() > 0.5:
         row = int(np.argmax(behind))
         raise TargetUnseen(row + HEADER, model.dataset.poses.names[pose[row]], int(behind.sum()), len(behind))

@@ -97,7 +97,8 @@ class Model:
         Returns:
             (c, m, 3) [m]; not finite at the model's poles.
         """
-        return np.concatenate([self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)])
+        parts = [self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""

@@ -126,7 +126,7 @@ def _plain_table(path: Path, numbers: Sequence[str]) -> Table | None:
         return None
     texts: dict[str, list[str]] = {}
     known: dict[str, list[Array]] = {}
-    same: dict[str, str] = {}
+    bare = _Bare()
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             header = [name.strip() for name in next(csv.reader([file.readline()], strict=True), [])]
@@ -142,8 +142,7 @@ def _plain_table(path: Path, numbers: Sequence[str]) -> Table | None:
                     if name in known:
                         known[name].append(_numbers(cells))
                     else:
-                        bare = [cell.strip() for cell in cells]
-                        texts[name] += map(same.setdefault, bare, bare)  # equal texts are kept once
+                        texts[name] += map(bare.__getitem__, cells)
                 text = following
     except (OSError, ValueError, csv.Error):
         return None
@@ -151,6 +150,16 @@ def _plain_table(path: Path, numbers: Sequence[str]) -> Table | None:
     rows = len(next(iter(found.values())))
     lines = range(1 + HEADER_ROWS, 1 + HEADER_ROWS + rows)
     return Table(path.name, header, {name: tuple(cells) for name, cells in texts.items()}, lines, found)
+
+
+@final
+class _Bare(dict[str, str]):
+    """Cells without the space around them; equal ones are kept once."""
+
+    def __missing__(self, cell: str) -> str:
+        bare = cell.strip()
+        self[cell] = found = self.setdefault(bare, bare)
+        return found
 
 
 def _columns(text: str, width: int) -> list[list[str]]:

@@ -46,7 +46,7 @@ class Around:
         """Candidates that slopes ask for."""
         return 1 + 2 * int((self.upper > self.lower).sum())
 
-    def slopes(self, residuals: Residuals, rows: int) -> Array:
+    def slopes(self, residuals: Residuals, rows: int, out: Array | None = None) -> Array:
         """Derivatives of so many residuals by the scaled variables, themselves as the last row, (d + 1, rows).
 
         By three points: two and x, one on each side of it or, at a bound, both on the inner. The row of a variable
@@ -67,7 +67,8 @@ class Around:
         to_near, to_far = ((pairs[every, :, moving] - x[moving, None]) / scale[moving, None]).T.tolist()
 
         at_once = max(1, BATCH // (2 * rows))
-        slopes = np.zeros((len(x) + 1, rows))
+        slopes = np.empty((len(x) + 1, rows)) if out is None else out
+        slopes[np.flatnonzero(upper <= lower)] = 0.0
         for start in range(0, max(1, len(moving)), at_once):
             some = slice(start, start + at_once)
             points = pairs[some].reshape(-1, len(x))

@@ -34,9 +34,16 @@ class Rows:
         first = [evaluated(residuals, x[None]) for residuals in blocks]
         self._blocks, self._loss = blocks, loss
         self._numbers = [e.shape[1] for e in first]
-        self._slopes: list[Array] = []
+        self._slopes = self._room_for_slopes(len(x) + 1)
         self.cost = float(sum(loss.costs(e)[0] for e in first))
         self.evaluations = 1
+
+    def _room_for_slopes(self, rows: int) -> list[Array]:
+        """Of each block, (rows, k); none where they would be too many to be kept."""
+        if rows * sum(self._numbers) > KEPT:
+            return []
+        whole = np.empty(rows * sum(self._numbers))
+        return [part.reshape(rows, -1) for part in np.split(whole, rows * np.cumsum(self._numbers)[:-1])]
 
     def costs(self, candidates: Array, enough: Array) -> Array:
         """Costs of candidates (c, d), (c,); NaN for those after a batch of which one costs no more than is enough (c,).
@@ -61,14 +68,10 @@ class Rows:
         """
         R, rounding = np.empty((0, len(at.x) + 1)), 0.0
         digits = EPS * np.abs(at.x / at.scale)
-        keep = len(R.T) * sum(self._numbers) <= KEPT
-        self._slopes = []
-        for residuals, numbers in zip(self._blocks, self._numbers, strict=True):
-            slopes = at.slopes(residuals, numbers)
+        for i, (residuals, numbers) in enumerate(zip(self._blocks, self._numbers, strict=True)):
+            slopes = at.slopes(residuals, numbers, self._slopes[i] if self._slopes else None)
             rounding += float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
             R = triangle(self._loss.straightened(slopes).T, R)
-            if keep:
-                self._slopes.append(slopes)
         self.evaluations += at.evaluations
         return R, rounding
 

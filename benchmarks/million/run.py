@@ -1,0 +1,99 @@
+"""From a folder with up to a million stripe points to calibration.json and its report: seconds by stage, and memory."""
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from robolaser.box import Box, Residuals
+from robolaser.calibration import json_text
+from robolaser.dataset import Noise
+from robolaser.fit import calibrate
+from robolaser.folder import load
+from robolaser.held_out import held_out
+from robolaser.noise import sizes_of
+from robolaser.plan import Plan
+from robolaser.precision import information
+from robolaser.report import page
+from robolaser.reweighting import polished
+from robolaser.robots import find_robot
+from robolaser.saving import save
+from robolaser.scanner import Model
+from robolaser.simulate import simulate
+from robolaser.starts import start_of
+
+SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)
+COMMAND = "import resource, sys; from robolaser.cli import main; code = main(sys.argv[1:]); " \
+          "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr); sys.exit(code)"  # fmt: skip
+
+Result = TypeVar("Result")
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--most", type=int, default=1_000_000, help="points of the largest data set")
+    most = options.parse_args().most
+    print(
+        "| points | wall [s] | CPU [s] | peak memory [MB] | read | search | polish | hold out | precision | report |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for poses, points in SIZES:
+        if poses * points <= most:
+            with tempfile.TemporaryDirectory() as folder:
+                cell = Path(folder) / "cell"
+                save(simulate(find_robot("scorbot_er7"), poses=poses, points=points, noise=NOISE, seed=1).dataset, cell)
+                whole, cpu, peak = command(cell, Path(folder) / "out")
+                stages = " | ".join(f"{seconds:.2f}" for seconds in stages_of(cell))
+                print(f"| {poses * points} | {whole:.1f} | {cpu:.1f} | {peak:.0f} | {stages} |", flush=True)
+
+
+def command(cell: Path, output: Path) -> tuple[float, float, float]:
+    """Seconds of `robolaser calibrate` in a process of its own, those of its processor, and its peak memory [MB]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    began = time.perf_counter()
+    words = [sys.executable, "-c", COMMAND, "calibrate", str(cell), "--output", str(output)]
+    said = subprocess.run(words, check=True, capture_output=True, text=True).stderr
+    seconds = time.perf_counter() - began
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, cpu, int(said.split()[-1]) / 1024
+
+
+def stages_of(cell: Path) -> list[float]:
+    """Processor's seconds of each stage, one after the other in this process, all code compiled and loaded."""
+    seconds: list[float] = []
+
+    def timed(stage: Callable[[], Result]) -> Result:
+        began = time.process_time()
+        result = stage()
+        seconds.append(time.process_time() - began)
+        return result
+
+    dataset = timed(lambda: load(cell))
+    model = Model(dataset)
+    box = Box.of(model)
+    start = timed(lambda: start_of(model, Plan(), state=None, resume=False, progress=lambda what, share: None))
+    residuals, x, _ = timed(lambda: polished(model, box, start.x, weights="plain", loss="square"))
+    timed(lambda: held_out(residuals, x, box, seed=1))
+    timed(lambda: information(residuals, x, sizes_of(model, x).sigmas))
+    found = calibrate(dataset, Plan(algorithm="gauss-newton"))
+    timed(lambda: (page(found), json_text(found)))
+    return seconds
+
+
+def warm_up() -> None:
+    """Compile, and load what is slow to load."""
+    found = calibrate(simulate(find_robot("scorbot_er7"), poses=8, points=8, noise=NOISE, seed=1).dataset)
+    page(found)
+    Residuals(found.model)(found.x[None])
+
+
+if __name__ == "__main__":
+    warm_up()
+    main()
