@@ -35,10 +35,11 @@ LOSSES: Mapping[str, Callable[[Array], tuple[Array, Array, Array]] | None] = {
 }
 """ρ, its first and its second derivative by z, by name; Huber 1964, Black and Anandan 1996."""
 
-EFFICIENT: Mapping[str, float] = {"huber": 1.628, "cauchy": 2.666}
-"""Scales, in standard deviations of an axis, at which 5 % of the efficiency is lost where all errors are normal."""
-MEDIAN_LENGTH = 1.5382
-"""Median length of three independent standard normal numbers."""
+EFFICIENT: Mapping[str, float] = {"huber": 1.345, "cauchy": 2.385}
+"""Scales, in standard deviations, at which 5 % of the efficiency is lost where all errors are normal and lie along a
+line, as a scanner's nearly do; less is lost where they lie all around."""
+MEDIAN = 0.6745
+"""Median length of such errors, in standard deviations."""
 
 
 @final
@@ -68,7 +69,7 @@ class Loss:
         if name not in EFFICIENT:
             return cls(name)
         median = float(np.median(np.linalg.norm(residuals, axis=-1)))
-        return cls(name, max(EFFICIENT[name] * median / MEDIAN_LENGTH, float(np.finfo(np.float64).tiny)))
+        return cls(name, max(EFFICIENT[name] * median / MEDIAN, float(np.finfo(np.float64).tiny)))
 
     def costs(self, rows: Array) -> Array:
         """Cost of all residuals of each candidate, (c, 3m) -> (c,); infinite where one is not finite."""
