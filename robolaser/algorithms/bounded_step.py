@@ -10,7 +10,7 @@ def bounded_steps(J: Array, r: Array, lower: Array, upper: Array, dampings: Arra
 
     Args:
         J: Jacobian, (k, d).
-        r: Residuals, (k,).
+        r: Residuals, (k,); or others for each damping, (c, k).
         lower: Lower bounds of the step, (d,), at most 0.
         upper: Upper bounds of the step, (d,), at least 0.
         dampings: μ in units of the square of J's largest singular value, (c,).
@@ -19,41 +19,51 @@ def bounded_steps(J: Array, r: Array, lower: Array, upper: Array, dampings: Arra
     Returns:
         Steps (c, d), and by how much each lowers |J p + r|², (c,).
     """
-    Q, R = np.linalg.qr(J)
-    c = Q.T @ r
-    largest = float(np.linalg.norm(R, 2)) if R.size else 0.0
-    solver = _Solver(R, c, noise * largest)
-    steps = np.array([_bounded_step(solver, lower, upper, damping * largest**2) for damping in dampings])
+    Q, R = np.linalg.qr(J) if len(J) > J.shape[1] else (np.eye(len(J)), J)
+    c = np.broadcast_to(r @ Q, (len(dampings), len(R)))
+    solver = _Solver(R, noise)
+    steps = np.array(
+        [
+            _bounded_step(solver, rest, lower, upper, damping * solver.largest**2)
+            for rest, damping in zip(c, dampings, strict=True)
+        ]
+    )
     ahead = steps @ R.T + c
-    return steps, c @ c - np.einsum("ck,ck->c", ahead, ahead)
+    return steps, np.einsum("ck,ck->c", c, c) - np.einsum("ck,ck->c", ahead, ahead)
 
 
 class _Solver:
     """Damped least squares over subsets of the variables, each taken apart once."""
 
-    def __init__(self, R: Array, c: Array, floor: float) -> None:
-        self.R, self.c, self.floor = R, c, floor
+    def __init__(self, R: Array, noise: float) -> None:
+        self.R = R
         self._parts: dict[bytes, tuple[Array, Array, Array]] = {}
+        _, s, _ = self._part(np.arange(R.shape[1]))
+        self.largest = float(s.max(initial=0.0))
+        self._floor = noise * self.largest
 
-    def solve(self, free: Ints, rest: Array, damping: float) -> Array:
-        """Best values of the free variables against what the others leave, (m,)."""
+    def _part(self, free: Ints) -> tuple[Array, Array, Array]:
         key = free.tobytes()
         if key not in self._parts:
             U, s, Vt = np.linalg.svd(self.R[:, free], full_matrices=False)
-            seen = s > self.floor
-            self._parts[key] = U[:, seen], s[seen], Vt[seen]
-        U, s, Vt = self._parts[key]
-        step: Array = -Vt.T @ (s / (s**2 + damping) * (U.T @ rest))
+            self._parts[key] = U, s, Vt
+        return self._parts[key]
+
+    def solve(self, free: Ints, rest: Array, damping: float) -> Array:
+        """Best values of the free variables against what the others leave, (m,)."""
+        U, s, Vt = self._part(free)
+        seen = s > self._floor
+        step: Array = -Vt[seen].T @ (s[seen] / (s[seen] ** 2 + damping) * (U.T @ rest)[seen])
         return step
 
 
-def _bounded_step(solver: _Solver, lower: Array, upper: Array, damping: float) -> Array:
+def _bounded_step(solver: _Solver, c: Array, lower: Array, upper: Array, damping: float) -> Array:
     """Block principal pivoting (Portugal, Júdice, Vicente 1994): variables go to a bound and come back.
 
     All that are on the wrong side change at once. Should that not end, as it may if J has not full rank, only the
     last of them does (Murty's rule).
     """
-    R, c = solver.R, solver.c
+    R = solver.R
     d = R.shape[1]
     eps = np.finfo(np.float64).eps
     gradient = R.T @ c

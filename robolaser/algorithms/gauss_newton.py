@@ -136,11 +136,6 @@ def bent(R: Array, steps: Array, pulls: Array, room: tuple[Array, Array], dampin
     U, s, Vt = np.linalg.svd(R[:, :-1], full_matrices=False)
     seen = s > NOISE * s.max(initial=0.0)
     rests = R[:, -1] + pulls @ Vt[seen].T / s[seen] @ U[:, seen].T / 2.0
-    turned = np.array(
-        [
-            bounded_steps(R[:, :-1], rest, *room, damping[None], NOISE)[0][0]
-            for rest, damping in zip(rests, dampings, strict=True)
-        ]
-    )
+    turned, _ = bounded_steps(R[:, :-1], rests, *room, dampings, NOISE)
     believed = 2.0 * np.linalg.norm(turned - steps, axis=1) <= BENDS * np.linalg.norm(steps, axis=1)
     return np.where(believed[:, None], turned, steps)

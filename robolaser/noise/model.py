@@ -22,6 +22,7 @@ MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 MOST_POSES = 2000
+MOST_NAMES = 30  # reflectors or sockets
 LEAST = {"target": 1e-5}
 """Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
 their rays by the way they are made, would else seem to know everything across them."""
@@ -147,13 +148,20 @@ def _telling(model: Model, kept: Bools | None) -> Model:
     """The model of rows that tell the sizes of errors: more poses, or more rows of each, say nothing new."""
     points = model.dataset.points
     rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
-    seen, pose = np.unique(points.pose[rows], return_inverse=True)
-    chosen = np.zeros(len(seen), dtype=bool)
-    chosen[np.linspace(0, len(seen) - 1, min(len(seen), MOST_POSES)).round().astype(np.int64)] = True
-    rows = rows[chosen[pose]]
-    table = some_of_each(points.pose[rows], _most_of_a_pose(int(chosen.sum())))
+    if model.dataset.kind != "stripe":  # each name is a place of its own to be fitted
+        rows = rows[_spread(points.number[rows], MOST_NAMES)]
+    rows = rows[_spread(points.pose[rows], MOST_POSES)]
+    table = some_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))
     rows = rows[np.sort(table[table >= 0])]
     return model if len(rows) == len(points) or looks_around(model) else with_rows(model, rows)
+
+
+def _spread(group: Ints, most: int) -> Bools:
+    """Rows of at most so many groups (m,), evenly taken from all, (m,)."""
+    seen, number = np.unique(group, return_inverse=True)
+    chosen = np.zeros(len(seen), dtype=bool)
+    chosen[np.linspace(0, len(seen) - 1, min(len(seen), most)).round().astype(np.int64)] = True
+    return np.asarray(chosen[number])
 
 
 def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:

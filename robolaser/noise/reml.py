@@ -87,6 +87,7 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
     """
     n, s, d = J.shape
     flat = J.reshape(n * s, d)
+    flat = flat[:, flat.any(axis=0)]
     length = np.linalg.norm(flat, axis=0)
     U, sv, _ = np.linalg.svd(flat / np.where(length > 0, length, 1.0), full_matrices=False)
     Q = U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1)
