@@ -5,6 +5,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.abreast import abreast
 from robolaser.algorithms.bounded_step import bounded_steps
 from robolaser.algorithms.gauss_newton import NOISE, bent
 from robolaser.algorithms.loss import AXES
@@ -69,14 +70,22 @@ class _Folds:
         self._count = int(groups.max()) + 1
         self._triangles = [np.empty((0, len(x) + 1))] * self._count
         own = np.zeros(self._count)
-        for rows, block in residuals.blocks:
-            slopes = self._around.slopes(block, AXES * len(rows))
-            straight = residuals.loss.straightened(slopes)
-            for fold, numbers in _numbers_of(groups[rows]):
-                own[fold] += residuals.loss.costs(slopes[-1:, numbers])[0]
-                self._triangles[fold] = triangle(straight[:, numbers].T, self._triangles[fold])
+        for parts in abreast(self._parts, residuals.blocks):
+            for fold, (cost, part) in parts.items():
+                own[fold] += cost
+                self._triangles[fold] = triangle(part, self._triangles[fold])
         self.costs = own.sum() - own
         self.evaluations = self._around.evaluations
+
+    def _parts(self, part: tuple[Ints, Residuals]) -> dict[int, tuple[float, Array]]:
+        """Cost and triangle of each group's rows in a block."""
+        rows, block = part
+        slopes = self._around.slopes(block, AXES * len(rows))
+        straight, loss = block.loss.straightened(slopes), block.loss
+        return {
+            fold: (float(loss.costs(slopes[-1:, numbers])[0]), triangle(straight[:, numbers].T))
+            for fold, numbers in _numbers_of(self._groups[rows])
+        }
 
     def trials(self) -> tuple[Array, Array]:
         """Where a first step takes each fit, (g, d), and by how much it promises to lower its cost, (g,)."""
@@ -93,30 +102,39 @@ class _Folds:
 
     def _pulls(self, steps: Array) -> Array:
         """Where the second derivatives of each fit's rows along its step pull, (g, d)."""
-        at, loss = self._around, self._residuals.loss
-        probes, pulls = at.moved(PROBE * steps), np.zeros_like(steps)
-        for rows, block in self._residuals.blocks:
+        at = self._around
+        probes = at.moved(PROBE * steps)
+
+        def of(part: tuple[Ints, Residuals]) -> Array:
+            rows, block = part
             slopes = at.slopes(block, AXES * len(rows))
-            bends = bends_along(block, loss, slopes, steps, probes)
+            bends = bends_along(block, block.loss, slopes, steps, probes)
             for fold, numbers in _numbers_of(self._groups[rows]):
                 bends[fold, numbers] = 0.0
-            pulls += bends @ slopes[:-1].T
+            pulls: Array = bends @ slopes[:-1].T
+            return pulls
+
+        pulls = sum(abreast(of, self._residuals.blocks), start=np.zeros_like(steps))
         self.evaluations += at.evaluations + len(steps)
         return np.where(np.isfinite(pulls).all(axis=1, keepdims=True), pulls, 0.0)
 
     def predicted(self, candidates: Array) -> tuple[Array, Array]:
         """Each row predicted by its group's candidate (g, d): errors (m, 3) [m]; and what the others cost it, (g,)."""
         errors = np.empty((len(self._groups), AXES))
-        costs = np.zeros(self._count)
-        for rows, block in self._residuals.blocks:
+
+        def of(part: tuple[Ints, Residuals]) -> Array:
+            rows, block = part
             plain = block.model.residuals(candidates)
             seen = block.whitened(plain)
-            costs += self._residuals.loss.costs(seen)
+            costs = block.loss.costs(seen)
             for fold, numbers in _numbers_of(self._groups[rows]):
                 of_fold = numbers[::AXES] // AXES
                 errors[rows[of_fold]] = plain[fold, of_fold]
                 with np.errstate(invalid="ignore"):  # infinite ones
-                    costs[fold] -= self._residuals.loss.costs(seen[fold : fold + 1, numbers])[0]
+                    costs[fold] -= block.loss.costs(seen[fold : fold + 1, numbers])[0]
+            return costs
+
+        costs = sum(abreast(of, self._residuals.blocks), start=np.zeros(self._count))
         return errors, costs
 
 

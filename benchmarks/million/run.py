@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+from threadpoolctl import threadpool_limits
+
 from robolaser.box import Box, Residuals
 from robolaser.calibration import json_text
 from robolaser.dataset import Noise
@@ -29,8 +31,11 @@ from robolaser.starts import start_of
 
 SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)
-COMMAND = "import resource, sys; from robolaser.cli import main; code = main(sys.argv[1:]); " \
-          "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr); sys.exit(code)"  # fmt: skip
+PEAK = "VmHWM:"  # in Linux's account of a process; that of getrusage would begin with its parent's
+COMMAND = (
+    "import sys; from robolaser.cli import main; code = main(sys.argv[1:]); "
+    "print(open('/proc/self/status').read(), file=sys.stderr); sys.exit(code)"
+)
 
 Result = TypeVar("Result")
 
@@ -39,9 +44,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--most", type=int, default=1_000_000, help="points of the largest data set")
     most = options.parse_args().most
-    print(
-        "| points | wall [s] | CPU [s] | peak memory [MB] | read | search | polish | hold out | precision | report |"
-    )
+    print("| points | wall [s] | CPU [s] | peak memory [MB] | read | search | polish | hold out | precision | report |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     for poses, points in SIZES:
         if poses * points <= most:
@@ -62,7 +65,8 @@ def command(cell: Path, output: Path) -> tuple[float, float, float]:
     seconds = time.perf_counter() - began
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return seconds, cpu, int(said.split()[-1]) / 1024
+    peak_kb = int(said.split(PEAK)[1].split()[0])
+    return seconds, cpu, peak_kb / 1024
 
 
 def stages_of(cell: Path) -> list[float]:
@@ -95,5 +99,6 @@ def warm_up() -> None:
 
 
 if __name__ == "__main__":
-    warm_up()
-    main()
+    with threadpool_limits(limits=1, user_api="blas"):
+        warm_up()
+        main()

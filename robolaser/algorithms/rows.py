@@ -1,10 +1,12 @@
 """Residuals in blocks of rows: of each, what all candidates cost, its slopes, and how it bends along a step."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import final
 
 import numpy as np
 
+from robolaser.abreast import abreast
 from robolaser.algorithms.differences import BATCH, EPS, Around, Residuals, evaluated
 from robolaser.algorithms.loss import AXES, Loss
 from robolaser.arrays import Array
@@ -54,12 +56,15 @@ class Rows:
         at_once = max(1, BATCH // max(1, sum(self._numbers)))
         for start in range(0, len(candidates), at_once):
             some = slice(start, start + at_once)
-            each = [self._loss.costs(evaluated(residuals, candidates[some])) for residuals in self._blocks]
-            costs[some] = np.sum(each, axis=0)
+            each = abreast(partial(self._costs_of, candidates[some]), self._blocks)
+            costs[some] = np.sum(list(each), axis=0)
             self.evaluations += len(candidates[some])
             if (costs[some] <= enough[some]).any():
                 break
         return costs
+
+    def _costs_of(self, candidates: Array, residuals: Residuals) -> Array:
+        return self._loss.costs(evaluated(residuals, candidates))
 
     def around(self, at: Around) -> tuple[Array, float]:
         """Triangle of derivatives by scaled variables and residuals, (d + 1 or less, d + 1), and the rounding error.
@@ -68,26 +73,34 @@ class Rows:
         """
         R, rounding = np.empty((0, len(at.x) + 1)), 0.0
         digits = EPS * np.abs(at.x / at.scale)
-        for i, (residuals, numbers) in enumerate(zip(self._blocks, self._numbers, strict=True)):
-            slopes = at.slopes(residuals, numbers, self._slopes[i] if self._slopes else None)
-            rounding += float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
-            R = triangle(self._loss.straightened(slopes).T, R)
+
+        def of(block: int) -> tuple[Array, float]:
+            slopes = self._slopes_of(block, at)
+            return triangle(self._loss.straightened(slopes).T), float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
+
+        for part, least in abreast(of, range(len(self._blocks))):
+            R, rounding = triangle(part, R), rounding + least
         self.evaluations += at.evaluations
         return R, rounding
+
+    def _slopes_of(self, block: int, at: Around) -> Array:
+        return at.slopes(self._blocks[block], self._numbers[block], self._slopes[block] if self._slopes else None)
 
     def bends(self, at: Around, steps: Array) -> Array:
         """Where the rows' second derivatives along scaled steps (c, d) pull: JᵀE'' for each, (c, d).
 
         Zero for a step along which a residual is not finite.
         """
-        pull = np.zeros_like(steps)
         probes = at.moved(PROBE * steps)
-        for i, (residuals, numbers) in enumerate(zip(self._blocks, self._numbers, strict=True)):
-            slopes = self._slopes[i] if self._slopes else at.slopes(residuals, numbers)
-            at_once = max(1, BATCH // max(1, numbers))
-            for start in range(0, len(steps), at_once):
-                some = slice(start, start + at_once)
-                pull[some] += bends_along(residuals, self._loss, slopes, steps[some], probes[some]) @ slopes[:-1].T
+
+        def of(block: int) -> Array:
+            slopes = self._slopes[block] if self._slopes else self._slopes_of(block, at)
+            at_once = max(1, BATCH // max(1, self._numbers[block]))
+            parts = [slice(start, start + at_once) for start in range(0, len(steps), at_once)]
+            bends = (bends_along(self._blocks[block], self._loss, slopes, steps[some], probes[some]) for some in parts)
+            return np.concatenate([bend @ slopes[:-1].T for bend in bends])
+
+        pull = sum(abreast(of, range(len(self._blocks))), start=np.zeros_like(steps))
         self.evaluations += len(steps) + (0 if self._slopes else at.evaluations)
         return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
 
