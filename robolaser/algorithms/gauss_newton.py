@@ -101,12 +101,15 @@ def gauss_newton(
             promised = max(promised, float(gains.max()))
             if promised <= max(tol * cost, rounding):
                 break
-            trials = at.moved(bent(R, steps, rows.bends(at, steps), at.room, tried * LADDER))
-            costs = rows.costs(trials, cost - KEPT_PROMISE * gains)
-            best = int(np.nanargmin(costs))
-            if costs[best] < cost:
-                x_new, cost_new = trials[best], float(costs[best])
-                damping = float(np.clip(tried * (LADDER[best] or LADDER[1]), _LEAST, _MOST))
+            for some in rows.batches(len(LADDER)):
+                trials = at.moved(bent(R, steps[some], rows.bends(at, steps[some]), at.room, tried * LADDER[some]))
+                costs = rows.costs(trials)
+                best = int(np.argmin(costs))
+                if costs[best] < cost_new:
+                    x_new, cost_new = trials[best], float(costs[best])
+                    damping = float(np.clip(tried * (LADDER[some][best] or LADDER[1]), _LEAST, _MOST))
+                if cost - cost_new >= KEPT_PROMISE * gains[some].max():
+                    break
             tried *= LADDER[-1] / LADDER[1] * 10.0
         at_rest = promised <= max(tol * cost, rounding)
         converged = at_rest or (cost - cost_new <= tol * cost and promised <= np.sqrt(tol) * cost)

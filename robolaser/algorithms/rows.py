@@ -47,20 +47,15 @@ class Rows:
         whole = np.empty(rows * sum(self._numbers))
         return [part.reshape(rows, -1) for part in np.split(whole, rows * np.cumsum(self._numbers)[:-1])]
 
-    def costs(self, candidates: Array, enough: Array) -> Array:
-        """Costs of candidates (c, d), (c,); NaN for those after a batch of which one costs no more than is enough (c,).
-
-        Few residuals are one batch.
-        """
-        costs = np.full(len(candidates), np.nan)
+    def batches(self, candidates: int) -> list[slice]:
+        """Candidates to be evaluated together: all where there are few residuals."""
         at_once = max(1, BATCH // max(1, sum(self._numbers)))
-        for start in range(0, len(candidates), at_once):
-            some = slice(start, start + at_once)
-            each = abreast(partial(self._costs_of, candidates[some]), self._blocks)
-            costs[some] = np.sum(list(each), axis=0)
-            self.evaluations += len(candidates[some])
-            if (costs[some] <= enough[some]).any():
-                break
+        return [slice(start, start + at_once) for start in range(0, candidates, at_once)]
+
+    def costs(self, candidates: Array) -> Array:
+        """Costs of candidates, (c, d) -> (c,)."""
+        self.evaluations += len(candidates)
+        costs: Array = sum(abreast(partial(self._costs_of, candidates), self._blocks), start=np.zeros(len(candidates)))
         return costs
 
     def _costs_of(self, candidates: Array, residuals: Residuals) -> Array:
