@@ -151,7 +151,7 @@ def against(squares: Array, least: float) -> str:
     mean = made.mean() - together * (linear.mean() - least)
     error = np.sqrt((swing[0, 0] - together * swing[0, 1]) / len(made))
     ratio = np.sqrt(mean / least)
-    return f"{ratio:.3f} ± {ratio * error / (2 * mean):.3f}"
+    return f"{ratio:.4f} ± {ratio * error / (2 * mean):.1g}"
 
 
 if __name__ == "__main__":
