@@ -12,8 +12,8 @@ from robolaser.algorithms.loss import AXES, Loss
 from robolaser.arrays import Array
 from robolaser.triangle import triangle
 
-KEPT = 64_000_000
-"""Numbers that slopes may have to be kept, half a gigabyte; others are worked out again when they are asked for."""
+KEPT = 4_000_000
+"""Numbers that slopes may have to be kept: beyond the processor's cache they are worked out again as quickly."""
 PROBE = 0.1
 """Share of a step at which its curvature is measured."""
 
