@@ -30,14 +30,24 @@ def cores() -> int:
 
 
 def share_out(tasks: Iterable[Callable[[], None]]) -> None:
-    """Do all tasks, on as many threads as there are cores; they must let go of Python's lock to gain by it."""
+    """Do all tasks on as many threads as there are cores, this one among them.
+
+    They must let go of Python's lock to gain by it. A thread that has not woken up before nothing is left to do is not
+    waited for.
+    """
     waiting = list(tasks)
-    if len(waiting) < 2 or cores() < 2:
-        for task in waiting:
+    left = iter(waiting)
+
+    def work() -> None:
+        for task in left:
             task()
-        return
-    for _ in _threads(os.getpid()).map(lambda task: task(), waiting):
-        pass
+
+    others = min(cores(), len(waiting)) - 1
+    helping = [_threads(os.getpid()).submit(work) for _ in range(others)]
+    work()
+    for helper in helping:
+        if not helper.cancel():
+            helper.result()
 
 
 @cache
