@@ -13,14 +13,12 @@ from robolaser.arrays import Array
 from robolaser.box import Box, Residuals
 from robolaser.dataset import Dataset
 from robolaser.errors import NothingFound
-from robolaser.optimum import AGREEING, SAME, Optimum, optimum
+from robolaser.optimum import AGREEING, SAME, Optimum, optimum, thinned
 from robolaser.plan import Plan
 from robolaser.reduction import Reduction
 from robolaser.scanner import Model
 from robolaser.search import Found, History, Progress, search
 from robolaser.shapes import shaped, with_shapes
-
-SEARCH_POINTS = 400  # a thinned set ranks candidates as the whole does
 
 
 @final
@@ -60,14 +58,14 @@ def start_of(model: Model, plan: Plan, *, state: Path | None, resume: bool, prog
     algorithm = plan.algorithm or (SCREENING if model.sensor.own else POLISH_ONLY)
     if algorithm not in (SCREENING, POLISH_ONLY):
         algorithm_named(algorithm)
-    thin = Model(model.dataset.thinned(SEARCH_POINTS), model.suspects)
+    thin = thinned(model)
     if algorithm != POLISH_ONLY and not len(Reduction(model).parameters):
         doubt = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
         return replace(_straight(thin, plan), doubts=(doubt,))
     if algorithm == POLISH_ONLY:
         return _straight(thin, plan)
     if algorithm == SCREENING:
-        return _screened(thin, plan.seed, progress)
+        return _screened(model, plan.seed, progress)
     found, members = _searched(thin, algorithm, plan, state=state, resume=resume, progress=progress)
     if not plan.polish:
         return Start(algorithm, members[0], found.evaluations, history=found.history)
@@ -85,15 +83,15 @@ def _straight(thin: Model, plan: Plan) -> Start:
     return Start(POLISH_ONLY, best.x, tried)
 
 
-def _screened(thin: Model, seed: int, tell: Progress) -> Start:
-    """The global optimum of a thinned set: first without effects, then with them, last with those that have shapes."""
+def _screened(model: Model, seed: int, tell: Progress) -> Start:
+    """The global optimum: first without effects, then with them, last with those that have shapes."""
 
-    def found(model: Model, starts: Array | None) -> Optimum:
-        return optimum(model, seed=seed, starts=starts, progress=lambda share: tell("searching", share))
+    def found(part: Model, starts: Array | None) -> Optimum:
+        return optimum(part, seed=seed, starts=starts, progress=lambda share: tell("searching", share))
 
-    sought = shaped(thin)
-    plain = thin.with_suspects(tuple(one for one in thin.suspects if one not in sought))
-    best = found(thin.with_suspects(()), None)
+    sought = shaped(model)
+    plain = model.with_suspects(tuple(one for one in model.suspects if one not in sought))
+    best = found(model.with_suspects(()), None)
     evaluations = best.evaluations
     if plain.suspects:
         best = found(plain, _extended(best.x, plain)[None])
@@ -106,7 +104,8 @@ def _screened(thin: Model, seed: int, tell: Progress) -> Start:
             f"Only {best.agreeing} of {best.descents} descents ended at the lowest J that was found: there may be a "
             "lower one. Narrower bounds would help, or other poses."
         )
-    x = _in_shape(thin, plain, best.x) if sought else best.x
+    thin = thinned(model)
+    x = _in_shape(thin, thin.with_suspects(plain.suspects), best.x) if sought else best.x
     return Start(SCREENING, x, evaluations, tuple(doubts))
 
 
