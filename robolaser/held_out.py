@@ -5,7 +5,6 @@ from typing import final
 
 import numpy as np
 
-from robolaser.abreast import abreast
 from robolaser.algorithms.bounded_step import bounded_steps
 from robolaser.algorithms.gauss_newton import NOISE, bent
 from robolaser.algorithms.loss import AXES
@@ -70,7 +69,7 @@ class _Folds:
         self._count = int(groups.max()) + 1
         self._triangles = [np.empty((0, len(x) + 1))] * self._count
         own = np.zeros(self._count)
-        for parts in abreast(self._parts, residuals.blocks):
+        for parts in map(self._parts, residuals.blocks):
             for fold, (cost, part) in parts.items():
                 own[fold] += cost
                 self._triangles[fold] = triangle(part, self._triangles[fold])
@@ -114,7 +113,7 @@ class _Folds:
             pulls: Array = bends @ slopes[:-1].T
             return pulls
 
-        pulls = sum(abreast(of, self._residuals.blocks), start=np.zeros_like(steps))
+        pulls = sum(map(of, self._residuals.blocks), start=np.zeros_like(steps))
         self.evaluations += at.evaluations + len(steps)
         return np.where(np.isfinite(pulls).all(axis=1, keepdims=True), pulls, 0.0)
 
@@ -134,7 +133,7 @@ class _Folds:
                     costs[fold] -= block.loss.costs(seen[fold : fold + 1, numbers])[0]
             return costs
 
-        costs = sum(abreast(of, self._residuals.blocks), start=np.zeros(self._count))
+        costs = sum(map(of, self._residuals.blocks), start=np.zeros(self._count))
         return errors, costs
 
 

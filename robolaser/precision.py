@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from functools import reduce
 from operator import add
 
-from robolaser.abreast import abreast
 from robolaser.algorithms.gauss_newton import SQUARE
 from robolaser.arrays import Array
 from robolaser.box import Residuals
@@ -24,8 +23,7 @@ def information(residuals: Residuals, x: Array, sigmas: Mapping[str, float]) -> 
         x: The optimum, (d,).
         sigmas: Standard deviation of each source of noise.
     """
-    blocks = [block for _, block in residuals.blocks]
-    known = reduce(add, abreast(lambda block: _of_block(block, x, sigmas), blocks))
+    known = reduce(add, (_of_block(block, x, sigmas) for _, block in residuals.blocks))
     return known.without(known.reach * residuals.model.parameters.width <= UNMOVED_M)
 
 

@@ -15,7 +15,7 @@ from robolaser.parameters import Parameters, Values
 from robolaser.seams import Bend, Seam
 from robolaser.sensors import Sensor, sensor_of
 
-CHUNK = 200_000  # point-evaluations at a time: their residuals still fit into a processor's cache
+CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
 
 
 @final
@@ -86,7 +86,8 @@ class Model:
         return bend(Seam.FLANGE, robot.forward(q, bend(Seam.LINKS, robot.placements[None, None])))
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
-        return np.array_split(x, max(1, -(-len(x) * len(self.dataset.points) // CHUNK)))
+        at_once = max(1, CHUNK // len(self.dataset.points))
+        return np.array_split(x, max(1, -(-len(x) // at_once)))
 
     def residuals(self, x: Array) -> Array:
         """Known or measured points less predicted ones.

@@ -73,6 +73,12 @@ def apply(T: Array, points: Array) -> Array:
     return moved
 
 
+def common_length(*batches: Array) -> int:
+    """Entries of batches that broadcast along their first axis; quicker than NumPy's own for shapes."""
+    lengths = {len(batch) for batch in batches} - {1}
+    return lengths.pop() if lengths else 1
+
+
 def carry(T: Array, of_row: Ints, points: Array) -> Array:
     """Carry each point by the motion of its row.
 
@@ -89,7 +95,7 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
     from robolaser.compiled.frames import carried  # noqa: PLC0415 - numba takes a third of a second to load
 
     T, points = np.ascontiguousarray(T), np.ascontiguousarray(points)
-    moved = np.empty((max(len(T), len(points)), len(of_row), 3))
+    moved = np.empty((common_length(T, points), len(of_row), 3))
     carried(T, of_row, points, moved)
     return moved
 

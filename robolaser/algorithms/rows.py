@@ -6,7 +6,6 @@ from typing import final
 
 import numpy as np
 
-from robolaser.abreast import abreast
 from robolaser.algorithms.differences import BATCH, EPS, Around, Residuals, evaluated
 from robolaser.algorithms.loss import AXES, Loss
 from robolaser.arrays import Array
@@ -55,7 +54,7 @@ class Rows:
     def costs(self, candidates: Array) -> Array:
         """Costs of candidates, (c, d) -> (c,)."""
         self.evaluations += len(candidates)
-        costs: Array = sum(abreast(partial(self._costs_of, candidates), self._blocks), start=np.zeros(len(candidates)))
+        costs: Array = sum(map(partial(self._costs_of, candidates), self._blocks), start=np.zeros(len(candidates)))
         return costs
 
     def _costs_of(self, candidates: Array, residuals: Residuals) -> Array:
@@ -73,7 +72,7 @@ class Rows:
             slopes = self._slopes_of(block, at)
             return triangle(self._loss.straightened(slopes).T), float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
 
-        for part, least in abreast(of, range(len(self._blocks))):
+        for part, least in map(of, range(len(self._blocks))):
             R, rounding = triangle(part, R), rounding + least
         self.evaluations += at.evaluations
         return R, rounding
@@ -95,7 +94,7 @@ class Rows:
             bends = (bends_along(self._blocks[block], self._loss, slopes, steps[some], probes[some]) for some in parts)
             return np.concatenate([bend @ slopes[:-1].T for bend in bends])
 
-        pull = sum(abreast(of, range(len(self._blocks))), start=np.zeros_like(steps))
+        pull = sum(map(of, range(len(self._blocks))), start=np.zeros_like(steps))
         self.evaluations += len(steps) + (0 if self._slopes else at.evaluations)
         return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
 

@@ -9,6 +9,8 @@ from robolaser.compiled.frames import frame, times
 from robolaser.compiled.loops import compiled
 
 FOURTEEN = 14
+TILE = 256
+"""Rows whose residuals are worked out before they are written."""
 Scanner = tuple[Array, bool, bool, Array, Array, Ints, Array, Array]
 """What `errors_of_one` has to know besides a candidate."""
 
@@ -137,7 +139,7 @@ def residuals(
         E: Takes the residuals, (c, m, 3) [m]; or empty.
         J: Takes the sums over these rows, (c,) [m²]; infinite at the model's poles.
     """
-    store = len(E) > 0
+    store, tile = len(E) > 0, np.empty((3, TILE))
     for i in range(first, last):
         x_0, y_0, s_x, s_y, k, f = camera[i]
         lens = (x_0, y_0, s_x, s_y, k)
@@ -153,7 +155,7 @@ def residuals(
             if sheet.shape[1] > 1:
                 total += _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E)
             elif store:
-                total += _errors(i, rows, image, known, lens, _light(sheet[i, 0], f), a, E)
+                total += _errors(i, rows, image, known, lens, _light(sheet[i, 0], f), a, E, tile)
             else:
                 total += _squares(i, rows, image, known, lens, _light(sheet[i, 0], f), a)
         J[i] = total if np.isfinite(total) else np.inf
@@ -199,12 +201,17 @@ def _squares(i, rows, image, known, lens, light, a):  # type: ignore[no-untyped-
 
 
 @compiled
-def _errors(i, rows, image, known, lens, light, a, E):  # type: ignore[no-untyped-def]
+def _errors(i, rows, image, known, lens, light, a, E, tile):  # type: ignore[no-untyped-def]
+    """Residuals into E by way of a tile whose axes lie apart: vector code cannot write every third number."""
     J = 0.0
-    for r in range(rows[0], rows[1]):
-        x, y, z = _error(i, r, image, known, lens, light, a)
-        J += x * x + y * y + z * z
-        E[i, r, 0], E[i, r, 1], E[i, r, 2] = x, y, z
+    for start in range(rows[0], rows[1], np.uintp(TILE)):
+        size = min(np.uintp(TILE), rows[1] - start)
+        for r in range(size):
+            x, y, z = _error(i, start + r, image, known, lens, light, a)
+            J += x * x + y * y + z * z
+            tile[0, r], tile[1, r], tile[2, r] = x, y, z
+        for r in range(size):
+            E[i, start + r, 0], E[i, start + r, 1], E[i, start + r, 2] = tile[0, r], tile[1, r], tile[2, r]
     return J
 
 

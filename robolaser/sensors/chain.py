@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.compiled import share_out
 from robolaser.dataset import Dataset
 from robolaser.parameters import Values
-from robolaser.se3 import carry, from_quaternion, inverse
+from robolaser.se3 import carry, common_length, from_quaternion, inverse
 from robolaser.seams import Bend, Seam
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
@@ -118,7 +118,7 @@ class Chain:
     ) -> tuple[Array, Array]:
         from robolaser.compiled.chain import residuals, unpacked  # noqa: PLC0415 - likewise
 
-        own = np.empty((max(len(values[name]) for name in SCANNER), len(SCANNER)))
+        own = np.empty((common_length(*(values[name] for name in SCANNER)), len(SCANNER)))
         for column, name in enumerate(SCANNER):
             own[:, column] = values[name]
         camera, sheet, mount = unpacked(own, self._bracket, self._zyz, self._along_u)
@@ -127,7 +127,7 @@ class Chain:
         if bend.touches(Seam.PIXELS, Seam.IMAGE):
             image = self._along_axes(self._flat(values, bend))
             camera[:, :5] = 0.0, 0.0, 1.0, -1.0 if self._along_u else 1.0, 0.0  # takes metric points as they are
-        c, m = max(map(len, (camera, sheet, mount, T_base_flange))), known.shape[2]
+        c, m = common_length(camera, sheet, mount, T_base_flange), known.shape[2]
         E = np.empty((c, m, 3) if store else (0, 0, 0))
         blocks = range(0, m, ROWS_AT_ONCE)
         J = np.empty((len(blocks), c))

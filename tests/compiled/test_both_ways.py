@@ -77,6 +77,16 @@ def test_rows_may_come_in_any_order() -> None:
     np.testing.assert_allclose(mixed.cost(x), model.cost(x), rtol=1e-12)
 
 
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_so_many_candidates_so_many_answers_however_many_rows(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
+    x = candidates(model, 3)
+    whole = model.residuals(x)
+    monkeypatch.setattr("robolaser.scanner.CHUNK", 7)
+    np.testing.assert_array_equal(model.residuals(x[:count]), whole[:count])
+    assert model.cost(x[:count]).shape == (count,)
+
+
 def test_candidates_at_a_pole_cost_infinitely_much_and_spoil_no_other() -> None:
     model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
     x = candidates(model, 3)
