@@ -22,6 +22,9 @@ WORLDS = {
 }
 
 
+needs_compiler = pytest.mark.skipif(not compiled.available(), reason="there is no compiler")
+
+
 @pytest.fixture(scope="module", params=list(WORLDS))
 def made(request: pytest.FixtureRequest) -> Simulated:
     return WORLDS[request.param]()
@@ -45,6 +48,7 @@ def test_the_optimum_keeps_to_the_bounds(made: Simulated) -> None:
     assert (x <= box.upper).all()
 
 
+@needs_compiler
 def test_a_descent_ends_where_scipys_does() -> None:
     model = Model(paper(find_robot("scorbot_er7"), seed=2).dataset)
     box = Box.of(model)
@@ -71,6 +75,7 @@ def test_a_start_at_a_pole_spoils_no_other() -> None:
     assert optimum(model, seed=1, starts=pole[None]).cost == pytest.approx(optimum(model, seed=1).cost, rel=1e-9)
 
 
+@needs_compiler
 def test_without_a_compiler_the_same_optimum_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     dataset = paper(find_robot("scorbot_er7"), seed=1).dataset
     with_it = optimum(Model(dataset), seed=1)
@@ -84,6 +89,7 @@ def test_without_a_compiler_the_same_optimum_is_found(monkeypatch: pytest.Monkey
     assert without.cost == pytest.approx(with_it.cost, rel=1e-6)
 
 
+@needs_compiler
 def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one round and descents of two steps no two ends agree."""
     monkeypatch.setattr("robolaser.optimum.STEPS", 2)
