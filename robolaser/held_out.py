@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.algorithms.bounded_step import bounded_steps
+from robolaser.algorithms.bounded_step import Linear
 from robolaser.algorithms.gauss_newton import NOISE, bent
 from robolaser.algorithms.loss import AXES
 from robolaser.algorithms.rows import PROBE, bends_along
@@ -93,10 +93,11 @@ class _Folds:
             triangle(np.concatenate(self._triangles[:fold] + self._triangles[fold + 1 :]))
             for fold in range(self._count)
         ]
-        straight = [bounded_steps(R[:, :-1], R[:, -1], *at.room, undamped, NOISE) for R in others]
+        models = [(Linear(R[:, :-1], NOISE), R[:, -1]) for R in others]
+        straight = [model.steps(r, *at.room, undamped) for model, r in models]
         steps, gains = (np.concatenate(parts) for parts in zip(*straight, strict=True))
         pulls = self._pulls(steps)
-        turned = [bent(R, steps[[i]], pulls[[i]], at.room, undamped) for i, R in enumerate(others)]
+        turned = [bent(model, r, steps[[i]], pulls[[i]], at.room, undamped) for i, (model, r) in enumerate(models)]
         return at.moved(np.concatenate(turned)), gains
 
     def _pulls(self, steps: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.algorithms.bounded_step import bounded_steps
+from robolaser.algorithms.bounded_step import Linear
 from robolaser.algorithms.differences import EPS, Around
 from robolaser.algorithms.loss import Loss
 from robolaser.algorithms.rows import Rows
@@ -95,14 +95,16 @@ def gauss_newton(
     while np.isfinite(cost) and iterations < max_iterations:
         at = Around(x, lower, upper, scale)
         R, rounding = rows.around(at)
+        model, r = Linear(R[:, :-1], NOISE), R[:, -1]
         x_new, cost_new, promised, tried = x, cost, 0.0, damping
         while cost_new >= cost and tried <= _MOST:
-            steps, gains = bounded_steps(R[:, :-1], R[:, -1], *at.room, tried * LADDER, NOISE)
+            steps, gains = model.steps(r, *at.room, tried * LADDER)
             promised = max(promised, float(gains.max()))
             if promised <= max(tol * cost, rounding):
                 break
             for some in rows.batches(len(LADDER)):
-                trials = at.moved(bent(R, steps[some], rows.bends(at, steps[some]), at.room, tried * LADDER[some]))
+                pulls = rows.bends(at, steps[some])
+                trials = at.moved(bent(model, r, steps[some], pulls, at.room, tried * LADDER[some]))
                 costs = rows.costs(trials)
                 best = int(np.argmin(costs))
                 if costs[best] < cost_new:
@@ -123,22 +125,20 @@ def gauss_newton(
     return Polished(x, cost, iterations, rows.evaluations, converged, on_bound)
 
 
-def bent(R: Array, steps: Array, pulls: Array, room: tuple[Array, Array], dampings: Array) -> Array:
+def bent(model: Linear, r: Array, steps: Array, pulls: Array, room: tuple[Array, Array], dampings: Array) -> Array:
     """Scaled steps (c, d) with half their acceleration; straight where that is too large to be believed.
 
     Transtrum, Sethna 2012, Improvements to the Levenberg-Marquardt algorithm. The acceleration that the second
     derivatives E'' along a step call for is the step itself for the residuals E'': half of them beside E give both.
 
     Args:
-        R: Triangle of derivatives and residuals, (d + 1 or less, d + 1).
-        steps: What the linear model says, (c, d).
+        model: Of the residuals.
+        r: The residuals as it has them, (k,).
+        steps: What it says, (c, d).
         pulls: JᵀE'' along each step, (c, d).
         room: How far steps may go down and up, (d,) each.
         dampings: Of each step, (c,).
     """
-    U, s, Vt = np.linalg.svd(R[:, :-1], full_matrices=False)
-    seen = s > NOISE * s.max(initial=0.0)
-    rests = R[:, -1] + pulls @ Vt[seen].T / s[seen] @ U[:, seen].T / 2.0
-    turned, _ = bounded_steps(R[:, :-1], rests, *room, dampings, NOISE)
+    turned, _ = model.steps(r + model.pulling(pulls) / 2.0, *room, dampings)
     believed = 2.0 * np.linalg.norm(turned - steps, axis=1) <= BENDS * np.linalg.norm(steps, axis=1)
     return np.where(believed[:, None], turned, steps)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from robolaser.algorithms.bounded_step import bounded_steps
+from robolaser.algorithms.bounded_step import Linear
 
 DAMPINGS = np.array([0.0, 1e-6, 1e-2, 1.0, 1e4])
 
@@ -22,7 +22,7 @@ def problem(seed, k=30, d=8):
 @pytest.mark.parametrize("seed", range(25))
 def test_the_step_is_the_optimum_of_the_bounded_model(seed):
     J, r, lower, upper = problem(seed)
-    steps, gains = bounded_steps(J, r, lower, upper, DAMPINGS, 1e-12)
+    steps, gains = Linear(J, 1e-12).steps(r, lower, upper, DAMPINGS)
     room = upper > lower
     for step, gain, damping in zip(steps, gains, DAMPINGS * np.linalg.norm(J, 2) ** 2, strict=True):
         A = np.vstack([J, np.sqrt(damping) * np.eye(len(step))])[:, room]
@@ -36,7 +36,7 @@ def test_the_step_is_the_optimum_of_the_bounded_model(seed):
 def test_along_what_cannot_be_seen_there_is_no_step():
     J, r, _, _ = problem(1)
     J[:, 3] = J[:, 2]
-    steps, _ = bounded_steps(J, r, np.full(8, -np.inf), np.full(8, np.inf), DAMPINGS, 1e-12)
+    steps, _ = Linear(J, 1e-12).steps(r, np.full(8, -np.inf), np.full(8, np.inf), DAMPINGS)
     np.testing.assert_allclose(steps[:, 3], steps[:, 2], rtol=1e-6)
     shortest = -np.linalg.pinv(J, rcond=1e-12) @ r
     np.testing.assert_allclose(steps[0], shortest, rtol=1e-6)
@@ -44,7 +44,7 @@ def test_along_what_cannot_be_seen_there_is_no_step():
 
 def test_more_damping_makes_shorter_steps():
     J, r, _, _ = problem(2)
-    steps, gains = bounded_steps(J, r, np.full(8, -np.inf), np.full(8, np.inf), DAMPINGS, 1e-12)
+    steps, gains = Linear(J, 1e-12).steps(r, np.full(8, -np.inf), np.full(8, np.inf), DAMPINGS)
     assert np.all(np.diff(np.linalg.norm(steps, axis=1)) < 0)
     assert np.all(np.diff(gains) < 0)
 
@@ -52,6 +52,24 @@ def test_more_damping_makes_shorter_steps():
 @pytest.mark.parametrize("seed", range(10))
 def test_without_full_rank_the_step_still_keeps_to_the_bounds(seed):
     J, r, lower, upper = problem(seed, k=4, d=12)
-    steps, gains = bounded_steps(J, r, lower, upper, DAMPINGS, 1e-12)
+    steps, gains = Linear(J, 1e-12).steps(r, lower, upper, DAMPINGS)
     assert np.all((steps >= lower) & (steps <= upper))
     assert gains.max() >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_triangle_gives_the_steps_of_what_it_stands_for(seed):
+    J, r, lower, upper = problem(seed)
+    R = np.linalg.qr(np.column_stack([J, r]), mode="r")
+    steps, gains = Linear(J, 1e-12).steps(r, lower, upper, DAMPINGS)
+    same, as_much = Linear(R[:, :-1], 1e-12).steps(R[:, -1], lower, upper, DAMPINGS)
+    np.testing.assert_allclose(same, steps, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(as_much, gains, rtol=1e-9, atol=1e-12)
+
+
+def test_residuals_that_pull_as_asked_for_are_the_shortest():
+    J, _, _, _ = problem(3)
+    pulls = np.random.default_rng(3).standard_normal((4, 8))
+    e = Linear(J, 1e-12).pulling(pulls)
+    np.testing.assert_allclose(e @ J, pulls, rtol=1e-8)
+    np.testing.assert_allclose(e, pulls @ np.linalg.pinv(J), rtol=1e-8, atol=1e-10)
