@@ -1,6 +1,7 @@
 """How well a calibration predicts poses that it has not seen."""
 
 from collections.abc import Iterator
+from itertools import accumulate
 from typing import final
 
 import numpy as np
@@ -89,11 +90,7 @@ class _Folds:
     def trials(self) -> tuple[Array, Array]:
         """Where a first step takes each fit, (g, d), and by how much it promises to lower its cost, (g,)."""
         at, undamped = self._around, np.zeros(1)
-        others = [
-            triangle(np.concatenate(self._triangles[:fold] + self._triangles[fold + 1 :]))
-            for fold in range(self._count)
-        ]
-        models = [(Linear(R[:, :-1], NOISE), R[:, -1]) for R in others]
+        models = [(Linear(R[:, :-1], NOISE), R[:, -1]) for R in _all_but_one(self._triangles)]
         straight = [model.steps(r, *at.room, undamped) for model, r in models]
         steps, gains = (np.concatenate(parts) for parts in zip(*straight, strict=True))
         pulls = self._pulls(steps)
@@ -136,6 +133,15 @@ class _Folds:
 
         costs = sum(map(of, self._residuals.blocks), start=np.zeros(self._count))
         return errors, costs
+
+
+def _all_but_one(triangles: list[Array]) -> Iterator[Array]:
+    """The triangle of all the others, for each: of those before it and those after it."""
+    after = list(accumulate(reversed(triangles[1:]), lambda below, above: triangle(above, below)))[::-1]
+    before = triangles[0][:0]
+    for own, others in zip(triangles, [*after, before], strict=True):
+        yield triangle(others, before)
+        before = triangle(own, before)
 
 
 def _numbers_of(groups: Ints) -> Iterator[tuple[int, Ints]]:
