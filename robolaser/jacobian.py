@@ -20,11 +20,25 @@ def jacobian(model: Model, x: Array) -> Array:
         x: One candidate in the order of `model.parameters`, (d,).
 
     Returns:
-        (3m, d), a column in metres per unit of its parameter. Central differences of fourth order.
+        (3m, d), a column in metres per unit of its parameter. Central differences of fourth order; parameters of which
+        no row depends on more than one are moved together (Curtis, Powell, Reid 1974).
     """
-    step = STEP * model.parameters.width
-    d = len(x)
-    moved = x + (_AT[:, None, None] * np.diag(step)).reshape(-1, d)
-    e = model.residuals(moved).reshape(4, d, -1)
-    slopes: Array = np.einsum("s,sdm->md", _WEIGHT, e) / step
-    return slopes
+    parameters, groups = model.parameters, model.sensor.apart
+    step, m = STEP * parameters.width, len(model.dataset.points)
+    together = {name for names, _ in groups for name in names}
+    seen = {*model.sensor.own, *model.sensor.following, *model.effect_parameters.names} - together
+    alone = [column for column, name in enumerate(parameters.names) if name in seen]
+    lots = [parameters.columns(names) for names, _ in groups]
+    ways = np.zeros((len(alone) + len(lots), len(x)))
+    for number, moving in enumerate([[column] for column in alone] + lots):
+        ways[number, moving] = step[moving]
+
+    moved = x + (_AT[:, None, None] * ways).reshape(-1, len(x))
+    e = model.residuals(moved).reshape(4, len(ways), m, 3)
+    changes = np.einsum("s,swma->maw", _WEIGHT, e)
+    slopes = np.zeros((m, 3, len(x)))
+    slopes[..., alone] = changes[..., : len(alone)] / step[alone]
+    for number, (lot, (_, of_row)) in enumerate(zip(lots, groups, strict=True), start=len(alone)):
+        own = np.array(lot)[of_row]
+        slopes[np.arange(m), :, own] = changes[..., number] / step[own, None]
+    return slopes.reshape(3 * m, -1)

@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset
 from robolaser.elimination.loop import Loops
 from robolaser.elimination.tracker import Room, follow
@@ -40,6 +40,11 @@ class Point(Sensor):
         """T_world_base and the tool points."""
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
         return (*(f"base.{part}" for part in SIX), *tools)
+
+    @property
+    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+        """Each axis of the tool points."""
+        return tuple((tuple(f"tool.{name}.{axis}" for name in self._tools), self._tool) for axis in "xyz")
 
     def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
         """The best of all, the middle angle within ±π/2."""

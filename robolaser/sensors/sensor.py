@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset
 from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.parameters import Parameter, Parameters, Values
@@ -35,6 +35,11 @@ class Sensor(ABC):
     @abstractmethod
     def following(self) -> tuple[str, ...]:
         """Parameters that follow from the others in closed form; the data set may leave them out."""
+
+    @property
+    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
+        return ()
 
     @property
     def held(self) -> tuple[str, ...]:

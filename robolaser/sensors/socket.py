@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.dataset import Dataset
 from robolaser.elimination.seats import seat
 from robolaser.parameters import Parameters, Values
@@ -34,6 +34,11 @@ class Socket(Sensor):
         """The ball in the flange frame and the sockets in the base frame."""
         sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
         return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
+
+    @property
+    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+        """Each axis of the sockets."""
+        return tuple((tuple(f"socket.{name}.{axis}" for name in self._sockets), self._socket) for axis in "xyz")
 
     def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
         """Linear least squares: R ball + t = socket for every row, exact in one step."""
