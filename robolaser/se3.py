@@ -108,9 +108,17 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
 
 
 def to_angles(R: Array) -> tuple[Array, Array, Array]:
-    """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2."""
-    phi = np.arcsin(np.clip(R[..., 0, 2], -1.0, 1.0))
-    return np.arctan2(-R[..., 1, 2], R[..., 2, 2]), phi, np.arctan2(-R[..., 0, 1], R[..., 0, 0])
+    """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2.
+
+    Where φ leaves only the sum or difference of the others, w is zero.
+    """
+    cos = np.hypot(R[..., 0, 0], R[..., 0, 1])
+    phi = np.arctan2(R[..., 0, 2], cos)
+    w = np.where(cos > 0, np.arctan2(-R[..., 1, 2], R[..., 2, 2]), 0.0)
+    # with w known the rest follows without loss, also where the middle angle is a right one
+    c, s = np.cos(w), np.sin(w)
+    psi = np.arctan2(c * R[..., 1, 0] + s * R[..., 2, 0], c * R[..., 1, 1] + s * R[..., 2, 1])
+    return w, phi, psi
 
 
 def from_quaternion(xyzw: Array) -> Array:
@@ -129,6 +137,18 @@ def to_quaternion(R: Array) -> Array:
     return flat.reshape(*R.shape[:-2], 4)
 
 
+def nearest_rotation(M: Array) -> tuple[Array, Array]:
+    """The rotation R (..., 3, 3) with the largest tr(Rᵀ M), and M's singular values, (..., 3).
+
+    The last of these is negative where the nearest orthogonal matrix is a reflection. Umeyama 1991.
+    """
+    U, s, Vt = np.linalg.svd(M)
+    sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)
+    U[..., :, 2] *= sign[..., None]
+    s[..., 2] *= sign
+    return U @ Vt, s
+
+
 def rigid_fit(source: Array, image: Array, weights: Array | None = None) -> Array:
     """The motion T that brings `source` (..., m, 3) nearest to `image` (..., m, 3) in least squares, (..., 4, 4).
 
@@ -143,8 +163,5 @@ def rigid_fit(source: Array, image: Array, weights: Array | None = None) -> Arra
     w = (w / w.sum(axis=-1, keepdims=True))[..., None]
     mean_b, mean_a = (w * source).sum(axis=-2), (w * image).sum(axis=-2)
     H = np.swapaxes(w * (source - mean_b[..., None, :]), -1, -2) @ (image - mean_a[..., None, :])
-    U, _, Vt = np.linalg.svd(H)
-    V, Ut = np.swapaxes(Vt, -1, -2), np.swapaxes(U, -1, -2)
-    V[..., :, 2] *= np.linalg.det(V @ Ut)[..., None]
-    R = V @ Ut
+    R, _ = nearest_rotation(np.swapaxes(H, -1, -2))
     return pose(R, mean_a - np.einsum("...ij,...j->...i", R, mean_b))

@@ -10,6 +10,7 @@ from robolaser.se3 import (
     from_angles,
     from_quaternion,
     inverse,
+    nearest_rotation,
     pose,
     rigid_fit,
     skew,
@@ -88,3 +89,20 @@ def test_no_motion_fits_better_than_the_fit() -> None:
     for _ in range(50):
         step = pose(exp_so3(1e-3 * RNG.normal(size=3)), 1e-3 * RNG.normal(size=3))
         assert misfit(T @ step) >= misfit(T)
+
+
+@pytest.mark.parametrize("phi", [np.pi / 2, -np.pi / 2])
+def test_angles_give_back_the_turn_where_the_middle_one_is_right(phi: float) -> None:
+    R = from_angles(np.array([0.3]), np.array([phi]), np.array([-1.1]))
+    np.testing.assert_allclose(from_angles(*to_angles(R)), R, atol=1e-12)
+
+
+def test_the_nearest_rotation_is_one_and_none_lies_nearer() -> None:
+    rng = np.random.default_rng(5)
+    M = rng.normal(size=(20, 3, 3))
+    R, s = nearest_rotation(M)
+    np.testing.assert_allclose(R @ np.swapaxes(R, 1, 2), np.broadcast_to(np.eye(3), R.shape), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(R), 1.0)
+    np.testing.assert_allclose((R * M).sum(axis=(1, 2)), s.sum(axis=1))
+    others = exp_so3(rng.normal(size=(200, 1, 3)) * 2.0)
+    assert ((others * M).sum(axis=(2, 3)) <= s.sum(axis=1) + 1e-12).all()

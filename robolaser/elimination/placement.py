@@ -11,6 +11,7 @@ from robolaser.compiled import available, share_out
 from robolaser.elimination.loop import Loops
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
+from robolaser.se3 import nearest_rotation
 
 AT_ONCE = 10  # candidates that a thread takes at a time: half a millisecond
 UNSEEN = 1e-7  # share of the largest eigenvalue below which flat points tell nothing of a direction
@@ -89,9 +90,8 @@ def _relaxed(loops: Loops, room: Room, sign: float) -> Array:
     inner = Q[:, :-1, :-1]
     loose = -np.linalg.pinv(inner, rcond=UNSEEN, hermitian=True) @ Q[:, :-1, -1:]
     W = room.bracket.T @ loose[:, 9:, 0].reshape(-1, 3, 3)
-    U, s, Vt = np.linalg.svd(sign * W)
-    U[:, :, 2] *= np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)[:, None]
-    R, scale = U @ Vt, sign * (s[:, 0] + s[:, 1]) / 2
+    R, s = nearest_rotation(sign * W)
+    scale = sign * (s[:, 0] + s[:, 1]) / 2
     closed = np.concatenate([loose, np.ones((len(Q), 1, 1))], axis=1)
     closed[:, 9:18, 0] = (scale[:, None, None] * room.bracket @ R).reshape(-1, 9)
     x = np.zeros((len(Q), 13))
@@ -108,9 +108,7 @@ def _with_target(loops: Loops, room: Room, x: Array) -> Array:
     known = loops.form[:, :4, :4]
     count = known[:, 3:, 3:]
     cross = seen[:, :, :3] - seen[:, :, 3:] * known[:, 3:, :3] / count
-    A, _, Bt = np.linalg.svd(cross)
-    A[:, :, 2] *= np.where(np.linalg.det(A) * np.linalg.det(Bt) < 0, -1.0, 1.0)[:, None]
-    R_target = A @ Bt
+    R_target, _ = nearest_rotation(cross)
     placed = x.copy()
     placed[:, 7:10] = ((seen[:, :, 3:] - R_target @ known[:, :3, 3:]) / count)[:, :, 0]
     placed[:, TURN] = angles_within(R_target, "xyz", room.lower[9:], room.upper[9:])

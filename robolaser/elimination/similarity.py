@@ -11,6 +11,7 @@ from robolaser.compiled import available, share_out
 from robolaser.compiled.patience import WIDE
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
+from robolaser.se3 import nearest_rotation
 
 AT_ONCE = 100  # candidates that a thread takes at a time: half a millisecond
 
@@ -156,12 +157,9 @@ def _one_sign(moments: Moments, room: Room, scale: Array, sign: float) -> tuple[
 
 def _umeyama(moments: Moments, room: Room, sign: float) -> Array:
     """λ of this sign and the angles of R that fit best without bounds, (c, 4)."""
-    U, s, Vt = np.linalg.svd(sign * room.bracket.T @ moments.cross)
-    mirrored = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)
-    U[:, :, 2] *= mirrored[:, None]
-    total = s[:, 0] + s[:, 1] + mirrored * s[:, 2]
-    scale = sign * total / np.where(moments.pp > 0, moments.pp, 1.0)
-    return np.column_stack([scale, angles_within(U @ Vt, room.order, *room.angles)])
+    R, s = nearest_rotation(sign * room.bracket.T @ moments.cross)
+    scale = sign * s.sum(axis=1) / np.where(moments.pp > 0, moments.pp, 1.0)
+    return np.column_stack([scale, angles_within(R, room.order, *room.angles)])
 
 
 def _shift(moments: Moments, room: Room, scale: Array, R: Array) -> tuple[Array, Array]:

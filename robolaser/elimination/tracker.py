@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.elimination.loop import Loops
 from robolaser.elimination.newton import minimise
 from robolaser.elimination.turns import along, angles_within, turn
-from robolaser.se3 import exp_so3
+from robolaser.se3 import exp_so3, nearest_rotation
 
 SEEDS = 500  # rotations looked at; no turn is farther from the nearest of them than some 30°
 TRIED = 3  # of them, those that leave least are followed downhill, and the linear relaxation
@@ -65,13 +65,12 @@ def follow(loops: Loops, room: Room) -> Array:
 def _starts(Q: Array) -> Array:
     """Rotations worth starting from, (c, TRIED + 1, 3, 3), of the form in the entries of Rᵀ and 1."""
     loose = -np.linalg.pinv(Q[:, :9, :9], rcond=1e-9, hermitian=True) @ Q[:, :9, 9:]
-    U, _, Vt = np.linalg.svd(np.swapaxes(loose.reshape(-1, 3, 3), 1, 2))
-    U[:, :, 2] *= np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)[:, None]
+    relaxed, _ = nearest_rotation(np.swapaxes(loose.reshape(-1, 3, 3), 1, 2))
     seeds = exp_so3(np.random.default_rng(0).normal(size=(SEEDS, 3)) * 2.0)
     z = np.column_stack([np.swapaxes(seeds, 1, 2).reshape(-1, 9), np.ones(SEEDS)])
     left = np.einsum("sk,csk->cs", z, z @ Q)
     best = np.argsort(left, axis=1, kind="stable")[:, :TRIED]
-    return np.concatenate([(U @ Vt)[:, None], seeds[best]], axis=1)
+    return np.concatenate([relaxed[:, None], seeds[best]], axis=1)
 
 
 class _Turned:

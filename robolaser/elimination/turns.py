@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.se3 import from_angles
+from robolaser.se3 import from_angles, to_angles
 
 TAU = 2 * np.pi
 
@@ -53,21 +53,11 @@ def angles_within(R: Array, order: str, lower: Array, upper: Array) -> Array:
 
     Where the middle angle leaves only the sum or difference of the others, the first is zero.
     """
-    w, phi, psi = first = _xyz(R) if order == "xyz" else _zyz(R)
+    w, phi, psi = first = to_angles(R) if order == "xyz" else _zyz(R)
     second = (w + np.pi, np.pi - phi if order == "xyz" else -phi, psi + np.pi)
     triples = [_wrapped(np.stack(one, axis=-1), lower, upper) for one in (first, second)]
     out = [np.abs(np.clip(one, lower, upper) - one).sum(axis=1) for one in triples]
     return np.where((out[0] <= out[1])[:, None], *triples)
-
-
-def _xyz(R: Array) -> tuple[Array, Array, Array]:
-    cos = np.hypot(R[:, 0, 0], R[:, 0, 1])
-    phi = np.arctan2(R[:, 0, 2], cos)
-    w = np.where(cos > 0, np.arctan2(-R[:, 1, 2], R[:, 2, 2]), 0.0)
-    # with w known the rest follows without loss, also where the middle angle is a right one
-    c, s = np.cos(w), np.sin(w)
-    psi = np.arctan2(c * R[:, 1, 0] + s * R[:, 2, 0], c * R[:, 1, 1] + s * R[:, 2, 1])
-    return w, phi, psi
 
 
 def _zyz(R: Array) -> tuple[Array, Array, Array]:
