@@ -1,25 +1,12 @@
 """The children of a generation in one loop: the compiled twin of `robolaser.algorithms.brood`, to the last bit."""
 
-from collections.abc import Callable
-from typing import Any
-
-import numba
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.compiled.loops import compiled_exactly
 
 
-def _exactly(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile without any freedom: sums in their order, products and sums each rounded."""
-    how: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-    try:
-        made: Callable[..., Any] = numba.njit(cache=True, **how)(function)
-    except RuntimeError:  # nowhere to keep it
-        made = numba.njit(**how)(function)
-    return made
-
-
-@_exactly
+@compiled_exactly
 def brood(
     X: Array,
     weights: Array,
@@ -59,6 +46,6 @@ def brood(
     return Y
 
 
-@_exactly
+@compiled_exactly
 def _within(x: float, low: float, high: float) -> float:
     return min(max(x, low), high)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled.frames import frame, times
+from robolaser.compiled.frames import frame, times, turned_xyz, turned_zyz
 from robolaser.compiled.loops import compiled
 
 FOURTEEN = 14
@@ -76,32 +76,10 @@ def _parts(own, i, bracket, zyz, along_u):  # type: ignore[no-untyped-def]
     cos = np.cos(own[i, 7])
     plane = (cos, 0.0, np.sin(own[i, 7]), own[i, 6] * cos)
     angles = own[i, 8], own[i, 9], own[i, 10]
-    turn = _turned_zyz(*angles) if zyz else _turned_xyz(*angles)
+    turn = turned_zyz(*angles) if zyz else turned_xyz(*angles)
     b_x, b_y, b_z = bracket
     held = (b_x[0], b_x[1], b_x[2], own[i, 11], b_y[0], b_y[1], b_y[2], own[i, 12], b_z[0], b_z[1], b_z[2], own[i, 13])
     return lens, f, plane, times(held, turn)
-
-
-@compiled
-def _turned_xyz(w, phi, psi):  # type: ignore[no-untyped-def]
-    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
-    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
-    return (
-        c_p * c_q, -c_p * s_q, s_p, 0.0,
-        s_w * s_p * c_q + c_w * s_q, -s_w * s_p * s_q + c_w * c_q, -s_w * c_p, 0.0,
-        -c_w * s_p * c_q + s_w * s_q, c_w * s_p * s_q + s_w * c_q, c_w * c_p, 0.0,
-    )  # fmt: skip
-
-
-@compiled
-def _turned_zyz(w, phi, psi):  # type: ignore[no-untyped-def]
-    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
-    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
-    return (
-        c_w * c_p * c_q - s_w * s_q, -c_w * c_p * s_q - s_w * c_q, c_w * s_p, 0.0,
-        s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p, 0.0,
-        -s_p * c_q, s_p * s_q, c_p, 0.0,
-    )  # fmt: skip
 
 
 @compiled
@@ -245,7 +223,7 @@ def errors_of_one(x: Array, i: int, scanner: Scanner, e: Array) -> Any:
     m = np.uintp(image.shape[2])
     lens, f, plane, mount = _parts(x, i, bracket, zyz, along_u)
     if x.shape[1] > FOURTEEN:
-        turn = _turned_xyz(x[i, 17], x[i, 18], x[i, 19])
+        turn = turned_xyz(x[i, 17], x[i, 18], x[i, 19])
         T_base_target = times((1.0, 0.0, 0.0, x[i, 14], 0.0, 1.0, 0.0, x[i, 15], 0.0, 0.0, 1.0, x[i, 16]), turn)
         for run in range(len(runs)):
             T = times(frame(flange[runs[run, 0]]), T_base_target)

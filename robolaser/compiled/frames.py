@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from robolaser.arrays import Array, Ints
 from robolaser.compiled.loops import compiled
 
@@ -37,6 +39,30 @@ def times(a: Frame, b: Frame) -> Any:
         a_8 * b_2 + a_9 * b_6 + a_10 * b_10,
         a_8 * b_3 + a_9 * b_7 + a_10 * b_11 + a_11,
     )
+
+
+@compiled
+def turned_xyz(w: float, phi: float, psi: float) -> Any:
+    """R_x(w) R_y(φ) R_z(ψ)."""
+    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
+    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
+    return (
+        c_p * c_q, -c_p * s_q, s_p, 0.0,
+        s_w * s_p * c_q + c_w * s_q, -s_w * s_p * s_q + c_w * c_q, -s_w * c_p, 0.0,
+        -c_w * s_p * c_q + s_w * s_q, c_w * s_p * s_q + s_w * c_q, c_w * c_p, 0.0,
+    )  # fmt: skip
+
+
+@compiled
+def turned_zyz(w: float, phi: float, psi: float) -> Any:
+    """R_z(w) R_y(φ) R_z(ψ)."""
+    s_w, s_p, s_q = np.sin(w), np.sin(phi), np.sin(psi)
+    c_w, c_p, c_q = np.cos(w), np.cos(phi), np.cos(psi)
+    return (
+        c_w * c_p * c_q - s_w * s_q, -c_w * c_p * s_q - s_w * c_q, c_w * s_p, 0.0,
+        s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p, 0.0,
+        -s_p * c_q, s_p * s_q, c_p, 0.0,
+    )  # fmt: skip
 
 
 @compiled

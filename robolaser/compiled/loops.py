@@ -17,7 +17,16 @@ MADE_FREELY = {"contract", "reassoc"}
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function of arrays and numbers when it is first called."""
-    how: dict[str, Any] = {"nogil": True, "fastmath": MADE_FREELY, "error_model": "numpy"}
+    return _made(function, fastmath=MADE_FREELY)
+
+
+def compiled_exactly(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The same without any freedom: sums in their order, products and sums each rounded."""
+    return _made(function)
+
+
+def _made(function: Callable[..., Any], **freedom: Any) -> Callable[..., Any]:
+    how: dict[str, Any] = {"nogil": True, "error_model": "numpy", **freedom}
     try:
         made: Callable[..., Any] = numba.njit(cache=True, **how)(function)
     except RuntimeError:  # nowhere to keep it: neither beside the package nor in the user's folder may be written

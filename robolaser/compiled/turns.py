@@ -3,6 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.compiled.frames import turned_xyz, turned_zyz
 from robolaser.compiled.loops import compiled
 
 TAU = 2 * np.pi
@@ -11,19 +12,17 @@ TAU = 2 * np.pi
 @compiled
 def turn(angles: Array, zyz: bool, R: Array, axes: Array) -> None:
     """As `elimination.turns.turn` for one candidate, into R (3, 3) and axes (3, 3)."""
-    s_w, s_p, s_q = np.sin(angles[0]), np.sin(angles[1]), np.sin(angles[2])
-    c_w, c_p, c_q = np.cos(angles[0]), np.cos(angles[1]), np.cos(angles[2])
+    c, s = np.cos(angles[0]), np.sin(angles[0])
     axes[:] = 0.0
     if zyz:
-        R[0, 0], R[0, 1], R[0, 2] = c_w * c_p * c_q - s_w * s_q, -c_w * c_p * s_q - s_w * c_q, c_w * s_p
-        R[1, 0], R[1, 1], R[1, 2] = s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p
-        R[2, 0], R[2, 1], R[2, 2] = -s_p * c_q, s_p * s_q, c_p
-        axes[0, 2], axes[1, 0], axes[1, 1] = 1.0, -s_w, c_w
+        T = turned_zyz(angles[0], angles[1], angles[2])
+        axes[0, 2], axes[1, 0], axes[1, 1] = 1.0, -s, c
     else:
-        R[0, 0], R[0, 1], R[0, 2] = c_p * c_q, -c_p * s_q, s_p
-        R[1, 0], R[1, 1], R[1, 2] = s_w * s_p * c_q + c_w * s_q, -s_w * s_p * s_q + c_w * c_q, -s_w * c_p
-        R[2, 0], R[2, 1], R[2, 2] = -c_w * s_p * c_q + s_w * s_q, c_w * s_p * s_q + s_w * c_q, c_w * c_p
-        axes[0, 0], axes[1, 1], axes[1, 2] = 1.0, c_w, s_w
+        T = turned_xyz(angles[0], angles[1], angles[2])
+        axes[0, 0], axes[1, 1], axes[1, 2] = 1.0, c, s
+    R[0, 0], R[0, 1], R[0, 2] = T[0], T[1], T[2]
+    R[1, 0], R[1, 1], R[1, 2] = T[4], T[5], T[6]
+    R[2, 0], R[2, 1], R[2, 2] = T[8], T[9], T[10]
     for i in range(3):
         axes[2, i] = R[i, 2]
 
