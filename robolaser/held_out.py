@@ -70,22 +70,15 @@ class _Folds:
         self._count = int(groups.max()) + 1
         self._triangles = [np.empty((0, len(x) + 1))] * self._count
         own = np.zeros(self._count)
-        for parts in map(self._parts, residuals.blocks):
-            for fold, (cost, part) in parts.items():
-                own[fold] += cost
+        for rows, block in residuals.blocks:
+            slopes = self._around.slopes(block, AXES * len(rows))
+            straight = block.loss.straightened(slopes)
+            for fold, numbers in _numbers_of(groups[rows]):
+                own[fold] += block.loss.costs(slopes[-1:, numbers])[0]
+                part = triangle(straight[:, numbers].T)
                 self._triangles[fold] = triangle(part, self._triangles[fold])
         self.costs = own.sum() - own
         self.evaluations = self._around.evaluations
-
-    def _parts(self, part: tuple[Ints, Residuals]) -> dict[int, tuple[float, Array]]:
-        """Cost and triangle of each group's rows in a block."""
-        rows, block = part
-        slopes = self._around.slopes(block, AXES * len(rows))
-        straight, loss = block.loss.straightened(slopes), block.loss
-        return {
-            fold: (float(loss.costs(slopes[-1:, numbers])[0]), triangle(straight[:, numbers].T))
-            for fold, numbers in _numbers_of(self._groups[rows])
-        }
 
     def trials(self) -> tuple[Array, Array]:
         """Where a first step takes each fit, (g, d), and by how much it promises to lower its cost, (g,)."""
@@ -101,37 +94,28 @@ class _Folds:
         """Where the second derivatives of each fit's rows along its step pull, (g, d)."""
         at = self._around
         probes = at.moved(PROBE * steps)
-
-        def of(part: tuple[Ints, Residuals]) -> Array:
-            rows, block = part
+        pulls = np.zeros_like(steps)
+        for rows, block in self._residuals.blocks:
             slopes = at.slopes(block, AXES * len(rows))
             bends = bends_along(block, block.loss, slopes, steps, probes)
             for fold, numbers in _numbers_of(self._groups[rows]):
                 bends[fold, numbers] = 0.0
-            pulls: Array = bends @ slopes[:-1].T
-            return pulls
-
-        pulls = sum(map(of, self._residuals.blocks), start=np.zeros_like(steps))
+            pulls += bends @ slopes[:-1].T
         self.evaluations += at.evaluations + len(steps)
         return np.where(np.isfinite(pulls).all(axis=1, keepdims=True), pulls, 0.0)
 
     def predicted(self, candidates: Array) -> tuple[Array, Array]:
         """Each row predicted by its group's candidate (g, d): errors (m, 3) [m]; and what the others cost it, (g,)."""
-        errors = np.empty((len(self._groups), AXES))
-
-        def of(part: tuple[Ints, Residuals]) -> Array:
-            rows, block = part
+        errors, costs = np.empty((len(self._groups), AXES)), np.zeros(self._count)
+        for rows, block in self._residuals.blocks:
             plain = block.model.residuals(candidates)
             seen = block.whitened(plain)
-            costs = block.loss.costs(seen)
+            costs += block.loss.costs(seen)
             for fold, numbers in _numbers_of(self._groups[rows]):
                 of_fold = numbers[::AXES] // AXES
                 errors[rows[of_fold]] = plain[fold, of_fold]
                 with np.errstate(invalid="ignore"):  # infinite ones
                     costs[fold] -= block.loss.costs(seen[fold : fold + 1, numbers])[0]
-            return costs
-
-        costs = sum(map(of, self._residuals.blocks), start=np.zeros(self._count))
         return errors, costs
 
 

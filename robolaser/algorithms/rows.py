@@ -1,7 +1,6 @@
 """Residuals in blocks of rows: of each, what all candidates cost, its slopes, and how it bends along a step."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import final
 
 import numpy as np
@@ -54,11 +53,10 @@ class Rows:
     def costs(self, candidates: Array) -> Array:
         """Costs of candidates, (c, d) -> (c,)."""
         self.evaluations += len(candidates)
-        costs: Array = sum(map(partial(self._costs_of, candidates), self._blocks), start=np.zeros(len(candidates)))
+        costs = np.zeros(len(candidates))
+        for residuals in self._blocks:
+            costs += self._loss.costs(evaluated(residuals, candidates))
         return costs
-
-    def _costs_of(self, candidates: Array, residuals: Residuals) -> Array:
-        return self._loss.costs(evaluated(residuals, candidates))
 
     def around(self, at: Around) -> tuple[Array, float]:
         """Triangle of derivatives by scaled variables and residuals, (d + 1 or less, d + 1), and the rounding error.
@@ -67,13 +65,10 @@ class Rows:
         """
         R, rounding = np.empty((0, len(at.x) + 1)), 0.0
         digits = EPS * np.abs(at.x / at.scale)
-
-        def of(block: int) -> tuple[Array, float]:
+        for block in range(len(self._blocks)):
             slopes = self._slopes_of(block, at)
-            return triangle(self._loss.straightened(slopes).T), float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
-
-        for part, least in map(of, range(len(self._blocks))):
-            R, rounding = triangle(part, R), rounding + least
+            R = triangle(triangle(self._loss.straightened(slopes).T), R)
+            rounding += float(np.sum((digits @ np.abs(slopes[:-1])) ** 2))
         self.evaluations += at.evaluations
         return R, rounding
 
@@ -85,16 +80,10 @@ class Rows:
 
         Zero for a step along which a residual is not finite.
         """
-        probes = at.moved(PROBE * steps)
-
-        def of(block: int) -> Array:
+        probes, pull = at.moved(PROBE * steps), np.zeros_like(steps)
+        for block, residuals in enumerate(self._blocks):
             slopes = self._slopes[block] if self._slopes else self._slopes_of(block, at)
-            at_once = max(1, BATCH // max(1, self._numbers[block]))
-            parts = [slice(start, start + at_once) for start in range(0, len(steps), at_once)]
-            bends = (bends_along(self._blocks[block], self._loss, slopes, steps[some], probes[some]) for some in parts)
-            return np.concatenate([bend @ slopes[:-1].T for bend in bends])
-
-        pull = sum(map(of, range(len(self._blocks))), start=np.zeros_like(steps))
+            pull += bends_along(residuals, self._loss, slopes, steps, probes) @ slopes[:-1].T
         self.evaluations += len(steps) + (0 if self._slopes else at.evaluations)
         return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
 
