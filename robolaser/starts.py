@@ -1,6 +1,7 @@
 """Where the last polish starts: near the global optimum, found on a thinned set."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import final
@@ -12,6 +13,7 @@ from robolaser.algorithms.names import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array
 from robolaser.box import Box, Residuals
 from robolaser.dataset import Dataset
+from robolaser.effects.effect import Suspect
 from robolaser.errors import NothingFound
 from robolaser.optimum import AGREEING, SAME, Optimum, optimum, thinned
 from robolaser.plan import Plan
@@ -90,7 +92,7 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
         return optimum(part, seed=seed, starts=starts, progress=lambda share: tell("searching", share))
 
     sought = shaped(model)
-    plain = model.with_suspects(tuple(one for one in model.suspects if one not in sought))
+    plain = _without(model, sought)
     best = found(model.with_suspects(()), None)
     evaluations = best.evaluations
     if plain.suspects:
@@ -107,6 +109,11 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
     thin = thinned(model)
     x = _in_shape(thin, thin.with_suspects(plain.suspects), best.x) if sought else best.x
     return Start(SCREENING, x, evaluations, tuple(doubts))
+
+
+def _without(model: Model, gone: Sequence[Suspect]) -> Model:
+    """The model that lacks some of its effects."""
+    return model.with_suspects(tuple(one for one in model.suspects if one not in gone))
 
 
 def _extended(x: Array, model: Model) -> Array:
@@ -152,7 +159,7 @@ def _polished_in_shape(model: Model, starts: Array) -> tuple[Polished, int]:
     sought, box = shaped(model), Box.of(model)
     if not sought:
         return polish_members(Residuals(model), starts, box)
-    plain = model.with_suspects(tuple(one for one in model.suspects if one not in sought))
+    plain = _without(model, sought)
     columns = model.parameters.columns(plain.parameters.names)
     without, evaluations = polish_members(Residuals(plain), starts[:, columns], Box.of(plain))
     chosen = _in_shape(model, plain, without.x)

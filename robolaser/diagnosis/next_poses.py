@@ -10,8 +10,10 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.poses import View, anywhere, limits
-from robolaser.se3 import apply, from_angles, from_quaternion, pose
+from robolaser.se3 import apply, inverse, pose
+from robolaser.seams import Bend
 from robolaser.sensors.sensor import motion
+from robolaser.sensors.stripe import Stripe
 
 TRIED = 1500
 """Postures that are tried: half near measured ones, half anywhere."""
@@ -109,16 +111,16 @@ def _after(poses: Poses, q: Array) -> Poses:
 def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, Bools]:
     """Where the stripe on the target's middle level would show, (k, r, 2) [px], the points there, and which see it."""
     values = fitted.problem.parameters.values(fitted.x[None])
-    turn = from_angles(values["w"], values["phi"], values["psi"], order=dataset.angles)
-    shift = np.stack([values[f"t_{axis}"] for axis in "xyz"], axis=-1)
-    T_flange_camera = pose(from_quaternion(np.array(dataset.bracket_quat)) @ turn, shift)[0]
+    sensor = fitted.problem.model.sensor
+    assert isinstance(sensor, Stripe)  # nothing else has stripes
+    T_flange_camera = sensor.mount(values, Bend())[0, 0]
     assert dataset.robot is not None
     assert dataset.points.xyz is not None
     width, height = dataset.image_px or (640, 480)
     view = View(T_flange_camera, {k: float(v[0]) for k, v in values.items()}, dataset.stripe_axis, (width, height))
     T_base_camera = dataset.robot.forward(q[None])[0] @ T_flange_camera
     T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
-    T_target_camera = np.linalg.inv(T_base_target) @ T_base_camera
+    T_target_camera = inverse(T_base_target) @ T_base_camera
     level = float(np.median(dataset.points.xyz[:, 2]))
     at = np.linspace(*view.span(), ALONG)[None]
     pixel = view.stripe(T_target_camera, level, at)
