@@ -25,6 +25,7 @@ from robolaser.errors.challenges import (
     RangeUnclear,
     SealBroken,
 )
+from robolaser.errors.comparisons import CandidateNotANumber, CandidateShape
 from robolaser.errors.effects import (
     AnnouncedTwice,
     AnnouncementUnusable,
@@ -110,6 +111,8 @@ __all__ = [
     "BentOutOfSight",
     "BoundsMissing",
     "BoundsWrong",
+    "CandidateNotANumber",
+    "CandidateShape",
     "CheckpointForeign",
     "CheckpointImpossible",
     "CheckpointUnreadable",
