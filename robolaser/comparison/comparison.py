@@ -37,24 +37,26 @@ class Contested:
 @final
 @dataclass(frozen=True)
 class Effort:
-    """What the comparison itself took.
+    """What the comparison itself took, over all its sessions if it was resumed.
 
     Attributes:
-        engine: What the runs went through: "this machine" or the address of a Dask scheduler.
-        workers: Runs at a time.
-        seconds: Wall time, of all its parts if it was resumed.
-        busy_s: Time that runs took, added up.
+        engine: What the runs went through last: "this machine" or the address of a Dask scheduler.
+        workers: Runs at a time, last.
+        seconds: Wall time.
+        capacity_s: Wall time that all workers had together.
+        busy_s: How much of it went into runs.
     """
 
     engine: str
     workers: int
     seconds: float
+    capacity_s: float
     busy_s: float
 
     @property
     def busy(self) -> float:
         """Share of the workers' time that went into runs, 0 to 1."""
-        return min(self.busy_s / max(self.workers * self.seconds, 1e-9), 1.0)
+        return min(self.busy_s / self.capacity_s, 1.0) if self.capacity_s > 0 else 0.0
 
 
 @final

@@ -1,6 +1,9 @@
 """Comparisons that cannot begin or go on, and contestants that break the rules."""
 
-from robolaser.errors.base import RobolaserError
+from collections.abc import Iterable
+from pathlib import Path
+
+from robolaser.errors.base import RobolaserError, WrongUsage, near
 
 
 class CandidateNotANumber(RobolaserError):
@@ -16,4 +19,86 @@ class CandidateShape(RobolaserError):
     def __init__(self, shape: tuple[int, ...], dimension: int) -> None:
         super().__init__(
             f"It asked for costs with an array of shape {shape}, expected (candidates, {dimension}): a row each."
+        )
+
+
+class ProblemUnknown(WrongUsage):
+    """Neither a folder nor a name of a problem."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(
+            f"No folder '{text}', and no problem of that name. A problem is the folder of a data set; `paper`, the"
+            " simulated experiment of Lee et al. 2004; `reduced:` before either, what its closed form leaves to be"
+            " searched; or `pymoo:` and a test function, as in pymoo:rastrigin."
+        )
+
+
+class TestFunctionUnknown(WrongUsage):
+    """pymoo has none of that name whose lowest cost is known."""
+
+    __test__ = False  # its name misleads pytest
+
+    def __init__(self, text: str, known: Iterable[str]) -> None:
+        super().__init__(
+            f"No test function '{text}'.{near(text.partition('-')[0], known)}"
+            " A number of variables from 2 may follow: pymoo:rastrigin-14."
+        )
+
+
+class ProblemTwice(WrongUsage):
+    """Two problems of the same name."""
+
+    def __init__(self, name: str, first: str, second: str) -> None:
+        super().__init__(
+            f"{first} and {second} are both called '{name}', and results go by names."
+            " Give one of them another `name` in its dataset.toml, or leave it out."
+        )
+
+
+class NothingToSearch(RobolaserError):
+    """A reduced problem without variables."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(
+            f"{text}: every parameter follows from the data in closed form, nothing is left to be searched."
+            " Only stripe scanners have a reduced problem worth comparing on."
+        )
+
+
+class ComparisonForeign(RobolaserError):
+    """Runs in a folder that do not compare with those to come."""
+
+    def __init__(self, path: Path, what: str, found: object, expected: object) -> None:
+        super().__init__(
+            f"{path} holds runs on other terms: {what} is {found} there, here it is {expected}, and such runs do not"
+            " compare. Go on with the same, take another folder, or begin anew with --force."
+        )
+
+
+class RecordUnreadable(RobolaserError):
+    """A file that is no record of runs, or a damaged one."""
+
+    def __init__(self, path: Path, line: int, error: Exception) -> None:
+        super().__init__(
+            f"{path}, line {line}, is no record of a run ({type(error).__name__}: {error})."
+            " Delete that line to go on without it, or begin anew with --force."
+        )
+
+
+class ComparisonStopped(RobolaserError):
+    """A stopped comparison would be overwritten."""
+
+    def __init__(self, folder: Path, runs: int) -> None:
+        super().__init__(
+            f"{folder} holds {runs} runs of a comparison that was stopped. Go on with --resume, or begin anew with"
+            " --force."
+        )
+
+
+class ComparisonInterrupted(RobolaserError):
+    """Ctrl-C in the middle of a comparison."""
+
+    def __init__(self, folder: Path, made: int, wanted: int) -> None:
+        super().__init__(
+            f"Stopped after {made} of {wanted} runs. report.html in {folder} shows them; go on with --resume."
         )

@@ -1,0 +1,128 @@
+"""What is to be compared, and on what terms."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.comparison.comparison import Comparison, Contested, Effort
+from robolaser.comparison.contestants.contestant import Contestant
+from robolaser.comparison.engines import Task
+from robolaser.comparison.question import Question
+from robolaser.comparison.run import Run
+from robolaser.comparison.sources import Source
+from robolaser.optimum import optimum
+
+BEFOREHAND = "robolaser, beforehand"
+"""Who found a lowest cost that no contestant came below."""
+THEORY = "theory"
+SEEDS_BEFOREHAND = (1, 2, 3)
+"""Of our own search for the lowest cost, before anybody starts."""
+LOWER = 1e-9
+"""A lowest cost counts as found by another only if it is lower by more than this share."""
+PROBES, PROBE_SEED, PROBE_DIGITS = 8, 1, 9
+"""Candidates by whose costs a question is recognised, and to how many digits: another machine may round otherwise."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Every contestant gets every question it has something to say on, once with each seed.
+
+    Attributes:
+        sources: Of the questions.
+        contestants: Who takes part.
+        seeds: The same for all: where contestants draw the same first candidates, they begin alike.
+        budget: Evaluations a run may spend.
+        time_limit_s: Wall time a run may take [s].
+        memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
+    """
+
+    sources: tuple[Source, ...]
+    contestants: tuple[Contestant, ...]
+    seeds: tuple[int, ...]
+    budget: int
+    time_limit_s: float
+    memory_limit_b: int
+
+    @cached_property
+    def questions(self) -> tuple[Question, ...]:
+        """What is asked."""
+        return tuple(source.question() for source in self.sources)
+
+    @cached_property
+    def refused(self) -> Mapping[tuple[str, str], str]:
+        """Why a contestant has nothing to say on a question, by (question, contestant)."""
+        return {
+            (question.name, contestant.name): reason
+            for question in self.questions
+            for contestant in self.contestants
+            if (reason := contestant.refuses(question)) is not None
+        }
+
+    @cached_property
+    def tasks(self) -> tuple[Task, ...]:
+        """All runs: all with the first seed first, so that a contest is fair whenever it is stopped."""
+        return tuple(
+            Task(source.name, contestant.name, seed, self.budget, self.time_limit_s, self.memory_limit_b)
+            for seed in self.seeds
+            for source in self.sources
+            for contestant in self.contestants
+            if (source.name, contestant.name) not in self.refused
+        )
+
+    @cached_property
+    def fingerprints(self) -> Mapping[str, str]:
+        """What a question is recognised by: its bounds, and what some candidates cost."""
+        return {question.name: _fingerprint(question) for question in self.questions}
+
+    def so_far(self, runs: Iterable[Run], effort: Effort) -> Comparison:
+        """What came of it, with the runs that were made."""
+        runs = tuple(runs)
+        return Comparison(
+            problems=tuple(self._contested(question, runs) for question in self.questions),
+            contestants={contestant.name: contestant.title for contestant in self.contestants},
+            refused=self.refused,
+            seeds=self.seeds,
+            budget=self.budget,
+            time_limit_s=self.time_limit_s,
+            runs=runs,
+            effort=effort,
+        )
+
+    @cached_property
+    def _beforehand(self) -> Mapping[str, tuple[float, str]]:
+        return {question.name: _known(question) for question in self.questions}
+
+    def _contested(self, question: Question, runs: tuple[Run, ...]) -> Contested:
+        best, found_by = self._beforehand[question.name]
+        for run in runs:
+            if run.problem == question.name and run.course.final < best - LOWER * abs(best):
+                best, found_by = run.course.final, run.algorithm
+        return Contested(
+            question.name,
+            question.title,
+            question.family,
+            question.dimension,
+            question.unit,
+            scale=max(abs(best), question.scale) if np.isfinite(best) else question.scale,
+            best=best,
+            found_by=found_by,
+        )
+
+
+def _known(question: Question) -> tuple[float, str]:
+    """The lowest cost that is known before anybody starts, and whence."""
+    if question.lowest is not None:
+        return question.lowest, THEORY
+    if question.model is None:
+        return np.inf, ""
+    return min(optimum(question.model, seed=seed).cost for seed in SEEDS_BEFOREHAND), BEFOREHAND
+
+
+def _fingerprint(question: Question) -> str:
+    probes = question.anywhere(np.random.default_rng(PROBE_SEED), PROBES)
+    numbers = np.concatenate([question.lower, question.upper, question.cost(probes)])
+    return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

@@ -1,0 +1,90 @@
+"""A contest is held: runs go out to an engine, and come back in whatever order they are done."""
+
+import pickle
+from collections.abc import Callable, Collection, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.comparison.contest import Contest
+from robolaser.comparison.engines import Engine, Task
+from robolaser.comparison.run import Run
+
+AHEAD = 2
+"""Runs handed out for each worker, so that none waits for the next."""
+LOOK_S = 0.5
+"""How often whoever watches is told."""
+
+Key = tuple[str, str, int]
+"""Problem, algorithm and seed of a run."""
+
+
+@final
+@dataclass(frozen=True)
+class Moment:
+    """How far a contest has come.
+
+    Attributes:
+        done: Runs that were made.
+        wanted: Runs that were asked for.
+        running: What runs now: those handed out longest ago.
+        left_s: Time that the others will take [s]; None while nobody can say.
+    """
+
+    done: int
+    wanted: int
+    running: tuple[Task, ...]
+    left_s: float | None
+
+
+def held(
+    contest: Contest,
+    engine: Engine,
+    *,
+    made: Collection[Run] = (),
+    tell: Callable[[Moment], None] = lambda moment: None,
+) -> Iterator[Run]:
+    """Hold a contest, and give each run as it comes.
+
+    Args:
+        contest: What is asked of whom.
+        engine: Where.
+        made: Runs that need not be made again.
+        tell: Is told how far it has come, twice a second.
+    """
+    parcels = {source.name: engine.share(pickle.dumps(source)) for source in contest.sources}
+    done = {key(run): run for run in made}
+    waiting = [task for task in contest.tasks if key(task) not in done]
+    flying: dict[Future[Run], Task] = {}
+    coming = iter(waiting)
+    while True:
+        while len(flying) < AHEAD * engine.workers and (task := next(coming, None)) is not None:
+            flying[engine.submit(task, parcels[task.problem])] = task
+        if not flying:
+            return
+        landed, _ = wait(flying, timeout=LOOK_S, return_when=FIRST_COMPLETED)
+        for future in landed:
+            run = future.result()
+            del flying[future]
+            done[key(run)] = run
+            yield run
+        running = tuple(flying.values())[: engine.workers]
+        tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
+
+
+def key(one: Run | Task) -> Key:
+    """What a run is known by."""
+    return one.problem, one.algorithm, one.seed
+
+
+def _left_s(contest: Contest, done: Mapping[Key, Run], workers: int) -> float | None:
+    """Time that the runs left will take, judged by those that were made."""
+    if not done:
+        return None
+    taken: dict[tuple[str, str], list[float]] = {}
+    for run in done.values():
+        taken.setdefault((run.problem, run.algorithm), []).append(run.seconds)
+    means = {pair: sum(times) / len(times) for pair, times in taken.items()}
+    usual = sum(means.values()) / len(means)
+    left = (means.get((task.problem, task.algorithm), usual) for task in contest.tasks if key(task) not in done)
+    return sum(left) / workers

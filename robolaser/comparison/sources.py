@@ -1,0 +1,195 @@
+"""Where questions come from: data sets, their closed-form reductions, the paper's experiment, pymoo's test functions."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.comparison.question import CALIBRATION, TEST_FUNCTION, Question
+from robolaser.dataset import Dataset
+from robolaser.errors import NothingToSearch, ProblemTwice, ProblemUnknown, TestFunctionUnknown
+from robolaser.folder import load
+from robolaser.reduction import Reduction
+from robolaser.scanner import Model
+
+PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
+"""How problems that are no folders are asked for."""
+TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
+"""Of pymoo's, those of any dimension whose lowest cost is known."""
+DIMENSION = 10
+"""Of a test function, if none is asked for."""
+NEGLIGIBLE_M2 = 1e-12
+"""Of a point's squared error: a micrometre."""
+
+
+class Source(ABC):
+    """Makes a question; can be sent to another process or machine, where the question, a tangle of functions, cannot.
+
+    Attributes:
+        name: Of the question.
+    """
+
+    name: str
+
+    @abstractmethod
+    def question(self) -> Question:
+        """Make it."""
+
+
+@final
+@dataclass(frozen=True)
+class Calibration(Source):
+    """All parameters of a data set's sensor, within their bounds."""
+
+    name: str
+    dataset: Dataset
+
+    def question(self) -> Question:
+        """Minimise J, eq. 18, in all parameters."""
+        model = Model(self.dataset)
+        parameters = model.parameters
+        return Question(
+            self.name,
+            f"{_arm(self.dataset)}, {_points(self.dataset)}, {len(parameters)} parameters",
+            CALIBRATION,
+            parameters.names,
+            parameters.lower,
+            parameters.upper,
+            cost=model.cost,
+            unit="m²",
+            scale=NEGLIGIBLE_M2 * len(self.dataset.points),
+            residuals=lambda x: model.residuals(x).reshape(len(x), -1),
+            model=model,
+        )
+
+
+@final
+@dataclass(frozen=True)
+class ReducedCalibration(Source):
+    """Those parameters of a data set's sensor that do not follow from the others in closed form."""
+
+    name: str
+    dataset: Dataset
+
+    def question(self) -> Question:
+        """Minimise J in the parameters that are left, the others the best for them."""
+        model = Model(self.dataset)
+        reduction = Reduction(model)
+        left = reduction.parameters
+        return Question(
+            self.name,
+            f"{_arm(self.dataset)}, {_points(self.dataset)}, {len(left)} parameters left by the closed form",
+            CALIBRATION,
+            left.names,
+            left.lower,
+            left.upper,
+            cost=lambda x: model.cost(reduction.completed(x)),
+            unit="m²",
+            scale=NEGLIGIBLE_M2 * len(self.dataset.points),
+            residuals=lambda x: model.residuals(reduction.completed(x)).reshape(len(x), -1),
+            model=model,
+        )
+
+
+@final
+@dataclass(frozen=True)
+class TestFunction(Source):
+    """One of pymoo's standard test functions: a sanity check, for what is known of it."""
+
+    __test__ = False  # its name misleads pytest
+
+    name: str
+    function: str
+    dimension: int
+
+    def question(self) -> Question:
+        """Minimise it."""
+        from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
+
+        problem = get_problem(self.function, n_var=self.dimension)
+
+        def cost(x: Array) -> Array:
+            return np.asarray(problem.evaluate(x, return_values_of=["F"]), np.float64)[:, 0]
+
+        return Question(
+            self.name,
+            f"pymoo's {self.function} function, {self.dimension} variables",
+            TEST_FUNCTION,
+            tuple(f"x{i}" for i in range(self.dimension)),
+            np.asarray(problem.xl, np.float64),
+            np.asarray(problem.xu, np.float64),
+            cost=cost,
+            unit="",
+            scale=1.0,
+            lowest=float(np.asarray(problem.pareto_front())[0, 0]),
+        )
+
+
+def source(text: str) -> Source:
+    """What a problem's text stands for: a folder, `paper`, `pymoo:NAME` or `pymoo:NAME-DIMENSION`, or `reduced:` of one.
+
+    Raises:
+        ProblemUnknown: It stands for nothing.
+        TestFunctionUnknown: pymoo has none of that name that could be taken.
+        NothingToSearch: Reduced, and every parameter follows from the data in closed form.
+        RobolaserError: The data set is not right.
+    """
+    if text.startswith(PYMOO):
+        return _test_function(text)
+    whole = text.removeprefix(REDUCED)
+    if not text.startswith(REDUCED):
+        return Calibration(*_dataset(whole))
+    name, dataset = _dataset(whole)
+    if not len(Reduction(Model(dataset)).parameters):
+        raise NothingToSearch(text)
+    return ReducedCalibration(REDUCED + name, dataset)
+
+
+def sources(texts: Sequence[str]) -> tuple[Source, ...]:
+    """What problems' texts stand for.
+
+    Raises:
+        ProblemTwice: Two of them have the same name.
+        RobolaserError: As `source` does.
+    """
+    found: dict[str, tuple[str, Source]] = {}
+    for text in texts:
+        one = source(text)
+        if one.name in found:
+            raise ProblemTwice(one.name, found[one.name][0], text)
+        found[one.name] = text, one
+    return tuple(one for _, one in found.values())
+
+
+def _dataset(text: str) -> tuple[str, Dataset]:
+    """Name and data of a folder, or of the paper's experiment as it is simulated."""
+    folder = Path(text)
+    if text == PAPER and not folder.exists():
+        from robolaser.robots import find_robot  # noqa: PLC0415 - only here
+        from robolaser.simulate import paper  # noqa: PLC0415
+
+        return PAPER, paper(find_robot("scorbot_er7"), seed=1).dataset
+    if not folder.exists():
+        raise ProblemUnknown(text)
+    dataset = load(folder)
+    return dataset.name, dataset
+
+
+def _test_function(text: str) -> TestFunction:
+    function, _, typed = text.removeprefix(PYMOO).partition("-")
+    if function not in TEST_FUNCTIONS or not (typed == "" or (typed.isdigit() and int(typed) > 1)):
+        raise TestFunctionUnknown(text, [PYMOO + name for name in TEST_FUNCTIONS])
+    dimension = int(typed) if typed else DIMENSION
+    return TestFunction(f"{PYMOO}{function}-{dimension}", function, dimension)
+
+
+def _arm(dataset: Dataset) -> str:
+    return dataset.robot.name if dataset.robot else "measured flange poses"
+
+
+def _points(dataset: Dataset) -> str:
+    return f"{len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses"
