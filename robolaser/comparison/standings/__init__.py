@@ -1,0 +1,29 @@
+"""The judge of comparisons: which contestant is better, by how much, and how sure that is."""
+
+from robolaser.comparison.standings.table import (
+    Estimate,
+    Measure,
+    OnProblem,
+    Order,
+    Pair,
+    Place,
+    Quality,
+    Ranks,
+    Reached,
+    Result,
+    Standings,
+)
+
+__all__ = [
+    "Estimate",
+    "Measure",
+    "OnProblem",
+    "Order",
+    "Pair",
+    "Place",
+    "Quality",
+    "Ranks",
+    "Reached",
+    "Result",
+    "Standings",
+]
