@@ -61,7 +61,7 @@ def run(question: Question, contestant: Contestant, *, seed: int, budget: int, t
         pass
     except MemoryError:
         reason = "it wanted more memory than it may have"
-    except Exception as error:  # noqa: BLE001 - whatever a contestant does is its own failure
+    except Exception as error:
         reason = f"{type(error).__name__}: {error}".strip().removesuffix(":")
     if watch.out_of_time:
         reason = f"not done within {time_limit_s:g} s"

@@ -1,4 +1,4 @@
-"""Where questions come from: data sets, their closed-form reductions, the paper's experiment, pymoo's test functions."""
+"""Where questions come from: data sets, what their closed forms leave over, the paper's experiment, test functions."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -130,7 +130,7 @@ class TestFunction(Source):
 
 
 def source(text: str) -> Source:
-    """What a problem's text stands for: a folder, `paper`, `pymoo:NAME` or `pymoo:NAME-DIMENSION`, or `reduced:` of one.
+    """What a problem's text stands for: a folder or `paper`, either with `reduced:` before it, or `pymoo:NAME[-DIMENSION]`.
 
     Raises:
         ProblemUnknown: It stands for nothing.
