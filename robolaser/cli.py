@@ -11,13 +11,14 @@ from importlib.metadata import version
 from robolaser.commands.calibrate import Calibrate
 from robolaser.commands.challenge import Challenge
 from robolaser.commands.command import Command
+from robolaser.commands.compare import Compare
 from robolaser.commands.diagnose import Diagnose
 from robolaser.commands.extract import Extract
 from robolaser.commands.listing import List
 from robolaser.commands.simulate import Simulate
 from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
 
-COMMANDS: tuple[Command, ...] = (Calibrate(), Diagnose(), Extract(), Simulate(), Challenge(), List())
+COMMANDS: tuple[Command, ...] = (Calibrate(), Diagnose(), Compare(), Extract(), Simulate(), Challenge(), List())
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 

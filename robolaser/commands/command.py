@@ -1,6 +1,7 @@
 """What a command is, and what commands have in common: folders, progress and messages."""
 
 import argparse
+import math
 import sys
 import tempfile
 import time
@@ -39,6 +40,14 @@ def count(text: str) -> int:
     number = int(text)
     if number < 1:
         raise argparse.ArgumentTypeError(f"{number}, expected a whole number from 1")
+    return number
+
+
+def positive(text: str) -> float:
+    """A number above zero, as typed."""
+    number = float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}, expected a number above 0")
     return number
 
 

@@ -26,6 +26,15 @@ PROBES, PROBE_SEED, PROBE_DIGITS = 8, 1, 9
 """Candidates by whose costs a question is recognised, and to how many digits: another machine may round otherwise."""
 
 
+Key = tuple[str, str, int]
+"""Problem, algorithm and seed of a run: what it is known by."""
+
+
+def key(one: Run | Task) -> Key:
+    """What a run is known by."""
+    return one.problem, one.algorithm, one.seed
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Contest:
@@ -77,6 +86,11 @@ class Contest:
     def fingerprints(self) -> Mapping[str, str]:
         """What a question is recognised by: its bounds, and what some candidates cost."""
         return {question.name: _fingerprint(question) for question in self.questions}
+
+    def own(self, runs: Iterable[Run]) -> tuple[Run, ...]:
+        """Those runs that are part of it."""
+        asked = {key(task) for task in self.tasks}
+        return tuple(run for run in runs if key(run) in asked)
 
     def so_far(self, runs: Iterable[Run], effort: Effort) -> Comparison:
         """What came of it, with the runs that were made."""

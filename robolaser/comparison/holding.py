@@ -6,7 +6,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.comparison.contest import Contest
+from robolaser.comparison.contest import Contest, Key, key
 from robolaser.comparison.engines import Engine, Task
 from robolaser.comparison.run import Run
 
@@ -14,9 +14,6 @@ AHEAD = 2
 """Runs handed out for each worker, so that none waits for the next."""
 LOOK_S = 0.5
 """How often whoever watches is told."""
-
-Key = tuple[str, str, int]
-"""Problem, algorithm and seed of a run."""
 
 
 @final
@@ -70,11 +67,6 @@ def held(
             yield run
         running = tuple(flying.values())[: engine.workers]
         tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
-
-
-def key(one: Run | Task) -> Key:
-    """What a run is known by."""
-    return one.problem, one.algorithm, one.seed
 
 
 def _left_s(contest: Contest, done: Mapping[Key, Run], workers: int) -> float | None:

@@ -13,9 +13,8 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.comparison.comparison import Effort
-from robolaser.comparison.contest import Contest
+from robolaser.comparison.contest import Contest, Key, key
 from robolaser.comparison.course import Course
-from robolaser.comparison.holding import Key, key
 from robolaser.comparison.run import FAILED, Run
 from robolaser.errors import ComparisonForeign, FileUnreadable, FileUnwritable, RecordUnreadable
 

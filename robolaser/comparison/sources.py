@@ -130,7 +130,7 @@ class TestFunction(Source):
 
 
 def source(text: str) -> Source:
-    """What a problem's text stands for: a folder or `paper`, either with `reduced:` before it, or `pymoo:NAME[-DIMENSION]`.
+    """What a problem's text stands for: a folder or `paper`, perhaps after `reduced:`, or `pymoo:NAME[-DIMENSION]`.
 
     Raises:
         ProblemUnknown: It stands for nothing.

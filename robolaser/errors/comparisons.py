@@ -85,12 +85,12 @@ class RecordUnreadable(RobolaserError):
         )
 
 
-class ComparisonStopped(RobolaserError):
-    """A stopped comparison would be overwritten."""
+class ComparisonThere(RobolaserError):
+    """Runs of a comparison would be overwritten."""
 
     def __init__(self, folder: Path, runs: int) -> None:
         super().__init__(
-            f"{folder} holds {runs} runs of a comparison that was stopped. Go on with --resume, or begin anew with"
+            f"{folder} holds {runs} runs of a comparison. Go on with it, or add to it, with --resume; begin anew with"
             " --force."
         )
 

@@ -1,0 +1,197 @@
+"""robolaser compare: algorithms side by side."""
+
+import argparse
+import shlex
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, final
+
+from robolaser.commands.command import Command, count, make_folder, positive
+from robolaser.errors import ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from robolaser.comparison.contest import Contest
+    from robolaser.comparison.engines import Engine
+    from robolaser.comparison.holding import Moment
+    from robolaser.comparison.record import Record
+
+RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
+SEEDS, BUDGET, TIME_LIMIT_S, MEMORY_GB = 15, 20_000, 300.0, 2.0
+
+
+@final
+class Compare(Command):
+    """Lets algorithms run side by side, and says which is better."""
+
+    name: ClassVar[str] = "compare"
+    summary: ClassVar[str] = "run algorithms side by side and say which is better, by how much, and how sure that is"
+
+    def declare(self, parser: argparse.ArgumentParser) -> None:
+        """Say what can be given to it."""
+        parser.add_argument(
+            "datasets",
+            metavar="DATASET",
+            nargs="+",
+            help="a problem each: folder of a data set, or `paper`, either with `reduced:` before it for its"
+            " closed-form reduction; or pymoo:NAME[-DIMENSION], a test function",
+        )
+        parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
+        parser.add_argument(
+            "--algorithms",
+            metavar="A,B",
+            help="names, see `list algorithms`, with settings as in rcga:b=2:n_elites=0, or package.module:attribute;"
+            " default: one of each kind",
+        )
+        parser.add_argument("--seeds", metavar="N", type=count, default=SEEDS, help=f"default: {SEEDS}, from --seed on")
+        parser.add_argument(
+            "--budget", metavar="EVALS", type=count, default=BUDGET, help=f"evaluations a run; default: {BUDGET}"
+        )
+        parser.add_argument(
+            "--time-limit",
+            metavar="S",
+            type=positive,
+            default=TIME_LIMIT_S,
+            help=f"of a run; default: {TIME_LIMIT_S:g}",
+        )
+        parser.add_argument(
+            "--memory-limit", metavar="GB", type=positive, default=MEMORY_GB, help=f"of a run; default: {MEMORY_GB:g}"
+        )
+        parser.add_argument("--jobs", metavar="N", type=count, help="runs at a time; default: one on each core")
+        parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, tcp://HOST:PORT")
+        parser.add_argument("--seed", metavar="N", type=count, default=1, help="the first of the seeds; default: 1")
+        parser.add_argument("--iohprofiler", action="store_true", help="write the runs in IOHprofiler's format too")
+        parser.add_argument("--resume", action="store_true", help="go on with a comparison that was stopped")
+        parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
+
+    def run(self, args: argparse.Namespace) -> None:
+        """Hold the contest, then write and print what came of it, even if it was stopped on the way."""
+        from robolaser.comparison.record import Record  # noqa: PLC0415 - `--help` must not pay for physics
+
+        out: Path = args.output
+        if args.scheduler and args.jobs:
+            raise OptionsClash("--scheduler", ["--jobs"])
+        record = Record(out / RECORD) if args.resume or not args.force else None
+        if record is not None and not args.resume:
+            if record.runs:
+                raise ComparisonThere(out, len(record.runs))
+            if (out / RESULT).exists():
+                raise OutputExists(out / RESULT)
+        contest = _contest(args)
+        with _engine(args) as engine:
+            make_folder(out)
+            if record is None:
+                (out / RECORD).unlink(missing_ok=True)
+                record = Record(out / RECORD)
+            record.begin(contest, engine=engine.label, workers=engine.workers)
+            try:
+                _hold(contest, engine, record)
+            except KeyboardInterrupt:
+                engine.close()
+                _conclude(contest, record, args)
+                raise ComparisonInterrupted(out, len(contest.own(record.runs)), len(contest.tasks)) from None
+        _conclude(contest, record, args)
+
+
+def _contest(args: argparse.Namespace) -> "Contest":
+    """What was asked for."""
+    from robolaser.comparison.contest import Contest  # noqa: PLC0415
+    from robolaser.comparison.contestants import DEFAULT, find  # noqa: PLC0415
+    from robolaser.comparison.sources import sources  # noqa: PLC0415
+
+    names = DEFAULT if args.algorithms is None else [name.strip() for name in args.algorithms.split(",")]
+    return Contest(
+        sources(args.datasets),
+        tuple(find(name) for name in dict.fromkeys(names)),
+        seeds=tuple(range(args.seed, args.seed + args.seeds)),
+        budget=args.budget,
+        time_limit_s=args.time_limit,
+        memory_limit_b=round(args.memory_limit * 1e9),
+    )
+
+
+def _engine(args: argparse.Namespace) -> "Engine":
+    """Where it is to be run."""
+    from robolaser.comparison.engines import DaskCluster, ThisMachine  # noqa: PLC0415
+    from robolaser.compiled import cores  # noqa: PLC0415
+
+    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs or cores())
+
+
+def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
+    """Let everybody run whose run is not in the record, and take each run in as it comes."""
+    from robolaser.comparison.holding import held  # noqa: PLC0415
+
+    began = time.monotonic()
+    with _progress() as tell:
+        for run in held(contest, engine, made=contest.own(record.made), tell=tell):
+            record.add(run, after_s=time.monotonic() - began)
+
+
+def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) -> None:
+    """Write and print what came of it."""
+    from robolaser.comparison.iohprofiler import export  # noqa: PLC0415
+    from robolaser.comparison.results import comparison_json, runs_csv  # noqa: PLC0415
+    from robolaser.comparison.standings import standings  # noqa: PLC0415
+    from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
+    from robolaser.tables import write_together  # noqa: PLC0415
+
+    out: Path = args.output
+    comparison = contest.so_far(contest.own(record.runs), record.effort)
+    judged = tuple(standings(comparison, family) for family in comparison.families)
+    texts = {
+        RUNS: runs_csv(comparison),
+        PAGE: page(comparison, judged, command=_again(args)),
+        RESULT: comparison_json(comparison, judged),
+    }
+    write_together({out / name: text.encode() for name, text in texts.items()})
+    if args.iohprofiler:
+        export(comparison, out / EXPORT)
+    print_comparison(comparison, judged, out)
+
+
+@contextmanager
+def _progress() -> "Iterator[Callable[[Moment], None]]":
+    """Show how far a contest is, on a terminal and only there."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    columns = (
+        BarColumn(30),
+        MofNCompleteColumn(),
+        TextColumn("runs"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[left]}"),
+        TextColumn("{task.description}", style="dim"),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("starting", total=None, left="")
+
+        def tell(moment: "Moment") -> None:
+            running = "; ".join(f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in moment.running)
+            bar.update(task, completed=moment.done, total=moment.wanted, description=running, left=_left(moment.left_s))
+
+        yield tell
+
+
+def _left(seconds: float | None) -> str:
+    """Remaining time in words."""
+    if seconds is None:
+        return ""
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min left" if minutes >= 60 else f"{minutes}:{seconds:02d} left"
+
+
+def _again(args: argparse.Namespace) -> str:
+    """What to type to repeat it."""
+    words = ["robolaser", "compare", *args.datasets, "--output", args.output.name]
+    if args.algorithms is not None:
+        words += ["--algorithms", args.algorithms]
+    words += ["--seeds", str(args.seeds), "--budget", str(args.budget), "--time-limit", f"{args.time_limit:g}"]
+    if args.seed != 1:
+        words += ["--seed", str(args.seed)]
+    return shlex.join(words)
