@@ -1,0 +1,45 @@
+"""How good the better and the worse of an algorithm's runs are after so many evaluations or seconds."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.comparison.course import Course
+from robolaser.comparison.statistics.quantiles import quantiles
+
+BAND = np.array([0.1, 0.5, 0.9])
+"""Quantiles over seeds: the median, and what one run in ten does better or worse than."""
+
+
+def after_seconds(course: Course, seconds: Array) -> Array:
+    """Lowest cost after so much wall time (g,) -> (g,); infinite before the first."""
+    return np.append(np.inf, course.costs)[np.searchsorted(course.seconds, seconds, side="right")]
+
+
+def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Array:
+    """Quantiles over runs of how much more than the best known their lowest costs are.
+
+    A run that is over stays as good as it was.
+
+    Args:
+        costs: Lowest cost of each run at each moment, (s, g).
+        best: The lowest cost known.
+        scale: What excesses are measured in.
+        levels: Of the quantiles, (q,).
+
+    Returns:
+        (q, g); NaN without runs.
+    """
+    excess = (costs - best) / scale
+    return quantiles(excess.T, levels).T if len(costs) else np.full((len(levels), costs.shape[1]), np.nan)
+
+
+def after_evaluations(courses: Sequence[Course], at: Array) -> Array:
+    """Lowest cost of each run after so many evaluations (g,) -> (s, g)."""
+    return np.array([course.after(at) for course in courses]).reshape(-1, len(at))
+
+
+def after_time(courses: Sequence[Course], at: Array) -> Array:
+    """Lowest cost of each run after so many seconds (g,) -> (s, g)."""
+    return np.array([after_seconds(course, at) for course in courses]).reshape(-1, len(at))

@@ -1,0 +1,68 @@
+"""Shares of all targets on all problems that an algorithm's runs reached by so many evaluations or seconds.
+
+Hansen, Auger, Brockhoff & Tusar 2022, "Anytime performance assessment in blackbox optimization benchmarking". Budgets
+are plain evaluations or seconds, not per dimension: these problems are no one function scaled to more variables, and
+who calibrates pays for evaluations.
+"""
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+
+def budgets(prices: Array, spent: Array, points: int = 200) -> Array:
+    """From the first target that anybody reached to the end of the longest run, evenly on a logarithmic axis.
+
+    Args:
+        prices: Any shape.
+        spent: By whole runs, any shape.
+        points: How many.
+
+    Returns:
+        (points,), rising; empty where nobody reached anything.
+    """
+    reached = prices[np.isfinite(prices) & (prices > 0)]
+    if not len(reached):
+        return np.empty(0)
+    return np.geomspace(reached.min(), max(np.nanmax(spent), reached.max()), points)
+
+
+def shares(prices: Array, budgets: Array) -> Array:
+    """Shares of (problem, seed, target) reached within budgets.
+
+    Args:
+        prices: (p, a, s, t).
+        budgets: (g,).
+
+    Returns:
+        (a, g); NaN for an algorithm without runs.
+    """
+    of_algorithms = np.moveaxis(prices, 1, 0).reshape(prices.shape[1], -1)
+    found = np.full((len(of_algorithms), len(budgets)), np.nan)
+    for row, of_one in zip(found, of_algorithms, strict=True):
+        there = np.sort(of_one[~np.isnan(of_one)])
+        if len(there):
+            row[:] = np.searchsorted(there, budgets, side="right") / len(there)
+    return found
+
+
+def areas(prices: Array, first: float, last: float) -> Array:
+    """Area under the ECDF on a logarithmic axis of budgets from `first` to `last`, 0 to 1.
+
+    That is, the mean over (problem, seed, target) of the share of the axis that was left when it was reached. Lopez-
+    Ibanez, Vermetten, Dreo & Doerr 2024, "Using the empirical attainment function for analyzing single-objective
+    black-box optimization algorithms".
+
+    Args:
+        prices: (p, a, s, t).
+        first: Budget at which the axis begins.
+        last: Budget at which it ends, above the first.
+
+    Returns:
+        (a,); NaN for an algorithm without runs.
+    """
+    left = np.log(last / np.clip(prices, first, last)) / np.log(last / first)
+    there = ~np.isnan(prices)
+    total, count = np.where(there, left, 0.0).sum(axis=(0, 2, 3)), there.sum(axis=(0, 2, 3))
+    area: Array = total / np.where(count > 0, count, np.nan)
+    return area

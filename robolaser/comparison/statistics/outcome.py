@@ -1,0 +1,29 @@
+"""What came of a run, as one ordinal number."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+
+def outcomes(prices: Array, final: Array) -> Array:
+    """Places of all runs on each problem, equal ones sharing theirs.
+
+    Runs that reached the target come first, the cheaper the better; then the others by what they ended with; last those
+    that found nothing. Hansen et al. 2021 (COCO) rank like this where targets are not always reached.
+
+    Args:
+        prices: To the target, (p, a, s).
+        final: Excess of the lowest cost, (p, a, s).
+
+    Returns:
+        (p, a, s), from 1; NaN where there is no run.
+    """
+    places = np.full(prices.shape, np.nan)
+    for of_problem, price, excess in zip(places, prices, final, strict=True):
+        there = ~np.isnan(price)
+        reached = np.isfinite(price)
+        excess_of_rest = np.where(reached, -np.inf, np.where(np.isnan(excess), np.inf, excess))
+        keys = np.stack([excess_of_rest[there], np.where(reached, price, 0.0)[there]], axis=1)
+        if len(keys):
+            of_problem[there] = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1) + 1.0
+    return places
