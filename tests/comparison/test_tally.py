@@ -1,0 +1,70 @@
+"""Runs become arrays without a number getting lost or into the wrong place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up import BUDGET, made_up_comparison, made_up_run
+
+from robolaser.comparison.tally import HEADLINE, SHOWN, TOLERANCES
+
+
+@pytest.fixture
+def comparison():
+    return made_up_comparison({"de": 1.0, "rcga": 2.0}, seeds=4)
+
+
+def test_each_run_is_at_its_own_place(comparison):
+    tally = comparison.tally("calibration")
+    for run in comparison.runs:
+        at = tally.problems.index(run.problem), tally.algorithms.index(run.algorithm), tally.seeds.index(run.seed)
+        evaluations, seconds = run.course.first(TOLERANCES)
+        np.testing.assert_array_equal(tally.evaluations[at], evaluations)
+        np.testing.assert_array_equal(tally.seconds[at], seconds)
+        assert tally.final[at] == run.course.final
+
+
+def test_harder_targets_are_never_reached_sooner(comparison):
+    assert (np.diff(comparison.tally("calibration").evaluations, axis=-1) >= 0).all()
+
+
+def test_what_was_not_run_is_not_a_number(comparison):
+    tally = replace(comparison, runs=comparison.runs[1:]).tally("calibration")
+    assert (~tally.there).sum() == 1
+    assert np.isnan(tally.evaluations[~tally.there]).all()
+    assert np.isnan(tally.final[~tally.there]).all()
+
+
+def test_a_failed_run_counts_as_if_it_had_spent_the_budget(comparison):
+    failed = replace(made_up_run("de", 1, reason="gave up"), evaluations=17)
+    tally = replace(comparison, runs=(failed,)).tally("calibration")
+    assert tally.failed.sum() == 1
+    assert tally.spent_evaluations[tally.failed] == BUDGET
+
+
+def test_targets_are_measured_from_the_best_known_cost_in_units_of_it(comparison):
+    problems = tuple(replace(problem, best=1e-3, scale=1e-3) for problem in comparison.problems)
+    tally = replace(comparison, problems=problems).tally("calibration")
+    run = comparison.runs[0]
+    at = run.course.first(np.array([1e-3 * (1 + HEADLINE)]))[0][0]
+    assert tally.evaluations[0, 0, 0, tally.target(HEADLINE)] == at
+
+
+def test_the_targets_shown_are_among_the_targets():
+    for tolerance in (*SHOWN, HEADLINE):
+        assert np.isclose(TOLERANCES, tolerance, rtol=1e-9).any()
+
+
+def test_families_are_counted_apart(comparison):
+    ackley = replace(comparison.problems[0], name="pymoo:ackley-10", family="test function")
+    both = replace(comparison, problems=(*comparison.problems, ackley))
+    assert both.families == ("calibration", "test function")
+    assert both.tally("test function").problems == ("pymoo:ackley-10",)
+    assert both.tally("calibration").problems == ("paper", "reduced:paper")
+
+
+def test_who_has_nothing_to_say_on_a_family_is_not_counted_in_it(comparison):
+    refused = {(problem.name, "de"): "no" for problem in comparison.problems}
+    asked = replace(comparison, refused=refused)
+    assert asked.tally("calibration").algorithms == ("rcga",)
+    assert asked.wanted == comparison.wanted / 2
