@@ -1,5 +1,6 @@
 """The judge of comparisons: which contestant is better, by how much, and how sure that is."""
 
+from robolaser.comparison.standings.judgement import judged, standings
 from robolaser.comparison.standings.table import (
     Estimate,
     Measure,
@@ -26,4 +27,6 @@ __all__ = [
     "Reached",
     "Result",
     "Standings",
+    "judged",
+    "standings",
 ]

@@ -40,7 +40,8 @@ def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SA
 
     The same for all algorithms: what is common to runs with one seed stays so.
     """
-    return rng.multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, samples))
+    drawn: Ints = rng.multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, samples))
+    return drawn
 
 
 def resampled(prices: Array, spent: Array, drawn: Ints) -> Array:
@@ -59,7 +60,8 @@ def resampled(prices: Array, spent: Array, drawn: Ints) -> Array:
 
     def total(of_runs: Array) -> Array:
         rows = np.moveaxis(of_runs, 2, 3).reshape(p, a * targets, s)
-        return (rows @ weights).reshape(p, a, targets, -1)
+        totals: Array = (rows @ weights).reshape(p, a, targets, -1)
+        return totals
 
     return _over(total(_paid(prices, spent)), total(np.isfinite(prices).astype(float)))
 
@@ -94,7 +96,7 @@ def ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
     )
 
 
-def mean_ratios(samples: Array, value: Array, runs: Ints) -> tuple[Bounded, Bools]:
+def mean_ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
     """The same over several problems: the geometric mean over those on which both reached the target.
 
     Args:
@@ -103,7 +105,7 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> tuple[Bounded, Bool
         runs: (p, a).
 
     Returns:
-        Ratios (a, a), NaN where there is no such problem; and which problems counted, (p, a, a).
+        (a, a): NaN where there is no such problem.
     """
     solved = np.isfinite(value)
     both = solved[:, :, None] & solved[:, None, :]
@@ -118,13 +120,12 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> tuple[Bounded, Bool
             averaged: Array = np.exp(logs / np.where(counted.any(axis=0), counted.sum(axis=0), np.nan))
         return averaged
 
-    bounded = _bounds(
+    return _bounds(
         mean(_ratio(value[:, None, :], value[:, :, None]), both),
         mean(_ratio(samples[:, None, :, :], samples[:, :, None, :]), both[..., None]),
         np.where(count > 0, fewest, 0),
         freedoms,
     )
-    return bounded, both
 
 
 def _paid(prices: Array, spent: Array) -> Array:
