@@ -58,8 +58,24 @@ class Optimum:
     agreeing: int
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class SoFar:
+    """How far the search has come.
+
+    Attributes:
+        share: Of the rounds that it may take.
+        evaluations: Candidates evaluated.
+        x: The best of them, (d,), by the J of the rows that are searched on.
+    """
+
+    share: float
+    evaluations: int
+    x: Array
+
+
 def optimum(
-    model: Model, *, seed: int, starts: Array | None = None, progress: Callable[[float], None] | None = None
+    model: Model, *, seed: int, starts: Array | None = None, progress: Callable[[SoFar], None] = lambda so_far: None
 ) -> Optimum:
     """Find the lowest J of a model within its bounds.
 
@@ -67,7 +83,7 @@ def optimum(
         model: Any; many rows are searched on thinned, see `Dataset.thinned`.
         seed: Makes the candidates.
         starts: Others that go downhill besides, (k, d).
-        progress: Is told which share of the rounds is done.
+        progress: Is told after the first descents, and after each round.
     """
     rng = np.random.default_rng(seed)
     thin = thinned(model)
@@ -75,13 +91,13 @@ def optimum(
     first = model.parameters.nominal[None]
     ends, costs, evaluations = _descended(thin, first if starts is None else np.vstack([starts, first]))
     agreeing = 0
+    progress(SoFar(0.0, evaluations, ends[int(np.argmin(costs))]))
     for turn in range(MOST_ROUNDS):
-        if progress is not None:
-            progress(turn / MOST_ROUNDS)
         x = _screened(reduction, rng)
         more_ends, more_costs, evaluated = _descended(thin, x)
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
         evaluations += evaluated + CANDIDATES
+        progress(SoFar((turn + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))]))
         agreeing = int((costs <= costs.min() * (1.0 + SAME) + NOTHING_M2).sum())
         if agreeing >= AGREEING and turn + 1 >= FEWEST_ROUNDS and np.isfinite(costs.min()):
             break

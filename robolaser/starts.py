@@ -89,7 +89,7 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
     """The global optimum: first without effects, then with them, last with those that have shapes."""
 
     def found(part: Model, starts: Array | None) -> Optimum:
-        return optimum(part, seed=seed, starts=starts, progress=lambda share: tell("searching", share))
+        return optimum(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
 
     sought = shaped(model)
     plain = _without(model, sought)

@@ -1,5 +1,7 @@
 """The global optimum is found whatever the seed, and it is known when it may not have been."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -7,7 +9,7 @@ from scipy.optimize import least_squares
 from robolaser import compiled
 from robolaser.box import Box, Residuals
 from robolaser.dataset import Noise
-from robolaser.optimum import AGREEING, MOST_ROUNDS, optimum
+from robolaser.optimum import AGREEING, FEWEST_ROUNDS, MOST_ROUNDS, SoFar, optimum
 from robolaser.robots import find_robot
 from robolaser.scanner import Model
 from robolaser.simulate import Simulated, paper, simulate
@@ -97,3 +99,16 @@ def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatc
     assert MOST_ROUNDS > 1
     found = optimum(Model(paper(find_robot("scorbot_er7"), seed=1).dataset), seed=1)
     assert found.agreeing < AGREEING
+
+
+def test_whoever_watches_sees_the_best_fall_round_by_round(made: Simulated) -> None:
+    model, seen = Model(made.dataset), list[SoFar]()
+    found = optimum(model, seed=1, progress=seen.append)
+    costs = [model.cost(so_far.x[None])[0] for so_far in seen]
+    assert len(seen) >= 1 + FEWEST_ROUNDS
+    assert all(later <= earlier * (1 + 1e-9) for earlier, later in pairwise(costs))
+    assert all(earlier.evaluations < later.evaluations for earlier, later in pairwise(seen))
+    assert all(earlier.share < later.share <= 1.0 for earlier, later in pairwise(seen))
+    assert seen[-1].evaluations == found.evaluations
+    assert np.array_equal(seen[-1].x, found.x)
+    assert found.cost == optimum(model, seed=1).cost

@@ -46,11 +46,11 @@ def _effects() -> Iterable[tuple[str, ...]]:
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
     from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
+    from robolaser.comparison.contestants import CONTESTANTS  # noqa: PLC0415
 
-    yield SCREENING, "the default: candidates of the closed-form reduction, the best sent downhill until they agree"
-    for algorithm in ALGORITHMS.values():
-        yield algorithm.name, algorithm.title
-    yield POLISH_ONLY, "no search: the polish alone, from the nominal values"
+    for name, title in CONTESTANTS.items():
+        yield name, "calibrate, compare" if name in (SCREENING, *ALGORITHMS) else "compare", title
+    yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 
 FAMILIES = {"robots": _robots, "effects": _effects, "algorithms": _algorithms}

@@ -10,7 +10,70 @@ class AlgorithmUnknown(WrongUsage):
     """No algorithm of that name."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
-        super().__init__(f"No algorithm '{name}'.{near(name, known)}")
+        super().__init__(f"No algorithm '{name}'.{near(name, known)} One of your own is package.module:attribute.")
+
+
+class RequestUnreadable(WrongUsage):
+    """A text that asks for no algorithm that could be looked for."""
+
+    def __init__(self, text: str, reason: str) -> None:
+        super().__init__(
+            f"'{text}' asks for no algorithm: {reason}. Expected NAME or package.module:attribute,"
+            " and :key=value after it for each setting, as in rcga:b=2:pop_size=50."
+        )
+
+
+class SettingUnknown(WrongUsage):
+    """An algorithm has no setting of that name."""
+
+    def __init__(self, algorithm: str, setting: str, known: Iterable[str]) -> None:
+        super().__init__(f"{algorithm} has no setting '{setting}'.{near(setting, known)}")
+
+
+class SettingSenseless(WrongUsage):
+    """A setting of an algorithm has a value without meaning."""
+
+    def __init__(self, algorithm: str, setting: str, value: object, expected: str) -> None:
+        super().__init__(f"{algorithm}: {setting} is {value!r}, expected {expected}.")
+
+
+class SettingsRefused(WrongUsage):
+    """An algorithm cannot be made with the settings that it was given."""
+
+    def __init__(self, text: str, error: BaseException) -> None:
+        said = str(error) if isinstance(error, RobolaserError) else f"{type(error).__name__}: {error}"
+        super().__init__(f"{text} cannot be made. {said.rstrip('.')}. Give it other settings.")
+
+
+class NotImportable(WrongUsage):
+    """A module that was asked for is not there, or fails when it is imported."""
+
+    def __init__(self, text: str, module: str, error: BaseException) -> None:
+        super().__init__(
+            f"{text}: module {module} cannot be imported ({type(error).__name__}: {error})."
+            " It has to lie in the current directory or be installed. Settings are written :key=value."
+        )
+
+
+class AttributeLacking(WrongUsage):
+    """A module has nothing of that name."""
+
+    def __init__(self, text: str, module: str, attribute: str, known: Iterable[str]) -> None:
+        super().__init__(f"{text}: {module} has no '{attribute}'.{near(attribute, known)}")
+
+
+class NotAnAlgorithm(WrongUsage):
+    """What was imported cannot search."""
+
+    def __init__(self, text: str, found: object, expected: str) -> None:
+        super().__init__(f"{text} is {found!r:.80} and cannot search. Expected {expected}.")
+
+
+class NothingAsked(RobolaserError):
+    """An algorithm goes on and on without a candidate."""
+
+    def __init__(self, rounds: int) -> None:
+        super().__init__(f"It went through {rounds} rounds without asking what a candidate costs.")
 
 
 class LossUnknown(WrongUsage):

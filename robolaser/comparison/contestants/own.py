@@ -1,0 +1,88 @@
+"""Contestants of the users' own, by import path."""
+
+import copy
+import inspect
+from collections.abc import Callable
+from functools import partial
+from typing import Any, final
+
+from robolaser.algorithms.imported import EXPECTED, algorithm_of, imported, keywords, made_with
+from robolaser.algorithms.request import Request
+from robolaser.comparison.contestants.contestant import Contestant
+from robolaser.comparison.contestants.pymoo_algorithm import PymooAlgorithm
+from robolaser.comparison.question import Question
+from robolaser.comparison.watch import Watch
+from robolaser.errors import NotAnAlgorithm, SettingUnknown
+
+SEARCHES = 2
+"""Arguments of a function that searches: the watch and the seed. One that makes an algorithm needs none."""
+
+
+@final
+class Own(Contestant):
+    """What somebody wrote, under the name it was asked for by."""
+
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        search: Callable[[Watch, int], None],
+        refuses: Callable[[Question], str | None] = lambda question: None,
+    ) -> None:
+        self.name, self.title = name, title
+        self._search, self._refuses = search, refuses
+
+    def search(self, watch: Watch, seed: int) -> None:
+        """Let it search, the global generators seeded."""
+        from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+
+        with seeded(seed):
+            self._search(watch, seed)
+
+    def refuses(self, question: Question) -> str | None:
+        """What it says itself."""
+        return self._refuses(question)
+
+
+def own(request: Request) -> Contestant:
+    """Make a contestant of what lies at an import path.
+
+    Raises:
+        NotImportable, AttributeLacking: It is not there.
+        NotAnAlgorithm: It cannot search.
+        SettingUnknown, SettingsRefused: It cannot be made with these settings.
+    """
+    from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
+
+    found = imported(request)
+    if inspect.isroutine(found) and _needs(found) == SEARCHES:
+        return Own(request.text, _title(found, request), _with_settings(request, found))
+    if isinstance(found, Algorithm):
+        first = algorithm_of(request, found)
+        return PymooAlgorithm(request.text, _title(found, request), partial(copy.deepcopy, first))
+    made = found if isinstance(found, Contestant) else made_with(request, found) if callable(found) else found
+    if isinstance(made, Contestant):
+        title = getattr(made, "title", "") or _title(found, request)
+        return Own(request.text, title, made.search, made.refuses)
+    if isinstance(made, Algorithm):
+        return PymooAlgorithm(request.text, _title(found, request), partial(made_with, request, found))
+    raise NotAnAlgorithm(request.text, made, f"{EXPECTED}, a Contestant, or a function search(watch, seed)")
+
+
+def _needs(function: Callable[..., Any]) -> int:
+    parameters = inspect.signature(function).parameters.values()
+    return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
+
+
+def _with_settings(request: Request, search: Callable[..., None]) -> Callable[[Watch, int], None]:
+    known, takes_all = keywords(search)
+    for name in request.settings:
+        if name not in known[SEARCHES:] and not takes_all:
+            raise SettingUnknown(request.text, name, known[SEARCHES:])
+    return partial(search, **request.settings)
+
+
+def _title(found: Any, request: Request) -> str:
+    """The first line of its docstring; an instance has its class's, which `inspect` would not take from bases."""
+    text = inspect.cleandoc(found.__doc__ or "")
+    return text.splitlines()[0].rstrip(".") if text else f"{request.attribute} of {request.name}"

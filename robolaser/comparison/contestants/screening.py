@@ -1,0 +1,44 @@
+"""Our own default: what `robolaser calibrate` does where nobody asks for another search."""
+
+from typing import ClassVar, final
+
+from robolaser.algorithms.names import SCREENING
+from robolaser.algorithms.settings import Setting
+from robolaser.comparison.contestants.contestant import Contestant
+from robolaser.comparison.question import Question
+from robolaser.comparison.watch import Watch
+from robolaser.optimum import SoFar, optimum
+
+
+@final
+class Screening(Contestant):
+    """`robolaser.optimum`, which ends when descents agree; it is told of after each round, with J of all rows."""
+
+    called: ClassVar[str] = SCREENING
+    settings: ClassVar[tuple[Setting, ...]] = ()
+    title = "robolaser's default: the best of random candidates sent downhill until they agree"
+
+    def __init__(self, name: str = called) -> None:
+        self.name = name
+
+    def refuses(self, question: Question) -> str | None:
+        """What is no calibration."""
+        return None if question.model is not None else "it knows calibrations only, by their closed forms"
+
+    def search(self, watch: Watch, seed: int) -> None:
+        """Search until descents agree."""
+        model = watch.question.model
+        if model is None:
+            raise TypeError(f"{watch.question.name} is no calibration")
+        told = 0
+
+        def note(evaluations: int, cost: float) -> None:
+            nonlocal told
+            watch.saw(evaluations - told, cost)
+            told = evaluations
+
+        def look(so_far: SoFar) -> None:
+            note(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
+
+        found = optimum(model, seed=seed, progress=look)
+        note(found.evaluations, found.cost)
