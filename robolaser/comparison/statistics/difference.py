@@ -6,6 +6,7 @@ on who else takes part, as that of tests on mean ranks does: Benavoli, Corani & 
 """
 
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 from scipy.stats import mannwhitneyu, norm
@@ -24,11 +25,17 @@ def rank_sum(outcomes: Array) -> Array:
         (p, a, a), symmetric, NaN on the diagonal and where either has no runs.
     """
     p = np.full((len(outcomes), outcomes.shape[1], outcomes.shape[1]), np.nan)
-    for at, of_problem in enumerate(outcomes):
-        runs = [row[~np.isnan(row)] for row in of_problem]
-        for i, j in combinations(range(len(runs)), 2):
-            if len(runs[i]) and len(runs[j]):
-                p[at, i, j] = p[at, j, i] = _rank_sum(runs[i], runs[j])
+    alike: dict[tuple[int, int, bool], list[tuple[int, int, int]]] = {}  # tested together: scipy is slow one by one
+    runs = [[row[~np.isnan(row)] for row in of_problem] for of_problem in outcomes]
+    for at, of_problem in enumerate(runs):
+        for i, j in combinations(range(len(of_problem)), 2):
+            one, other = of_problem[i], of_problem[j]
+            if len(one) and len(other):
+                alike.setdefault((len(one), len(other), _tied(one, other)), []).append((at, i, j))
+    for (_, _, tied), places in alike.items():
+        at, i, j = np.array(places).T
+        one, other = (np.array([runs[q][a] for q, a in zip(at, of, strict=True)]) for of in (i, j))
+        p[at, i, j] = p[at, j, i] = _rank_sums(one, other, "asymptotic" if tied else "exact")
     return p
 
 
@@ -36,7 +43,7 @@ def stratified(outcomes: Array) -> Array:
     """Two-sided p of each pair over all problems together, none compared with another.
 
     Van Elteren 1960: rank sums of the problems, weighted for the greatest power, with correction for ties and
-    continuity; on a single problem Mann & Whitney's test.
+    continuity. Where there is but one problem it is Mann & Whitney's test.
 
     Args:
         outcomes: (p, a, s).
@@ -44,15 +51,17 @@ def stratified(outcomes: Array) -> Array:
     Returns:
         (a, a), symmetric, NaN on the diagonal and where no problem has runs of both.
     """
+    there = ~np.isnan(outcomes).all(axis=(1, 2))
+    if there.sum() == 1:
+        single: Array = rank_sum(outcomes[there])[0]
+        return single
     algorithms = outcomes.shape[1]
     p = np.full((algorithms, algorithms), np.nan)
     for i, j in combinations(range(algorithms), 2):
-        pairs = [(x[~np.isnan(x)], y[~np.isnan(y)]) for x, y in outcomes[:, (i, j)]]
-        pairs = [(x, y) for x, y in pairs if len(x) and len(y)]
-        if len(pairs) == 1:
-            p[i, j] = p[j, i] = _rank_sum(*pairs[0])
-        elif pairs:
-            p[i, j] = p[j, i] = _van_elteren(pairs)
+        both = [(x[~np.isnan(x)], y[~np.isnan(y)]) for x, y in outcomes[:, (i, j)]]
+        both = [(x, y) for x, y in both if len(x) and len(y)]
+        if both:
+            p[i, j] = p[j, i] = _van_elteren(both)
     return p
 
 
@@ -84,9 +93,13 @@ def holm_pairs(p: Array) -> Array:
     return np.where(upper, adjusted, np.swapaxes(adjusted, -1, -2))
 
 
-def _rank_sum(one: Array, other: Array) -> float:
-    tied = len(np.unique(np.concatenate([one, other]))) < len(one) + len(other)
-    return float(mannwhitneyu(one, other, method="asymptotic" if tied else "exact").pvalue)
+def _tied(one: Array, other: Array) -> bool:
+    return len(np.unique(np.concatenate([one, other]))) < len(one) + len(other)
+
+
+def _rank_sums(one: Array, other: Array, method: Literal["exact", "asymptotic"]) -> Array:
+    p: Array = np.asarray(mannwhitneyu(one, other, axis=-1, method=method).pvalue, np.float64)
+    return p
 
 
 def _van_elteren(pairs: list[tuple[Array, Array]]) -> float:

@@ -1,0 +1,376 @@
+import numpy as np
+import pytest
+import scikit_posthocs
+from scipy import stats
+
+from robolaser.comparison.course import Course
+from robolaser.comparison.statistics import anytime, difference, ecdf, mean_ranks, running_time, superiority
+from robolaser.comparison.statistics.bounded import Bounded
+from robolaser.comparison.statistics.outcome import outcomes
+from robolaser.comparison.statistics.quantiles import quantiles
+from robolaser.comparison.statistics.success import successes, wilson
+
+
+def _none(bounded: Bounded) -> bool:
+    return bool(np.isnan(bounded.lower).all() and np.isnan(bounded.upper).all())
+
+
+def _rare(count: int, trials: int, probability: float) -> bool:
+    """Is that more than chance would have it, once in ten thousand times?"""
+    return bool(stats.binom.sf(count - 1, trials, probability) < 1e-4)
+
+
+# success
+
+
+def test_wilsons_interval_is_scipys():
+    for reached, runs in [(0, 5), (3, 10), (10, 10), (1, 1)]:
+        ours = wilson(np.array(reached), np.array(runs))
+        low, high = stats.binomtest(reached, runs).proportion_ci(method="wilson")
+        assert (ours.value, ours.lower, ours.upper) == pytest.approx((reached / runs, low, high), abs=1e-12)
+
+
+def test_without_runs_no_share_is_known():
+    share = wilson(np.array([0, 1]), np.array([0, 2]))
+    assert np.isnan([share.value[0], share.lower[0], share.upper[0]]).all()
+    assert share.value[1] == 0.5
+
+
+def test_runs_that_are_not_there_are_no_failures():
+    reached, runs = successes(np.array([10.0, np.inf, np.nan]))
+    assert (reached, runs) == (1, 2)
+
+
+# expected running time
+
+
+def test_running_time_of_runs_that_all_succeed_is_their_mean():
+    prices = np.random.default_rng(0).exponential(100, (7, 3))
+    assert running_time.expected(prices, prices.max(axis=1) + 5) == pytest.approx(prices.mean(axis=0))
+
+
+def test_running_time_pays_for_failures_and_counts_successes():
+    assert running_time.expected(np.array([[100.0], [np.inf], [300.0]]), np.array([900.0, 1000.0, 900.0])) == 700.0
+
+
+def test_a_target_nobody_reached_takes_for_ever_and_without_runs_nothing_is_known():
+    assert running_time.expected(np.array([[np.inf]]), np.array([100.0])) == np.inf
+    assert np.isnan(running_time.expected(np.array([[np.nan]]), np.array([np.nan])))
+
+
+def test_a_failed_run_lowers_success_and_raises_the_running_time():
+    prices = np.random.default_rng(1).uniform(50, 150, (6, 1))
+    spent = np.full(6, 200.0)
+    worse, budget = prices.copy(), spent.copy()
+    worse[2], budget[2] = np.inf, 1000.0
+    assert running_time.expected(worse, budget) > running_time.expected(prices, spent)
+    assert wilson(*successes(worse[:, 0])).value < wilson(*successes(prices[:, 0])).value
+
+
+def _intervals(prices, spent, runs=None, seed=0):
+    """ERT and its interval to one target, (p, a, s) -> (p, a); and the ratios."""
+    p, a, s = prices.shape
+    drawn = running_time.draws(p, s, np.random.default_rng(seed), samples=1000)
+    value = running_time.expected(prices[..., None], spent)[..., 0]
+    samples = running_time.resampled(prices[..., None], spent, drawn)[:, :, 0]
+    runs = np.full((p, a), s) if runs is None else runs
+    return running_time.bounds(value, samples, runs), running_time.ratios(samples, value, runs), (samples, value, runs)
+
+
+@pytest.mark.parametrize("success", [1.0, 0.7])
+def test_a_planted_ratio_of_three_is_inside_its_interval_nineteen_times_in_twenty(success):
+    rng = np.random.default_rng(2)
+    prices = rng.exponential(100, (400, 2, 10))
+    reached = rng.random(prices.shape) < success
+    spent = np.where(reached, prices, 300.0) * np.array([1, 3])[:, None]
+    _, ratios, _ = _intervals(np.where(reached, spent, np.inf), spent)
+    inside = int(((ratios.lower[:, 0, 1] <= 3) & (ratios.upper[:, 0, 1] >= 3)).sum())
+    assert not _rare(400 - inside, 400, 0.06)
+    assert not _rare(inside, 400, 0.97)
+
+
+def test_the_mean_ratio_over_problems_is_inside_its_interval_too():
+    rng = np.random.default_rng(3)
+    spent = rng.exponential(100, (150, 3, 2, 6)) * np.array([1, 10, 100])[:, None, None] * np.array([1, 3])[:, None]
+    inside = 0
+    for of_problems in spent:
+        _, _, measured = _intervals(of_problems, of_problems)
+        mean = running_time.mean_ratios(*measured)
+        assert mean.lower[0, 1] <= mean.value[0, 1] <= mean.upper[0, 1]
+        inside += bool(mean.lower[0, 1] <= 3 <= mean.upper[0, 1])
+    assert not _rare(150 - inside, 150, 0.06)
+
+
+def test_a_ratio_turned_round_is_its_inverse():
+    prices = np.random.default_rng(4).exponential(100, (2, 3, 8))
+    _, ratios, measured = _intervals(prices, prices)
+    mean = running_time.mean_ratios(*measured)
+    for of in (ratios, mean):
+        assert of.value * np.swapaxes(of.value, -1, -2) == pytest.approx(1.0)
+        assert of.lower * np.swapaxes(of.upper, -1, -2) == pytest.approx(1.0)
+
+
+def test_the_mean_ratio_leaves_out_problems_that_either_did_not_solve():
+    prices = np.array([[[10.0] * 6, [20.0] * 6], [[10.0] * 6, [np.inf] * 6]])
+    _, ratios, measured = _intervals(prices, np.where(np.isfinite(prices), prices, 100.0))
+    assert running_time.mean_ratios(*measured).value[0, 1] == pytest.approx(2.0)
+    assert ratios.value[1, 0, 1] == np.inf
+
+
+def test_where_successes_are_rare_the_running_time_has_no_upper_bound():
+    prices = np.full((1, 1, 10), np.inf)
+    prices[0, 0, 3] = 50.0
+    interval, _, _ = _intervals(prices, np.where(np.isfinite(prices), prices, 100.0))
+    assert interval.upper[0, 0] == np.inf
+    assert interval.value[0, 0] == 950.0
+
+
+def test_too_few_runs_have_no_interval():
+    prices = np.random.default_rng(5).exponential(100, (1, 2, 4))
+    interval, ratios, _ = _intervals(prices, prices)
+    assert _none(interval)
+    assert _none(ratios)
+
+
+# courses and quality
+
+
+def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached():
+    rng = np.random.default_rng(6)
+    prices = rng.exponential(100, (3, 2, 5, 4))
+    prices[rng.random(prices.shape) < 0.4] = np.inf
+    spent = np.full((3, 2, 5), 2000.0)
+    budgets = ecdf.budgets(prices, spent)
+    shares = ecdf.shares(prices, budgets)
+    assert (np.diff(shares, axis=1) >= 0).all()
+    assert shares[:, -1] == pytest.approx(np.isfinite(prices).mean(axis=(0, 2, 3)))
+
+
+def test_the_area_under_an_ecdf_is_the_mean_of_its_shares_over_a_logarithmic_axis():
+    prices = np.random.default_rng(7).uniform(20, 900, (2, 3, 5, 4))
+    prices[:, 1] = np.inf
+    fine = np.geomspace(10, 1000, 20001)
+    assert ecdf.areas(prices, 10, 1000) == pytest.approx(ecdf.shares(prices, fine).mean(axis=1), abs=1e-3)
+
+
+def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
+    prices = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
+    assert ecdf.shares(prices, np.array([5.0]))[0, 0] == 0.5
+    assert np.isnan(ecdf.shares(prices, np.array([5.0]))[1, 0])
+    assert np.isnan(ecdf.areas(prices, 0.5, 5.0)[1])
+    assert not len(ecdf.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
+
+
+def _course(*improvements):
+    evaluations, seconds, costs = zip(*improvements, strict=True) if improvements else ((), (), ())
+    return Course(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+
+
+def test_the_course_by_seconds_is_that_by_evaluations_where_each_takes_a_second():
+    course = _course((1, 1.0, 9.0), (4, 4.0, 2.0), (7, 7.0, 1.0))
+    at = np.array([0, 1, 3, 4, 9])
+    assert (anytime.after_seconds(course, at) == course.after(at)).all()
+    assert (anytime.after_seconds(_course(), at) == np.inf).all()
+
+
+def test_bands_never_rise_and_the_better_runs_are_below_the_worse():
+    rng = np.random.default_rng(8)
+    courses = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
+    at = np.arange(0, 30)
+    for costs in (anytime.after_evaluations(courses, at), anytime.after_time(courses, at * 0.1)):
+        low, middle, high = anytime.bands(costs, best=0.5, scale=0.5)
+        assert (low <= middle).all()
+        assert (middle <= high).all()
+        assert (middle[1:] <= middle[:-1]).all()
+        assert middle[0] == np.inf
+    assert np.isnan(anytime.bands(anytime.after_evaluations([], at), 0.0, 1.0)).all()
+
+
+def test_quantiles_are_numpys_inverted_distribution_and_bear_infinity():
+    x = np.random.default_rng(9).random((4, 13))
+    levels = np.array([0.0, 0.1, 0.5, 0.9, 1.0])
+    assert (quantiles(x, levels) == np.quantile(x, levels, axis=1, method="inverted_cdf").T).all()
+    assert (quantiles(np.array([np.nan, 1, np.inf, np.inf]), levels[1:4]) == [1, np.inf, np.inf]).all()
+    assert np.isnan(quantiles(np.full(3, np.nan), levels)).all()
+
+
+# outcomes
+
+
+def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_comes_last():
+    prices = np.array([[[50.0, np.inf, 20.0], [np.inf, np.inf, np.nan]]])
+    final = np.array([[[0.001, 3.0, 0.009], [0.5, np.inf, np.nan]]])
+    assert outcomes(prices, final).tolist()[0][0] == [2, 4, 1]
+    assert outcomes(prices, final)[0, 1, :2].tolist() == [3, 5]
+    assert np.isnan(outcomes(prices, final)[0, 1, 2])
+
+
+def test_equal_runs_share_a_place():
+    assert outcomes(np.full((1, 2, 3), np.inf), np.full((1, 2, 3), np.inf)).tolist() == [[[1, 1, 1], [1, 1, 1]]]
+
+
+# effect size
+
+
+def test_superiority_is_half_among_equals_and_one_over_the_hopeless():
+    x = np.arange(6.0)
+    of = superiority.superiority(np.array([[x, x, x + 10]])).value[0]
+    assert of[0, 1] == 0.5
+    assert of[0, 2] == 1.0
+    assert of[2, 0] == 0.0
+
+
+def test_superiority_and_its_bounds_turned_round_are_what_is_left_to_one():
+    x = np.random.default_rng(10).integers(0, 8, (3, 4, 9)).astype(float)
+    for of in (superiority.superiority(x), superiority.mean_superiority(superiority.superiority(x))):
+        assert of.value + np.swapaxes(of.value, -1, -2) == pytest.approx(1.0)
+        assert of.lower + np.swapaxes(of.upper, -1, -2) == pytest.approx(1.0)
+        assert (of.lower <= of.value).all()
+
+
+def test_superiority_is_mann_and_whitneys_u_per_pair_of_runs():
+    x = np.random.default_rng(11).normal(size=(1, 2, 12))
+    u = stats.mannwhitneyu(x[0, 1], x[0, 0]).statistic
+    assert superiority.superiority(x).value[0, 0, 1] == pytest.approx(u / 144)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.5])
+def test_superiority_is_inside_its_interval_nineteen_times_in_twenty(shift):
+    rng = np.random.default_rng(12)
+    x = rng.normal(size=(1200, 2, 8)) + np.array([0, shift])[:, None]
+    truth = stats.norm.cdf(shift / np.sqrt(2))
+    single = superiority.superiority(x)
+    inside = (single.lower[:, 0, 1] <= truth) & (truth <= single.upper[:, 0, 1])
+    assert not _rare(int((~inside).sum()), 1200, 0.06)
+    means = [superiority.mean_superiority(superiority.superiority(x[i : i + 3])) for i in range(0, 1200, 3)]
+    outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in means)
+    assert not _rare(outside, 400, 0.06)
+
+
+def test_superiority_of_one_run_says_next_to_nothing():
+    of = superiority.superiority(np.array([[[1.0], [2.0]]]))
+    assert of.value[0, 0, 1] == 1.0
+    assert of.lower[0, 0, 1] < 0.25
+    assert np.isnan(superiority.superiority(np.array([[[1.0], [np.nan]]])).value[0, 0, 1])
+
+
+# tests
+
+
+def test_rank_sums_are_scipys():
+    x = np.random.default_rng(13).normal(size=(2, 3, 7))
+    p = difference.rank_sum(x)
+    assert p[1, 0, 2] == p[1, 2, 0] == stats.mannwhitneyu(x[1, 0], x[1, 2], method="exact").pvalue
+    assert np.isnan(p[:, [0, 1, 2], [0, 1, 2]]).all()
+
+
+def test_on_one_problem_the_stratified_test_is_the_plain_one():
+    x = np.random.default_rng(14).normal(size=(1, 3, 7))
+    assert difference.stratified(x) == pytest.approx(difference.rank_sum(x)[0], nan_ok=True)
+
+
+def test_small_differences_on_many_problems_add_up():
+    x = np.random.default_rng(15).normal(size=(6, 2, 12)) + np.array([0, 0.7])[:, None]
+    assert difference.stratified(x)[0, 1] < difference.rank_sum(x)[:, 0, 1].min()
+
+
+def test_what_is_all_tied_cannot_be_told_apart():
+    assert difference.stratified(np.ones((3, 2, 5)))[0, 1] == 1.0
+    assert difference.rank_sum(np.ones((3, 2, 5)))[0, 0, 1] == 1.0
+
+
+def test_without_runs_there_is_no_test():
+    x = np.full((2, 2, 3), np.nan)
+    x[:, 0] = 1.0
+    assert np.isnan(difference.stratified(x)).all()
+    assert np.isnan(difference.holm_pairs(difference.rank_sum(x))).all()
+
+
+@pytest.mark.parametrize(("problems", "runs"), [(1, 4), (1, 9), (2, 3), (5, 1), (5, 2), (5, 6)])
+def test_where_there_is_no_difference_the_stratified_test_finds_one_in_twenty_at_most(problems, runs):
+    x = np.random.default_rng(16).random((400, problems, 2, runs))
+    found = sum(difference.stratified(one)[0, 1] < 0.05 for one in x)
+    tied = sum(difference.stratified(np.round(3 * one))[0, 1] < 0.05 for one in x)
+    assert not _rare(found, 400, 0.05)
+    assert not _rare(tied, 400, 0.05)
+
+
+def test_where_nobody_differs_one_comparison_in_twenty_at_most_says_that_anybody_does():
+    p = difference.rank_sum(np.random.default_rng(17).random((400, 4, 6))).reshape(200, 2, 4, 4)
+    chosen = p[np.nanmin(p, axis=(1, 2, 3)) < 0.01]  # no others can be below 0.05 after correction for 12
+    found = sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)
+    assert not _rare(int(found), 200, 0.05)
+
+
+def test_holms_correction_never_lowers_p_and_keeps_their_order():
+    p = np.random.default_rng(18).random(30) ** 3
+    p[4] = np.nan
+    adjusted = difference.holm(p)
+    there = ~np.isnan(p)
+    assert (adjusted[there] >= p[there]).all()
+    assert (np.diff(adjusted[there][np.argsort(p[there])]) >= 0).all()
+    assert adjusted[np.nanargmin(p)] == pytest.approx(29 * np.nanmin(p))
+    assert np.isnan(adjusted[4])
+
+
+def test_holm_counts_each_pair_once():
+    p = np.full((2, 3, 3), 0.01)
+    assert difference.holm_pairs(p)[0, 0, 1] == difference.holm_pairs(p)[0, 1, 0] == pytest.approx(0.06)
+
+
+def test_the_smallest_p_there_is_falls_with_runs_and_problems():
+    assert difference.smallest(4, 1) == pytest.approx(2 / 70)
+    assert difference.smallest(4, 3) < difference.smallest(4, 1)
+    assert difference.smallest(1, 1) == 1.0
+
+
+# mean ranks
+
+
+def test_mean_ranks_agree_with_scipy_and_scikit_posthocs():
+    blocks = np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2
+    ranks = mean_ranks.mean_ranks(blocks)
+    assert (ranks.statistic, ranks.p) == pytest.approx(tuple(stats.friedmanchisquare(*blocks.T)))
+    assert ranks.nemenyi == pytest.approx(scikit_posthocs.posthoc_nemenyi_friedman(blocks).to_numpy())
+    assert ranks.mean.mean() == pytest.approx(3.0)
+
+
+def test_mean_ranks_differ_by_more_than_the_critical_difference_where_nemenyi_says_so():
+    blocks = np.random.default_rng(20).normal(size=(25, 6)) + np.arange(6) / 2
+    ranks = mean_ranks.mean_ranks(blocks)
+    apart = np.abs(ranks.mean[:, None] - ranks.mean) > ranks.critical_difference
+    assert (apart == (ranks.nemenyi < 0.05)).all()
+
+
+def test_the_critical_difference_is_demsars():
+    # Demsar 2006, section 3.2.2: 4 classifiers, 14 data sets
+    assert mean_ranks.critical_difference(14, 4) == pytest.approx(1.25, abs=0.005)
+
+
+def test_groups_are_the_largest_without_a_difference_inside():
+    mean = np.array([3.0, 1.0, 1.8, 2.6, 5.0])
+    assert mean_ranks.groups(mean, 1.0) == [(1, 2), (2, 3), (3, 0)]
+    assert mean_ranks.groups(mean, 1.2) == [(1, 2), (2, 3, 0)]
+    assert mean_ranks.groups(mean, 9.0) == [(1, 2, 3, 0, 4)]
+    assert mean_ranks.groups(mean, 0.1) == []
+    assert mean_ranks.groups(mean, np.nan) == []
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (0, 3), (5, 1), (1, 3), (5, 2)])
+def test_with_too_little_to_rank_there_is_no_test(shape):
+    ranks = mean_ranks.mean_ranks(np.random.default_rng(21).random(shape))
+    assert np.isnan(ranks.p)
+    assert np.isnan(ranks.critical_difference) == (min(shape) < 2)
+
+
+def test_where_all_are_tied_mean_ranks_are_equal_and_in_one_group():
+    ranks = mean_ranks.mean_ranks(np.ones((6, 3)))
+    assert ranks.mean.tolist() == [2, 2, 2]
+    assert np.isnan(ranks.p)
+    assert mean_ranks.groups(ranks.mean, ranks.critical_difference) == [(0, 1, 2)]
+
+
+def test_only_complete_blocks_are_ranked():
+    x = np.ones((2, 3, 4))
+    x[1, 2, 3] = np.nan
+    assert mean_ranks.complete(x).shape == (7, 3)
