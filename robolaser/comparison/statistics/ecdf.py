@@ -37,7 +37,7 @@ def shares(prices: Array, budgets: Array) -> Array:
     Returns:
         (a, g); NaN for an algorithm without runs.
     """
-    of_algorithms = np.moveaxis(prices, 1, 0).reshape(prices.shape[1], -1)
+    of_algorithms = [prices[:, a].ravel() for a in range(prices.shape[1])]
     found = np.full((len(of_algorithms), len(budgets)), np.nan)
     for row, of_one in zip(found, of_algorithms, strict=True):
         there = np.sort(of_one[~np.isnan(of_one)])

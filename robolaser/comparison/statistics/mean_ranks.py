@@ -40,7 +40,8 @@ class MeanRanks:
 
 def complete(outcomes: Array) -> Array:
     """Outcomes (p, a, s) in blocks in which every algorithm has a run, (n, a)."""
-    blocks = np.moveaxis(outcomes, 1, 2).reshape(-1, outcomes.shape[1])
+    problems, algorithms, seeds = outcomes.shape
+    blocks = np.moveaxis(outcomes, 1, 2).reshape(problems * seeds, algorithms)
     whole: Array = blocks[~np.isnan(blocks).any(axis=1)]
     return whole
 

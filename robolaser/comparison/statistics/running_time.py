@@ -61,7 +61,7 @@ def resampled(prices: Array, spent: Array, drawn: Ints) -> Array:
 
     def total(of_runs: Array) -> Array:
         rows = np.moveaxis(of_runs, 2, 3).reshape(p, a * targets, s)
-        totals: Array = (rows @ weights).reshape(p, a, targets, -1)
+        totals: Array = (rows @ weights).reshape(p, a, targets, weights.shape[2])
         return totals
 
     return _over(total(_paid(prices, spent)), total(np.isfinite(prices).astype(float)))
