@@ -1,0 +1,179 @@
+"""The page a person looks at after a comparison: one file that needs nothing else."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.comparison.comparison import Comparison
+from robolaser.comparison.standings import Standings
+from robolaser.comparison.tally import SHOWN
+from robolaser.report import words
+from robolaser.report.canvas import Picture
+from robolaser.report.comparison import account, rows
+from robolaser.report.comparison.duels import Duel, duels
+from robolaser.report.comparison.field import Field, target
+from robolaser.report.comparison.ranking import ResultRow, StandingRow, result_rows, standing_rows
+from robolaser.report.digits import plain
+from robolaser.report.page import render
+
+FEW = 8
+"""Contestants up to which a matrix of pairs is shown without being asked for."""
+NOTHING = "No run has finished yet."
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FamilyPart:
+    """A family of problems on the page."""
+
+    title: str
+    target: str
+    answers: Sequence[str]
+    table: Sequence[StandingRow]
+    pictures: Sequence[Picture]
+    names: Sequence[str]
+    pairs: Sequence[Sequence[Duel | None]]
+    scope: str
+    ends: str
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ProblemPart:
+    """A problem on the page."""
+
+    title: str
+    meaning: str
+    answer: str
+    targets: Sequence[str]
+    table: Sequence[ResultRow]
+    pictures: Sequence[Picture]
+    names: Sequence[str]
+    pairs: Sequence[Sequence[Duel | None]]
+
+
+@final
+@dataclass(frozen=True)
+class ProblemRow:
+    """What was asked."""
+
+    number: int
+    name: str
+    title: str
+    dimension: int
+    best: str
+    found_by: str
+    targets: str
+
+
+def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        comparison: What was run.
+        judged: How contestants stand, for each family of problems.
+        command: What to type to repeat it.
+    """
+    fields = [Field(comparison, standings) for standings in judged]
+    families = [_family(field, 1 + i) for i, field in enumerate(fields)]
+    lead, _, sense = verdict(comparison, judged).partition(". ")
+    return render(
+        "comparison.html",
+        comparison=comparison,
+        name=", ".join(problem.name for problem in comparison.problems),
+        setting=account.setting(comparison),
+        lead=f"{lead.rstrip('.')}.",
+        sense=sense,
+        missing=account.missing(comparison),
+        families=families,
+        parts=[part for field in fields for part in _problems(field)],
+        problems=_problem_rows(comparison),
+        failures=list(rows.failure_rows(comparison)),
+        refusals=list(rows.refusal_rows(comparison)),
+        measured=account.measured(comparison),
+        reading=account.READING,
+        few=FEW,
+        command=command,
+        version=words.version(),
+    )
+
+
+def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
+    """Which is better, by how much and how sure is that, in the first family of problems."""
+    if not comparison.runs or not judged:
+        return NOTHING
+    return judged[0].evaluations.answer or NOTHING
+
+
+def _family(field: Field, number: int) -> FamilyPart:
+    from robolaser.report.comparison.pictures.differences import differences  # noqa: PLC0415 - Matplotlib is slow
+    from robolaser.report.comparison.pictures.solved import TITLES, solved  # noqa: PLC0415
+
+    standings = field.standings
+    title = account.FAMILIES.get(standings.family, standings.family)
+    suffix = f" ({title.lower()})" if len(field.comparison.families) > 1 else ""
+    drawn = (
+        solved(field, "evaluations", TITLES["evaluations"] + suffix),
+        solved(field, "seconds", TITLES["seconds"] + suffix),
+        differences(field, standings.evaluations.ranks, f"Told apart by evaluations{suffix}"),
+        differences(field, standings.seconds.ranks, f"Told apart by wall time{suffix}"),
+    )
+    names, matrix = duels(standings.evaluations) if len(field.problems) > 1 else ((), ())
+    first = number == 1 and bool(field.comparison.runs)
+    answers = [standings.evaluations.answer] * (not first) + [standings.seconds.answer]
+    return FamilyPart(
+        title,
+        field.target(standings.tolerance),
+        [answer for answer in answers if answer],
+        standing_rows(field),
+        [picture for picture in drawn if picture is not None],
+        names,
+        matrix,
+        standings.scope,
+        "RMS above the best known, in the end" if field.calibrates else "Cost above the lowest, in the end",
+    )
+
+
+def _problems(field: Field) -> Sequence[ProblemPart]:
+    from robolaser.report.comparison.pictures.anytime import anytime  # noqa: PLC0415
+    from robolaser.report.comparison.pictures.targets import targets  # noqa: PLC0415
+
+    parts = []
+    for on in field.standings.by_problem:
+        problem = field.contested(on.problem)
+        number = field.number(problem.name)
+        drawn = (
+            anytime(field, problem, f"Best so far on {problem.name} (problem {number})"),
+            targets(field, problem, on, f"Price of coming closer on {problem.name} (problem {number})"),
+        )
+        names, matrix = duels(on.evaluations)
+        parts.append(
+            ProblemPart(
+                f"{number}. {problem.name}",
+                problem.title,
+                on.evaluations.answer,
+                [field.target(tolerance) for tolerance in SHOWN],
+                result_rows(field, on),
+                [picture for picture in drawn if picture is not None],
+                names,
+                matrix,
+            )
+        )
+    return parts
+
+
+def _problem_rows(comparison: Comparison) -> list[ProblemRow]:
+    return [
+        ProblemRow(
+            1 + i,
+            problem.name,
+            problem.title,
+            problem.dimension,
+            plain(problem.best, problem.unit) if np.isfinite(problem.best) else "not known",
+            account.found_by(problem.found_by),
+            "; ".join(target(problem.family, tolerance) for tolerance in SHOWN),
+        )
+        for i, problem in enumerate(comparison.problems)
+    ]

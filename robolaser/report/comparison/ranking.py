@@ -1,0 +1,211 @@
+"""Tables of contestants: where they stand in a family, and what they achieve on a problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.comparison.comparison import Contested
+from robolaser.comparison.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
+from robolaser.comparison.tally import SHOWN
+from robolaser.report.comparison import prices
+from robolaser.report.comparison.field import Field
+
+FEW = 3
+"""Problems that have a line each in one cell."""
+
+
+@final
+@dataclass(frozen=True)
+class Cell:
+    """What stands in a table, and lines below it in small letters."""
+
+    shown: str
+    below: Sequence[str] = ()
+
+
+@final
+@dataclass(frozen=True)
+class StandingRow:
+    """A contestant's place in a family.
+
+    Attributes:
+        rank: By evaluations.
+        name: Of the contestant.
+        title: Of the contestant.
+        colour: Its line's number in pictures, see `report.canvas.LINES`; None if it is grey.
+        success: Share of runs that reached the target.
+        evaluations: To the target.
+        seconds: To the target.
+        against: Can it be told from the first?
+        final: What runs end with.
+        failed: Runs that failed, of those made.
+        remark: What to beware of.
+    """
+
+    rank: str
+    name: str
+    title: str
+    colour: int | None
+    success: Cell
+    evaluations: Cell
+    seconds: Cell
+    against: Cell
+    final: Cell
+    failed: str
+    remark: str
+
+
+@final
+@dataclass(frozen=True)
+class ResultRow:
+    """A contestant on one problem: price and success at each of the shown targets, and what runs end with."""
+
+    rank: str
+    name: str
+    colour: int | None
+    targets: Sequence[Cell]
+    final: Cell
+
+
+def standing_rows(field: Field) -> list[StandingRow]:
+    """All contestants of a family, the best first."""
+    by_seconds = {place.algorithm: place for place in field.standings.seconds.places}
+    return [_standing(field, place, by_seconds[place.algorithm]) for place in field.standings.evaluations.places]
+
+
+def _standing(field: Field, place: Place, in_seconds: Place) -> StandingRow:
+    name = place.algorithm
+    results = [result for on in field.standings.by_problem for result in on.results if result.algorithm == name]
+    at = [(result.problem, one) for result in results if (one := reached(result, field.standings.tolerance))]
+    problems = len(field.problems)
+    return StandingRow(
+        rank=_rank(place),
+        name=name,
+        title=field.comparison.contestants[name],
+        colour=line_number(field, name),
+        success=Cell(
+            "" if place.success.value is None else prices.rate(place.success.value),
+            _lines(
+                _interval(place.success),
+                f"{place.solved} of {problems} problems" if place.solved < problems > 1 and place.runs else "",
+            ),
+        ),
+        evaluations=_price(place, [(problem, prices.count(_known(one.evaluations))) for problem, one in at]),
+        seconds=_price(
+            in_seconds,
+            [(problem, prices.duration(_known(one.seconds))) for problem, one in at],
+            f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (place.rank, None) else "",
+        ),
+        against=_against(place),
+        final=_final(field, [result for result in results if result.final is not None]),
+        failed=f"{place.failed} of {place.runs}" if place.failed else "",
+        remark=place.unranked,
+    )
+
+
+def result_rows(field: Field, on: OnProblem) -> list[ResultRow]:
+    """All contestants on a problem, the best first."""
+    of = {result.algorithm: result for result in on.results}
+    problem = field.contested(on.problem)
+    return [
+        ResultRow(
+            _rank(place),
+            place.algorithm,
+            line_number(field, place.algorithm),
+            [_target(reached(of[place.algorithm], tolerance), place.runs) for tolerance in SHOWN],
+            _quality(field, problem, of[place.algorithm].final),
+        )
+        for place in on.evaluations.places
+    ]
+
+
+def reached(result: Result, tolerance: float) -> Reached | None:
+    """What is known of a target."""
+    return min(result.targets, key=lambda one: abs(one.tolerance / tolerance - 1.0), default=None)
+
+
+def line_number(field: Field, name: str) -> int | None:
+    """Of a contestant that has a colour."""
+    told = list(field.told)
+    return told.index(name) if name in told else None
+
+
+def _known(estimate: Estimate) -> float:
+    return float("inf") if estimate.value is None else estimate.value
+
+
+def _rank(place: Place) -> str:
+    return "–" if place.rank is None else str(place.rank)
+
+
+def _interval(estimate: Estimate) -> str:
+    if estimate.lower is None or estimate.upper is None:
+        return ""
+    return prices.interval(estimate.lower, estimate.upper)
+
+
+def _lines(*lines: str) -> tuple[str, ...]:
+    return tuple(line for line in lines if line)
+
+
+def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> Cell:
+    """The price itself on one problem, times the first's over several."""
+    if not place.runs:
+        return Cell("")
+    ratio = "the first" if place.rank == 1 else _ratio(place.against_first)
+    if len(each) == 1:
+        return Cell(each[0][1], _lines(ratio, remark))
+    prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
+    return Cell(ratio or ("–" if place.solved else prices.NEVER), _lines(*prices_of, remark))
+
+
+def _ratio(pair: Pair | None) -> str:
+    """How many times the first's."""
+    if pair is None or pair.ratio.value is None:
+        return ""
+    shown, lower, upper = prices.many(pair.ratio.value), pair.ratio.lower, pair.ratio.upper
+    if lower is None:
+        return shown
+    if upper is None:
+        return f"{shown} (at least {prices.bare(lower)})"
+    return f"{shown} ({prices.bare(lower)} to {prices.bare(upper)})"
+
+
+def _against(place: Place) -> Cell:
+    pair = place.against_first
+    if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
+        return Cell("")
+    return Cell(
+        "yes" if pair.told else "no",
+        (prices.chance(pair.p_adjusted), f"loses {prices.rate(pair.superiority.value)} of pairs"),
+    )
+
+
+def _target(one: Reached | None, runs: int) -> Cell:
+    if one is None or not runs:
+        return Cell("")
+    success = f"{one.successes} of {runs} runs"
+    if not one.successes:
+        return Cell(prices.NEVER, (success,))
+    return Cell(prices.count(_known(one.evaluations)), (prices.duration(_known(one.seconds)), success))
+
+
+def _quality(field: Field, problem: Contested, quality: Quality | None) -> Cell:
+    """Median, and quartiles unless they are alike."""
+    if quality is None:
+        return Cell("")
+    median, lower, upper = (
+        field.excess(problem, float("inf") if tolerance is None else tolerance)
+        for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
+    )
+    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+
+
+def _final(field: Field, results: Sequence[Result]) -> Cell:
+    if len(field.problems) == 1 and results:
+        return _quality(field, field.problems[0], results[0].final)
+    if len(field.problems) > FEW:
+        return Cell("")
+    return Cell(
+        "", [f"{one.problem} {_quality(field, field.contested(one.problem), one.final).shown}" for one in results]
+    )

@@ -1,0 +1,37 @@
+"""Tables of what went wrong: runs that failed, and contestants that were not asked."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from robolaser.comparison.comparison import Comparison
+
+
+def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
+    """Contestant, reason, runs, and on which problems with which seeds."""
+    order = list(comparison.contestants)
+    failures = sorted(
+        comparison.failures, key=lambda run: (order.index(run.algorithm), run.reason, run.problem, run.seed)
+    )
+    for (name, reason), runs in groupby(failures, key=lambda run: (run.algorithm, run.reason)):
+        group = list(runs)
+        where = [
+            f"{problem}: seed {spans([run.seed for run in some])}"
+            for problem, some in groupby(group, key=lambda run: run.problem)
+        ]
+        yield name, reason, len(group), "; ".join(where)
+
+
+def refusal_rows(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
+    """Contestant, problems it was not asked, and why."""
+    grouped: dict[tuple[str, str], list[str]] = {}
+    for (problem, name), reason in comparison.refused.items():
+        grouped.setdefault((name, reason), []).append(problem)
+    for (name, reason), problems in grouped.items():
+        yield name, ", ".join(problems), reason
+
+
+def spans(numbers: Sequence[int]) -> str:
+    """Whole numbers, neighbours as from-to."""
+    runs = [[number for _, number in group]
+            for _, group in groupby(enumerate(sorted(numbers)), key=lambda pair: pair[1] - pair[0])]  # fmt: skip
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

@@ -1,0 +1,126 @@
+"""Made-up comparisons: courses drawn from a generator rather than searched for."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.comparison.comparison import Comparison, Contested, Effort
+from robolaser.comparison.course import Course
+from robolaser.comparison.run import DONE, FAILED, Run
+from robolaser.comparison.standings import standings
+
+BUDGET = 60_000
+LONG = "ga:crossover=arithmetic:mutation=non-uniform"
+SPEEDS = {
+    "screening": ("screened starts, then least squares", 0.05, 1.0, 3e-6),
+    "scipy-least-squares": ("SciPy's least squares from many starts", 0.08, 0.97, 3e-6),
+    "pycma": ("CMA-ES with restarts (pycma)", 0.22, 0.95, 4e-5),
+    "rcga": ("the paper's real-coded genetic algorithm", 0.9, 0.6, 1.2e-5),
+    LONG: ("pymoo's GA with the paper's crossover and mutation", 1.0, 0.55, 2e-5),
+    "ga:crossover=arithmetic": ("pymoo's GA with the paper's crossover", 1.2, 0.4, 2e-5),
+    "ga": ("pymoo's GA", 1.6, 0.3, 2e-5),
+    "de": ("pymoo's differential evolution", 0.45, 0.9, 1.5e-5),
+    "scipy-differential-evolution": ("SciPy's differential evolution", 0.5, 0.85, 3e-5),
+    "pso": ("pymoo's particle swarm", 0.8, 0.5, 2e-5),
+    "nelder-mead": ("pymoo's Nelder-Mead simplex", 1.5, 0.15, 5e-5),
+    "g3pcx": ("pymoo's G3PCX", 0.7, 0.35, 2e-5),
+}
+"""Title, share of the budget that ten decades take, share of runs that end in the right valley, seconds a candidate."""
+PROBLEMS = (
+    Contested("paper", "the paper's cell, 15 parameters", "calibration", 15, "m²", 6.5e-6, 6.5e-6, "screening"),
+    Contested("ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"),
+    Contested("rastrigin", "Rastrigin's function, shifted", "test function", 10, "", 1.0, 0.0, "theory"),
+)
+
+
+def course(rng, problem, speed, luck, seconds, budget=BUDGET):
+    """A run that falls a decade after the other, or halts in another valley."""
+    stuck = rng.uniform() > luck
+    hard = speed * (1.0 + 0.5 * (problem.dimension > 20)) * rng.lognormal(0.0, 0.25)
+    evaluations = np.unique(np.geomspace(5, budget, 140).astype(int))
+    tolerance = 10 ** (4.0 - 10.0 * evaluations / (budget * hard) + rng.normal(0, 0.1, len(evaluations)))
+    tolerance += rng.uniform(0.3, 8.0) if stuck else 0.0
+    costs = np.minimum.accumulate(problem.best + problem.scale * np.maximum(tolerance, 0.0))
+    better = np.append(True, np.diff(costs) < 0)
+    return Course(evaluations[better], evaluations[better] * seconds, costs[better])
+
+
+def made(
+    names=tuple(SPEEDS), problems=PROBLEMS, seeds=15, failing="g3pcx", refusing="scipy-least-squares", unfinished="pso"
+):
+    """Every contestant on every problem; one fails at times, one refuses the last problem, one is not done yet."""
+    rng = np.random.default_rng(4)
+    runs, refused = [], {}
+    for problem in problems:
+        for name in names:
+            _, speed, luck, seconds = SPEEDS[name]
+            if name == refusing and problem.family == "test function":
+                refused[problem.name, name] = "the cost is no sum of squares, and it needs residuals"
+                continue
+            for seed in range(1, seeds + 1):
+                if name == unfinished and seed > 9:
+                    continue
+                fails = name == failing and seed % 4 == 0
+                path = course(rng, problem, speed, luck, seconds)
+                spent = BUDGET
+                reason = "not done within 20 s" if seed % 8 else "ValueError: array must not contain infs or NaNs"
+                runs.append(
+                    Run(problem.name, name, seed, FAILED if fails else DONE, reason if fails else "", spent,
+                        spent * seconds, spent * seconds * 0.98, path)
+                )  # fmt: skip
+    busy = sum(run.seconds for run in runs)
+    return Comparison(
+        problems=tuple(problems),
+        contestants={name: SPEEDS[name][0] for name in names},
+        refused=refused,
+        seeds=tuple(range(1, seeds + 1)),
+        budget=BUDGET,
+        time_limit_s=20.0,
+        runs=tuple(runs),
+        effort=Effort("this machine", 2, 0.53 * busy, 1.06 * busy, busy),
+    )
+
+
+def large():
+    return made()
+
+
+def complete():
+    return made(unfinished="")
+
+
+def tiny():
+    """One contestant, one problem, one seed."""
+    return made(names=("rcga",), problems=PROBLEMS[:1], seeds=1)
+
+
+def pair():
+    return made(names=("rcga", "de"), problems=PROBLEMS[:1], seeds=5, unfinished="")
+
+
+def nothing():
+    """Nothing is finished yet."""
+    one = made()
+    problems = tuple(replace(problem, best=np.inf, scale=np.inf, found_by="") for problem in one.problems)
+    return replace(one, problems=problems, runs=(), effort=Effort("tcp://10.0.0.7:8786", 12, 0.4, 4.8, 0.0))
+
+
+def all_fail():
+    """Every run fails at once."""
+    one = made(names=("rcga", "de"), problems=PROBLEMS[:2], seeds=3)
+    none = Course(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    runs = tuple(
+        replace(run, state=FAILED, reason="ImportError: no module named 'x'", evaluations=0, seconds=0.01, course=none)
+        for run in one.runs
+    )
+    problems = tuple(replace(problem, best=np.inf, scale=np.inf, found_by="") for problem in one.problems)
+    return replace(one, problems=problems, runs=runs)
+
+
+MADE = {"large": large, "complete": complete, "tiny": tiny, "pair": pair, "nothing": nothing, "all_fail": all_fail}
+"""Comparisons to report on."""
+
+
+def judged(comparison):
+    """How contestants stand, for each family."""
+    return tuple(standings(comparison, family) for family in comparison.families)
