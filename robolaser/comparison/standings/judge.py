@@ -16,9 +16,9 @@ MOST_SEEDS = 100
 
 SCOPE = (
     "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
-    "They do not say how contestants do on other problems: for that, compare them on more data sets. What is said of two "
-    "contestants rests on all their runs against each other; the critical difference of mean ranks looks at everybody at "
-    "once and is more cautious, so it may leave two in one group that the runs do tell apart."
+    "They do not say how contestants do on other problems: for that, compare them on more data sets. "
+    "What is said of two contestants rests on all their runs against each other; the critical difference of mean ranks "
+    "looks at everybody at once and is more cautious, so it may leave two in one group that the runs do tell apart."
 )
 
 
