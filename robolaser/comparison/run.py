@@ -1,6 +1,5 @@
 """One contestant on one question with one seed."""
 
-import random
 import time
 from dataclasses import dataclass
 from typing import final
@@ -46,12 +45,7 @@ class Run:
 
 
 def run(question: Question, contestant: Contestant, *, seed: int, budget: int, time_limit_s: float) -> Run:
-    """Let a contestant search until it stops, its budget is used up, its time is up or it fails.
-
-    The global generators of Python and NumPy, which some algorithms draw from, begin at the seed too.
-    """
-    random.seed(seed)
-    np.random.seed(seed)  # noqa: NPY002 - pymoo's CMAES draws from there
+    """Let a contestant search until it stops, its budget is used up, its time is up or it fails."""
     watch = Watch(question, budget=budget, time_limit_s=time_limit_s)
     began, reason = time.process_time(), ""
     try:

@@ -89,7 +89,8 @@ class Tally:
             failed[at] = run.state == FAILED
             spent_evaluations[at] = budget if failed[at] else run.evaluations
             spent_s[at] = run.seconds
-            final[at] = (run.course.final - lowest) / unit
+            found = run.course.final
+            final[at] = (found - lowest) / unit if np.isfinite(found) else np.inf
         return cls(
             tuple(problems),
             tuple(algorithms),

@@ -42,6 +42,15 @@ def test_a_failed_run_counts_as_if_it_had_spent_the_budget(comparison):
     assert tally.spent_evaluations[tally.failed] == BUDGET
 
 
+def test_a_run_that_found_nothing_ends_infinitely_far_off_even_where_nobody_found_anything(comparison):
+    run = made_up_run("de", 1)
+    nothing = replace(run, course=type(run.course)(np.array([], int), np.array([]), np.array([])))
+    problems = tuple(replace(problem, best=np.inf) for problem in comparison.problems)
+    tally = replace(comparison, problems=problems, runs=(nothing,)).tally("calibration")
+    assert np.isinf(tally.final[tally.there]).all()
+    assert np.isinf(tally.evaluations[tally.there]).all()
+
+
 def test_targets_are_measured_from_the_best_known_cost_in_units_of_it(comparison):
     problems = tuple(replace(problem, best=1e-3, scale=1e-3) for problem in comparison.problems)
     tally = replace(comparison, problems=problems).tally("calibration")

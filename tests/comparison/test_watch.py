@@ -174,14 +174,6 @@ def test_a_run_that_goes_on_for_too_long_has_failed_by_the_clock():
     assert one.course.final == pytest.approx(0.03)
 
 
-def test_global_generators_begin_at_the_seed():
-    def search(beside, seed):
-        beside.cost(np.random.uniform(-1, 1, (5, 3)))  # noqa: NPY002 - as some algorithms do
-
-    first, second = ran(search), ran(search)
-    assert first.course.costs.tolist() == second.course.costs.tolist()
-
-
 def test_the_end_comes_whenever_the_budget_is_used_up_however_it_is_asked_for():
     for size in (1, 3, 7, 100, 1000):
 
