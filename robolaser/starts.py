@@ -131,19 +131,21 @@ def _searched(
     thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
 ) -> tuple[Found, Array]:
     """Search globally; candidates come back as those of the whole model, best first."""
-    from robolaser.problems import ReducedCalibration  # noqa: PLC0415 - pymoo takes a second to import
+    from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+    from robolaser.problems import ReducedCalibration  # noqa: PLC0415
 
     problem = ReducedCalibration(thin)
-    found = search(
-        problem,
-        algorithm_named(algorithm),
-        generations=plan.generations,
-        seed=plan.seed,
-        state=state,
-        resume=resume,
-        fingerprint=_fingerprint(thin.dataset, plan),
-        progress=progress,
-    )
+    with seeded(plan.seed):
+        found = search(
+            problem,
+            algorithm_named(algorithm),
+            generations=plan.generations,
+            seed=plan.seed,
+            state=state,
+            resume=resume,
+            fingerprint=_fingerprint(thin.dataset, plan),
+            progress=progress,
+        )
     return found, problem.completed(found.candidates)
 
 

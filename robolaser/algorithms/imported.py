@@ -48,7 +48,7 @@ def algorithm_of(request: Request, found: Any) -> Any:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
     if isinstance(found, Algorithm):
-        made_with(request, _nothing)
+        made_with(request, nothing)
         return copy.deepcopy(found)
     made = made_with(request, found) if callable(found) else found
     if not isinstance(made, Algorithm):
@@ -85,12 +85,15 @@ def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
         makers = [vars(base)["__init__"] for base in make.__mro__ if "__init__" in vars(base) and base is not object]
     known: dict[str, None] = {}
     for maker in makers:
-        parameters = inspect.signature(maker).parameters.values()
+        try:
+            parameters = inspect.signature(maker).parameters.values()
+        except ValueError:  # of some that are built in nothing is known
+            return (), True
         known |= {p.name: None for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
         if not any(p.kind is p.VAR_KEYWORD for p in parameters):
             return tuple(name for name in known if name != "self"), False
     return tuple(name for name in known if name != "self"), len(makers) == 1
 
 
-def _nothing() -> None:
+def nothing() -> None:
     """What an instance takes for settings."""

@@ -4,13 +4,18 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.problems import get_problem
 
+from robolaser import find_robot
 from robolaser.algorithms.names import ALGORITHMS, algorithm_named
 from robolaser.algorithms.parts import PARTS, settings_of_parts
 from robolaser.algorithms.rcga import RCGA
 from robolaser.algorithms.request import Request
 from robolaser.errors import AlgorithmUnknown, SettingSenseless, SettingUnknown, WrongUsage
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
+from robolaser.plan import Plan
+from robolaser.scanner import Model
 from robolaser.search import search
+from robolaser.simulate import paper
+from robolaser.starts import start_of
 
 WORDS = [f"ga:{place}={word}" for place, words in PARTS.items() for word in words]
 
@@ -80,6 +85,14 @@ def test_operators_have_the_papers_settings() -> None:
     made = algorithm_named("ga:crossover=arithmetic:mutation=non-uniform")
     assert made.mating.crossover.prob.value == 0.85
     assert (made.mating.mutation.prob_var.value, made.mating.mutation.b.value) == (0.1, 5.0)
+
+
+@pytest.mark.parametrize("text", ["ga:mutation=gaussian", "ga:crossover=de", "pattern-search"])
+def test_a_calibrations_search_is_its_seed_also_where_pymoo_forgets_it(text: str) -> None:
+    model = Model(paper(find_robot("scorbot_er7"), seed=1).dataset)
+    plan = Plan(algorithm=text, polish=False, generations=5)
+    first, again = (start_of(model, plan, state=None, resume=False, progress=lambda *_: None) for _ in range(2))
+    assert np.array_equal(first.history.x, again.history.x)
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, final
 
-from robolaser.algorithms.imported import EXPECTED, algorithm_of, imported, keywords, made_with
+from robolaser.algorithms.imported import EXPECTED, imported, keywords, made_with, nothing
 from robolaser.algorithms.request import Request
 from robolaser.comparison.contestants.contestant import Contestant
 from robolaser.comparison.contestants.pymoo_algorithm import PymooAlgorithm
@@ -16,6 +16,7 @@ from robolaser.errors import NotAnAlgorithm, SettingUnknown
 
 SEARCHES = 2
 """Arguments of a function that searches: the watch and the seed. One that makes an algorithm needs none."""
+OR = "a Contestant's class or an instance, or a function search(watch, seed)"
 
 
 @final
@@ -55,22 +56,28 @@ def own(request: Request) -> Contestant:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
     found = imported(request)
-    if inspect.isroutine(found) and _needs(found) == SEARCHES:
+    if callable(found) and not inspect.isclass(found) and _needs(found) == SEARCHES:
         return Own(request.text, _title(found, request), _with_settings(request, found))
-    if isinstance(found, Algorithm):
-        first = algorithm_of(request, found)
-        return PymooAlgorithm(request.text, _title(found, request), partial(copy.deepcopy, first))
-    made = found if isinstance(found, Contestant) else made_with(request, found) if callable(found) else found
-    if isinstance(made, Contestant):
-        title = getattr(made, "title", "") or _title(found, request)
-        return Own(request.text, title, made.search, made.refuses)
+    if isinstance(found, Contestant | Algorithm):
+        made_with(request, nothing)
+        made, make = found, partial(copy.deepcopy, found)
+    elif callable(found):
+        made, make = made_with(request, found), partial(made_with, request, found)
+    else:
+        raise NotAnAlgorithm(request.text, found, f"{EXPECTED}, {OR}")
     if isinstance(made, Algorithm):
-        return PymooAlgorithm(request.text, _title(found, request), partial(made_with, request, found))
-    raise NotAnAlgorithm(request.text, made, f"{EXPECTED}, a Contestant, or a function search(watch, seed)")
+        return PymooAlgorithm(request.text, _title(found, request), make)
+    if not isinstance(made, Contestant):
+        raise NotAnAlgorithm(request.text, made, f"{EXPECTED}, {OR}")
+    title = getattr(made, "title", "") or _title(found, request)
+    return Own(request.text, title, lambda watch, seed: make().search(watch, seed), made.refuses)
 
 
 def _needs(function: Callable[..., Any]) -> int:
-    parameters = inspect.signature(function).parameters.values()
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except ValueError:  # of some that are built in nothing is known
+        return 0
     return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
 
 

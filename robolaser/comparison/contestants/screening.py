@@ -34,7 +34,7 @@ class Screening(Contestant):
 
         def note(evaluations: int, cost: float) -> None:
             nonlocal told
-            watch.saw(evaluations - told, cost)
+            watch.saw(evaluations - told + 1, cost)  # and one on all rows, for J
             told = evaluations
 
         def look(so_far: SoFar) -> None:
