@@ -1,6 +1,6 @@
 """Comparisons that cannot begin or go on, and contestants that break the rules."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from robolaser.errors.base import RobolaserError, WrongUsage, near
@@ -101,4 +101,49 @@ class ComparisonInterrupted(RobolaserError):
     def __init__(self, folder: Path, made: int, wanted: int) -> None:
         super().__init__(
             f"Stopped after {made} of {wanted} runs. report.html in {folder} shows them; go on with --resume."
+        )
+
+
+class DaskMissing(RobolaserError):
+    """A Dask cluster is asked for, and Dask is not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("Dask's `distributed` is not installed here; `pip install 'robolaser[dask]'` brings it.")
+
+
+class SchedulerUnreachable(RobolaserError):
+    """Where a Dask scheduler should be, there is none."""
+
+    def __init__(self, address: str, why: str) -> None:
+        super().__init__(
+            f"No Dask scheduler could be reached at '{address}': {why.rstrip('.')}. Expected is the address that"
+            " `dask scheduler` prints, such as tcp://host:8786, from a machine that may reach it."
+        )
+
+
+class ClusterDiffers(RobolaserError):
+    """Scheduler or workers have other versions, so that runs would fail or come out otherwise."""
+
+    def __init__(
+        self, address: str, ours: Mapping[str, str | None], theirs: Mapping[str, Mapping[str, str | None]]
+    ) -> None:
+        has: dict[str, list[str]] = {}
+        for who, versions in theirs.items():
+            for package, version in versions.items():
+                if version != ours[package]:
+                    what = f"{package} {ours[package] or 'missing'} here, {version or 'missing'} on"
+                    has.setdefault(what, []).append(who)
+        told = [f"{what} {who[0]}" + (f" and {len(who) - 1} more" if who[1:] else "") for what, who in has.items()]
+        super().__init__(
+            f"The Dask cluster at {address} has other versions than we, and the same runs would not come out the same:"
+            f" {'; '.join(told)}. Install the same everywhere."
+        )
+
+
+class ClusterLost(RobolaserError):
+    """The scheduler went away in the middle of a comparison."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__(
+            f"The Dask scheduler at {address} does not answer any more. When it is back, go on with --resume."
         )

@@ -1,0 +1,201 @@
+"""Runs on a Dask cluster."""
+
+import asyncio
+import threading
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, final
+
+from robolaser.comparison.engines.engine import Engine, Parcel, digest
+from robolaser.comparison.guarded import Origin, end, guarded
+from robolaser.comparison.run import Run
+from robolaser.comparison.task import Task
+from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
+
+ANSWER_S = 4.0
+"""Within which a scheduler, and then all its workers, say their versions."""
+CLOSE_S = 3.0
+"""After which nobody waits for workers to say that they have stopped."""
+FRESH_S = 1.0
+"""So long a count of workers is good."""
+PACKAGES = ("distributed", "dask", "robolaser", "numpy", "numba", "pymoo", "scipy")
+"""Of which everybody must have the same version, lest the same run comes out otherwise."""
+
+Versions = Mapping[str, str | None]
+"""Of Python, without the last digit, and of `PACKAGES`; None where it is missing."""
+
+
+@final
+@dataclass(frozen=True)
+class _Foreign:
+    """A worker that has other versions."""
+
+    who: str
+    versions: Versions
+
+
+@final
+class DaskCluster(Engine):
+    """Runs on the workers of a Dask cluster, one in each of their threads.
+
+    Runs that are lost with a worker are begun anew elsewhere, by the scheduler.
+
+    Raises:
+        DaskMissing: `distributed` is not installed.
+        SchedulerUnreachable: No scheduler answers at the address.
+        ClusterDiffers: Scheduler or workers have other versions than we.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client  # noqa: PLC0415 - an extra, and slow to import
+        except ImportError:
+            raise DaskMissing from None
+        self.label = address
+        self._origin = Origin.here()
+        self._versions = _compared(address)
+        try:
+            self._client = Client(address, timeout=ANSWER_S, set_as_default=False, name="robolaser")
+        except (OSError, ValueError) as error:
+            raise SchedulerUnreachable(address, str(error)) from error
+        self._executor = self._client.get_executor(pure=False)
+        self._counted, self._threads = -FRESH_S, 0
+        self._closed = False
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers; one where there are none yet."""
+        return max(self._count(), 1)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there are no workers yet: runs wait for the first."""
+        return self._count() == 0
+
+    def share(self, payload: bytes) -> Parcel:
+        """Give it to the scheduler as a task: data that is only scattered is lost with the worker that has it."""
+        name = digest(payload)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            content = self._client.submit(_itself, payload, key=f"question-{name}-{self._origin.name}")
+        return Parcel(name, content)
+
+    def submit(self, task: Task, parcel: Parcel) -> Future[Run]:
+        """Have a run made."""
+        outer: Future[Run] = Future()
+        outer.set_running_or_notify_cancel()
+        inner = self._executor.submit(_on_worker, task, parcel.digest, parcel.content, self._origin, self._versions)
+        inner.add_done_callback(lambda inner: self._landed(task, inner, outer))
+        return outer
+
+    def close(self) -> None:
+        """Have the workers kill whatever runs, and leave the cluster."""
+        if self._closed:
+            return
+        self._closed = True
+        self._executor.shutdown(wait=False)
+        _within(CLOSE_S, lambda: self._client.run(end, self._origin.name, on_error="ignore"))
+        self._client.close(timeout=CLOSE_S)
+
+    def _landed(self, task: Task, inner: Future[Run | _Foreign], outer: Future[Run]) -> None:
+        from distributed import KilledWorker  # noqa: PLC0415
+
+        error = CancelledError() if inner.cancelled() else inner.exception()
+        if error is None:
+            made = inner.result()
+            if isinstance(made, Run):
+                outer.set_result(made)
+            else:
+                outer.set_exception(ClusterDiffers(self.label, self._versions, {made.who: made.versions}))
+        elif self._closed:
+            outer.set_exception(CancelledError())
+        elif isinstance(error, KilledWorker):
+            outer.set_result(task.failed(f"{error.allowed_failures + 1} workers died while they had it"))
+        elif isinstance(error, CancelledError):
+            outer.set_exception(ClusterLost(self.label))
+        else:
+            outer.set_exception(error)
+
+    def _count(self) -> int:
+        if time.monotonic() - self._counted > FRESH_S:
+            try:
+                self._threads = sum(self._client.nthreads().values())
+            except (OSError, ValueError) as error:
+                raise ClusterLost(self.label) from error
+            self._counted = time.monotonic()
+        return self._threads
+
+
+def _compared(address: str) -> Versions:
+    """Our versions, which are the scheduler's and all workers' too.
+
+    Raises:
+        SchedulerUnreachable, ClusterDiffers: As `DaskCluster` does.
+    """
+    from distributed.versions import get_versions  # noqa: PLC0415
+
+    with ThreadPoolExecutor(1) as aside:  # there may be a loop in this thread
+        try:
+            others = aside.submit(asyncio.run, _asked(address)).result()
+        except TimeoutError:
+            raise SchedulerUnreachable(address, "whoever listens there does not answer as a Dask scheduler") from None
+        except Exception as error:  # whatever breaks at a stranger's answer
+            raise SchedulerUnreachable(address, str(error.__cause__ or error) or type(error).__name__) from error
+    ours = _versions(get_versions(packages=PACKAGES))
+    different = {who: theirs for who, theirs in others.items() if theirs != ours}
+    if different:
+        raise ClusterDiffers(address, ours, different)
+    return ours
+
+
+async def _asked(address: str) -> Mapping[str, Versions]:
+    """Versions of the scheduler and all workers, by who."""
+    from distributed.core import rpc  # noqa: PLC0415
+
+    scheduler = rpc(address, timeout=ANSWER_S)
+    try:
+        async with asyncio.timeout(ANSWER_S):
+            said = {"the scheduler": await scheduler.versions(packages=PACKAGES)}
+        async with asyncio.timeout(ANSWER_S):
+            of_workers = await scheduler.broadcast(msg={"op": "versions", "packages": PACKAGES}, on_error="ignore")
+    finally:
+        await scheduler.close_rpc()
+    said |= {f"worker {worker}": what for worker, what in of_workers.items() if what}
+    return {who: _versions(what) for who, what in said.items()}
+
+
+def _versions(said: Mapping[str, Any]) -> Versions:
+    packages = said["packages"]
+    python = ".".join(packages["python"].split(".")[:2])
+    return {"python": python} | {package: packages.get(package) for package in PACKAGES}
+
+
+def _on_worker(task: Task, name: str, payload: bytes, origin: Origin, wanted: Versions) -> Run | _Foreign:
+    """Make a run, unless this worker, which may have come later, has other versions."""
+    from distributed import get_worker  # noqa: PLC0415
+    from distributed.versions import get_versions  # noqa: PLC0415
+
+    ours = _versions(get_versions(packages=PACKAGES))
+    if ours != wanted:
+        return _Foreign(f"worker {get_worker().address}", ours)
+    return guarded(task, name, lambda: payload, origin)
+
+
+def _itself(payload: bytes) -> bytes:
+    return payload
+
+
+def _within(seconds: float, do: Callable[[], object]) -> None:
+    """Do something that does not matter enough to wait longer, or to fail."""
+
+    def quietly() -> None:
+        with suppress(Exception):
+            do()
+
+    thread = threading.Thread(target=quietly, daemon=True)
+    thread.start()
+    thread.join(seconds)

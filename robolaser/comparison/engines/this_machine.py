@@ -1,0 +1,127 @@
+"""Runs on the cores of this machine."""
+
+import signal
+import threading
+from collections import deque
+from concurrent.futures import CancelledError, Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import final
+
+from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
+
+from robolaser.comparison.engines.engine import Engine, Parcel, digest
+from robolaser.comparison.guarded import Origin, guarded
+from robolaser.comparison.run import Run
+from robolaser.comparison.task import Task
+
+LIVES = 5
+"""So often a run begins anew because its worker was killed from outside."""
+
+
+@final
+@dataclass(eq=False)
+class _Order:
+    task: Task
+    parcel: Parcel
+    future: Future[Run] = field(default_factory=Future)
+    lives: int = LIVES
+
+
+@final
+class ThisMachine(Engine):
+    """Runs in processes of this machine.
+
+    A killed worker breaks loky's whole pool. So no more is given to it than it has workers: what is lost with it are
+    the runs under way, and they begin anew in a new pool.
+    """
+
+    label = "this machine"
+
+    def __init__(self, jobs: int) -> None:
+        self._jobs = jobs
+        self._origin = Origin.here()
+        self._folder = TemporaryDirectory(prefix="robolaser-")
+        self._lock = threading.RLock()
+        self._waiting: deque[_Order] = deque()
+        self._flying: dict[Future[Run], _Order] = {}
+        self._pool = self._new_pool()
+        self._closed = False
+
+    @property
+    def workers(self) -> int:
+        """Runs at a time."""
+        return self._jobs
+
+    def share(self, payload: bytes) -> Parcel:
+        """Put it in a file."""
+        name = digest(payload)
+        path = Path(self._folder.name) / name
+        if not path.exists():
+            path.write_bytes(payload)
+        return Parcel(name, path)
+
+    def submit(self, task: Task, parcel: Parcel) -> Future[Run]:
+        """Have a run made."""
+        order = _Order(task, parcel)
+        with self._lock:
+            self._waiting.append(order)
+            self._send()
+        return order.future
+
+    def close(self) -> None:
+        """Kill whatever runs."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            for order in self._waiting:
+                order.future.cancel()
+            self._waiting.clear()
+        self._pool.shutdown(wait=True, kill_workers=True)
+        self._folder.cleanup()
+
+    def _new_pool(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(self._jobs, initializer=_deaf_to_interrupts)
+
+    def _send(self) -> None:
+        """Give the pool as much as it has workers."""
+        while self._waiting and len(self._flying) < self._jobs and not self._closed:
+            order = self._waiting.popleft()
+            if order.lives == LIVES and not order.future.set_running_or_notify_cancel():
+                continue
+            arguments = (order.task, order.parcel.digest, order.parcel.content, self._origin)
+            try:
+                inner = self._pool.submit(_from_file, *arguments)
+            except BrokenProcessPool:
+                self._pool = self._new_pool()
+                inner = self._pool.submit(_from_file, *arguments)
+            self._flying[inner] = order
+            inner.add_done_callback(self._landed)
+
+    def _landed(self, inner: Future[Run]) -> None:
+        with self._lock:
+            order = self._flying.pop(inner)
+            error = inner.exception()
+            if error is None:
+                order.future.set_result(inner.result())
+            elif self._closed:
+                order.future.set_exception(CancelledError())
+            elif not isinstance(error, BrokenProcessPool):
+                order.future.set_exception(error)
+            elif order.lives == 1:
+                order.future.set_result(order.task.failed(f"its worker was killed {LIVES} times"))
+            else:
+                order.lives -= 1
+                self._waiting.appendleft(order)
+            self._send()
+
+
+def _from_file(task: Task, name: str, path: Path, origin: Origin) -> Run:
+    return guarded(task, name, path.read_bytes, origin)
+
+
+def _deaf_to_interrupts() -> None:
+    """Ctrl-C is for the process that owns the pool; it decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
