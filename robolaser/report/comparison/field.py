@@ -15,7 +15,6 @@ from robolaser.comparison.statistics.anytime import after_evaluations, bands
 from robolaser.comparison.tally import Tally
 from robolaser.report.canvas import LINES, MUTED
 from robolaser.report.comparison import prices
-from robolaser.report.digits import plain
 
 LEADING = 5
 """Contestants that have a colour of their own, by rank."""
@@ -29,7 +28,7 @@ def target(family: str, tolerance: float) -> str:
     """A target of a family in words."""
     if family == CALIBRATION:
         return f"an RMS within {prices.rms_target(tolerance)} of the best known"
-    return f"a cost within {plain(tolerance, '', 2)} of the lowest"
+    return f"a cost within {prices.number(tolerance)} of the lowest"
 
 
 @final

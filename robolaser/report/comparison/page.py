@@ -1,5 +1,6 @@
 """The page a person looks at after a comparison: one file that needs nothing else."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
@@ -20,6 +21,8 @@ from robolaser.report.page import render
 
 FEW = 8
 """Contestants up to which a matrix of pairs is shown without being asked for."""
+LONG = 140
+"""Letters of a sentence that is too long for large type."""
 NOTHING = "No run has finished yet."
 
 
@@ -78,13 +81,13 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
     """
     fields = [Field(comparison, standings) for standings in judged]
     families = [_family(field, 1 + i) for i, field in enumerate(fields)]
-    lead, _, sense = verdict(comparison, judged).partition(". ")
+    lead, sense = _parted(unbroken(verdict(comparison, judged)))
     return render(
         "comparison.html",
         comparison=comparison,
         name=", ".join(problem.name for problem in comparison.problems),
         setting=account.setting(comparison),
-        lead=f"{lead.rstrip('.')}.",
+        lead=lead,
         sense=sense,
         missing=account.missing(comparison),
         families=families,
@@ -107,6 +110,20 @@ def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
     return judged[0].evaluations.answer or NOTHING
 
 
+def unbroken(text: str) -> str:
+    """Numbers and what follows them on one line."""
+    return re.sub(r"(?<=\d) (?=[%×])|(?<=p [<=]) | (?=[<=] \d)", "\u00a0", text)
+
+
+def _parted(answer: str) -> tuple[str, str]:
+    """The first thing that an answer says, and the rest."""
+    lead, _, rest = answer.partition(". ")
+    if len(lead) <= LONG or ": " not in lead:
+        return f"{lead.rstrip('.')}.", rest
+    lead, _, rest = answer.partition(": ")
+    return f"{lead}:", rest
+
+
 def _family(field: Field, number: int) -> FamilyPart:
     from robolaser.report.comparison.pictures.differences import differences  # noqa: PLC0415 - Matplotlib is slow
     from robolaser.report.comparison.pictures.solved import TITLES, solved  # noqa: PLC0415
@@ -121,12 +138,12 @@ def _family(field: Field, number: int) -> FamilyPart:
         differences(field, standings.seconds.ranks, f"Told apart by wall time{suffix}"),
     )
     names, matrix = duels(standings.evaluations) if len(field.problems) > 1 else ((), ())
-    first = number == 1 and bool(field.comparison.runs)
-    answers = [standings.evaluations.answer] * (not first) + [standings.seconds.answer]
+    above = verdict(field.comparison, (standings,)) if number == 1 else ""
+    answers = dict.fromkeys((standings.evaluations.answer, standings.seconds.answer))
     return FamilyPart(
         title,
         field.target(standings.tolerance),
-        [answer for answer in answers if answer],
+        [unbroken(answer) for answer in answers if answer != above],
         standing_rows(field),
         [picture for picture in drawn if picture is not None],
         names,
@@ -153,7 +170,7 @@ def _problems(field: Field) -> Sequence[ProblemPart]:
             ProblemPart(
                 f"{number}. {problem.name}",
                 problem.title,
-                on.evaluations.answer,
+                unbroken(on.evaluations.answer) if len(field.problems) > 1 else "",
                 [field.target(tolerance) for tolerance in SHOWN],
                 result_rows(field, on),
                 [picture for picture in drawn if picture is not None],

@@ -10,6 +10,8 @@ BEST = "best"
 """Of a run that found what is best known."""
 SAME = 1e-6
 """Excess that nobody would call one: of an RMS as a share of the best known, of a cost in units of its scale."""
+TEN = 9.95
+"""What is written as 10 if there is to be one digit after the point."""
 MANIFOLD = 2.0
 """Relative excess from which it is said how many times the best something is."""
 PLAINLY = 0.1
@@ -43,9 +45,14 @@ def duration(seconds: float) -> str:
 
 def many(ratio: float) -> str:
     """How many times the first's."""
-    if math.isnan(ratio):
-        return ""
-    return f"{times(ratio)} ×" if math.isfinite(ratio) and ratio < 1e4 else ("> 10,000 ×" if ratio > 0 else "")
+    return f"{manifold(ratio)} ×"
+
+
+def manifold(ratio: float) -> str:
+    """How many times, with two digits that matter."""
+    if ratio < TEN:
+        return f"{ratio:.1f}"
+    return f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
 
 
 def rms_excess(tolerance: float) -> str:
@@ -90,6 +97,6 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= PLAINLY else f"{plain(100 * share, '', 2)} %"
 
 
-def bare(ratio: float) -> str:
-    """A bound of how many times."""
-    return times(ratio) if math.isfinite(ratio) and ratio < 1e4 else "∞"
+def number(value: float) -> str:
+    """A tolerance: few digits, and a bare power of ten where it is one."""
+    return f"{value:,.0f}" if value >= 1.0 else plain(value, "", 2).removeprefix("1 × ")

@@ -152,23 +152,25 @@ def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> C
     """The price itself on one problem, times the first's over several."""
     if not place.runs:
         return Cell("")
-    ratio = "the first" if place.rank == 1 else _ratio(place.against_first)
+    if not place.solved:
+        return Cell(prices.NEVER, _lines(remark))
+    ratio, between = ("the first", "") if place.rank == 1 else _ratio(place.against_first)
     if len(each) == 1:
-        return Cell(each[0][1], _lines(ratio, remark))
+        return Cell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
     prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
-    return Cell(ratio or ("–" if place.solved else prices.NEVER), _lines(*prices_of, remark))
+    return Cell(ratio or "–", _lines(between, *prices_of, remark))
 
 
-def _ratio(pair: Pair | None) -> str:
-    """How many times the first's."""
+def _ratio(pair: Pair | None) -> tuple[str, str]:
+    """How many times the first's, and between which two."""
     if pair is None or pair.ratio.value is None:
-        return ""
+        return "", ""
     shown, lower, upper = prices.many(pair.ratio.value), pair.ratio.lower, pair.ratio.upper
     if lower is None:
-        return shown
+        return shown, ""
     if upper is None:
-        return f"{shown} (at least {prices.bare(lower)})"
-    return f"{shown} ({prices.bare(lower)} to {prices.bare(upper)})"
+        return shown, f"at least {prices.manifold(lower)}"
+    return shown, f"{prices.manifold(lower)} to {prices.manifold(upper)}"
 
 
 def _against(place: Place) -> Cell:

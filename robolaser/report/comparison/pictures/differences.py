@@ -14,7 +14,7 @@ from robolaser.report.comparison.prices import chance
 
 HEAD_PT, BAR_PT, GAP_PT = 46.0, 7.0, 7.0
 """Heights: of the axis with the critical difference above it, of a bar, between names."""
-SIDE_PT, LETTERS = 112.0, 20
+SIDE_PT, LETTERS = 124.0, 23
 """Width that names have on either side, and letters that find room in a line of it."""
 
 

@@ -1,0 +1,264 @@
+"""What the page of a comparison promises to whoever opens it, and what is printed."""
+
+import io
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compared import LONG, MADE, PROBLEMS, SPEEDS, judged, made
+from rich.console import Console
+from test_page import Reader
+
+from robolaser.report.comparison import page, print_comparison
+from robolaser.report.comparison.duels import duels
+from robolaser.report.comparison.field import Field
+from robolaser.report.comparison.page import unbroken
+from robolaser.report.comparison.pictures.differences import _levels
+from robolaser.report.comparison.pictures.ends import LETTERS, LINES, broken
+from robolaser.report.comparison.prices import count, duration, manifold, rms_excess, rms_target
+from robolaser.report.comparison.ranking import result_rows, standing_rows
+from robolaser.report.comparison.rows import failure_rows, spans
+
+HOSTILE = "<script>alert('$x_$')</script> & \"quotes\" $\\frac$ 測定\x07"
+COMMAND = "robolaser compare paper ur5 pymoo:rastrigin --output result"
+
+
+@pytest.fixture(scope="module")
+def comparisons():
+    return {name: make() for name, make in MADE.items()}
+
+
+@pytest.fixture(scope="module")
+def standings(comparisons):
+    return {name: judged(one) for name, one in comparisons.items()}
+
+
+@pytest.fixture(scope="module")
+def pages(comparisons, standings):
+    return {name: page(one, standings[name], command=COMMAND) for name, one in comparisons.items()}
+
+
+@pytest.fixture(params=MADE)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def text(name, pages):
+    return pages[name]
+
+
+@pytest.fixture
+def comparison(name, comparisons):
+    return comparisons[name]
+
+
+def said(text):
+    return " ".join("".join(Reader(text).texts).split())
+
+
+def printed(comparison, standings, folder=None):
+    file = io.StringIO()
+    print_comparison(comparison, standings, folder, console=Console(file=file))
+    return file.getvalue()
+
+
+def test_the_page_needs_nothing_from_elsewhere(text):
+    read = Reader(text)
+    assert all(link.startswith(("#", "data:")) for link in read.links)
+    assert not re.search(r"url\((?!#)|@import", text)
+    assert not [tag for tag, _ in read.tags if tag in ("script", "iframe", "object", "embed")]
+    assert not re.findall(r"https?://(?!www\.w3\.org/)", text)
+    assert len(text.encode()) < 3_000_000
+
+
+def test_every_element_is_closed_and_every_id_its_own(text):
+    read = Reader(text)
+    assert not read.open
+    assert len(set(read.ids)) == len(read.ids)
+    for link in read.links:
+        assert not link.startswith("#") or link[1:] in read.ids
+
+
+def test_every_picture_is_sound_and_says_what_it_shows(text, comparison):
+    pictures = re.findall(r"<svg role.*?</svg>", text, flags=re.DOTALL)
+    assert bool(pictures) == any(len(run.course.costs) for run in comparison.runs)
+    for picture in pictures:
+        root = ET.fromstring(picture.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1))
+        assert len(root.get("aria-label")) > 20
+        assert not [path for path in re.findall(r'\bd="([^"]*)"', picture) if "nan" in path or "inf" in path]
+    assert text.count("<figcaption>") == len(pictures)
+
+
+def test_the_answer_comes_first_then_standings_then_problems_then_how(pages, standings):
+    words = said(pages["large"])
+    lead = " ".join(standings["large"][0].evaluations.answer.partition(". ")[0].split())
+    parts = (lead, "Calibration problems", "Targets reached by evaluations", "1. paper", "What was asked",
+             "Runs that failed", "What could not be run", "How it was measured", "To repeat this")  # fmt: skip
+    order = [words.index(part) for part in parts]
+    assert order == sorted(order)
+
+
+def test_every_answer_is_on_the_page(text, name, standings):
+    words = said(text)
+    for family in standings[name]:
+        for order in (family.evaluations, family.seconds):
+            assert name == "nothing" or " ".join(order.answer.split()) in words
+
+
+def test_every_contestant_and_every_problem_is_named(text, comparison):
+    words = said(text)
+    for name, title in comparison.contestants.items():
+        assert not comparison.runs or (name in words and title in words)
+    for problem in comparison.problems:
+        assert problem.title in words
+
+
+def test_an_unfinished_comparison_says_so_at_the_top(pages, comparisons):
+    made, wanted = len(comparisons["large"].runs), comparisons["large"].wanted
+    assert made < wanted
+    lead = re.search(r'<p class="lead">.*?</p>', pages["large"])[0]
+    assert f"{made} of {wanted} runs so far" in lead
+    assert f"0 of {wanted} runs so far" in pages["nothing"]
+    assert "runs so far" not in said(pages["complete"])
+
+
+def test_before_the_first_run_the_page_says_what_was_asked(pages):
+    words = said(pages["nothing"])
+    assert "No run has finished yet." in words
+    assert "What was asked" in words
+    assert "tcp://10.0.0.7:8786" in words
+
+
+def test_failures_are_grouped_by_reason_and_name_their_seeds(comparisons, pages):
+    rows = list(failure_rows(comparisons["large"]))
+    assert sum(count for _, _, count, _ in rows) == len(comparisons["large"].failures)
+    assert len({(name, reason) for name, reason, _, _ in rows}) == len(rows)
+    words = said(pages["large"])
+    for name, reason, _, where in rows:
+        assert name in words
+        assert reason in words
+        assert where in words
+
+
+def test_who_was_not_asked_is_named_with_the_reason(pages, comparisons):
+    for reason in comparisons["large"].refused.values():
+        assert reason in said(pages["large"])
+
+
+def test_the_table_follows_the_standings(comparisons, standings):
+    comparison = comparisons["large"]
+    for family in standings["large"]:
+        rows = standing_rows(Field(comparison, family))
+        assert [row.name for row in rows] == [place.algorithm for place in family.evaluations.places]
+        for row, place in zip(rows, family.evaluations.places, strict=True):
+            assert row.title == comparison.contestants[row.name]
+            assert bool(row.failed) == bool(place.failed)
+            if place.against_first is not None and place.against_first.p_adjusted is not None:
+                assert row.against.shown == ("yes" if place.against_first.told else "no")
+
+
+def test_what_nobody_reached_is_never_cheap(comparisons, standings):
+    field = Field(comparisons["all_fail"], standings["all_fail"][0])
+    for row in standing_rows(field):
+        assert row.evaluations.shown == row.seconds.shown == "never"
+        assert row.failed
+    for on in field.standings.by_problem:
+        for row in result_rows(field, on):
+            assert {cell.shown for cell in row.targets} == {"never"}
+
+
+def test_each_pair_is_shown_from_both_sides(comparisons, standings):
+    order = standings["large"][0].by_problem[0].evaluations
+    names, matrix = duels(order)
+    assert len(matrix) == len(names)
+    for i, row in enumerate(matrix):
+        assert row[i] is None
+        for j, duel in enumerate(row):
+            if duel is not None:
+                assert float(duel.share) + float(matrix[j][i].share) == pytest.approx(1.0, abs=0.011)
+                assert duel.lean == pytest.approx(-matrix[j][i].lean)
+                assert duel.told == matrix[j][i].told
+
+
+def test_the_leading_and_the_papers_algorithm_have_colours_and_the_others_are_grey(comparisons, standings):
+    field = Field(comparisons["complete"], standings["complete"][0])
+    assert set(field.order[:5]) <= set(field.told)
+    assert "rcga" in field.told
+    assert len(set(field.told.values())) == len(field.told) <= 7
+    assert len(set(field.colours.values())) == len(field.told) + 1
+    assert sorted(field.drawn) == sorted(field.order)
+
+
+def test_names_from_data_and_contestants_stay_text():
+    one = made(names=("de", LONG, "rcga"), problems=(replace(PROBLEMS[0], name=HOSTILE, title=HOSTILE),), seeds=6)
+    runs = tuple(replace(run, algorithm=HOSTILE) if run.algorithm == "de" else run for run in one.runs)
+    one = replace(one, contestants=dict.fromkeys((HOSTILE, LONG, "rcga"), HOSTILE), runs=runs)
+    read = Reader(page(one, judged(one), command=HOSTILE))
+    assert not [tag for tag, _ in read.tags if tag == "script"]
+    assert "<script>alert" in "".join(read.texts)
+    assert not read.open
+    assert len(set(read.ids)) == len(read.ids)
+
+
+def test_the_same_comparison_gives_the_same_page(comparisons, standings, pages):
+    assert page(comparisons["pair"], standings["pair"], command=COMMAND) == pages["pair"]
+
+
+def test_long_names_find_room_beside_lines_without_losing_what_is_new():
+    for name in (*SPEEDS, "package.subpackage.module:an_attribute_of_great_length", "x" * 60):
+        lines = broken(name)
+        assert all(len(line) <= LETTERS for line in lines)
+        assert len(lines) <= LINES
+    assert "".join(broken(LONG)) == LONG
+
+
+def test_bars_that_overlap_lie_on_different_levels():
+    placed = _levels([(0, 3), (2, 5), (4, 8), (6, 9)])
+    for first, last, level in placed:
+        for other, end, at in placed:
+            if (first, last) != (other, end) and level == at:
+                assert last < other or end < first
+
+
+def test_prices_are_written_as_people_read_them():
+    assert [count(n) for n in (7.0, 999.4, 12_345.6, 880_123.0, np.inf)] == ["7", "999", "12,300", "880,000", "never"]
+    assert [duration(s) for s in (2e-5, 0.0213, 1.5, 60.0, 250.0, 7200.0)] == [
+        "20 µs", "21.3 ms", "1.5 s", "60 s", "4.17 min", "2 h"
+    ]  # fmt: skip
+    assert [manifold(r) for r in (1.04, 9.94, 9.96, 104.0, 2779.0)] == ["1.0", "9.9", "10", "100", "2,800"]
+
+
+def test_qualities_are_said_as_an_rms():
+    assert rms_excess(0.0) == rms_excess(1e-9) == "best"
+    assert rms_excess(0.0201) == "+1 %"
+    assert rms_excess(15.0) == "4.0 times"
+    assert rms_excess(np.inf) == "nothing found"
+    assert rms_target(1e-2) == "0.5 %"
+
+
+def test_seeds_are_counted_in_spans():
+    assert spans([3, 1, 2, 7, 9, 10]) == "1 to 3, 7, 9, 10"
+    assert spans([4]) == "4"
+
+
+def test_numbers_and_their_signs_stay_on_a_line():
+    assert unbroken("in 93 % (81 to 97 %), p < 0.0001") == "in 93\u00a0% (81 to 97\u00a0%), p\u00a0<\u00a00.0001"
+
+
+def test_what_is_printed_is_short_plain_and_says_where_to_look(name, comparison, standings, tmp_path):
+    text = printed(comparison, standings[name], tmp_path)
+    assert "\x1b" not in text
+    assert len(text.splitlines()) < 40
+    assert str(tmp_path / "report.html") in text
+    if len(comparison.runs) < comparison.wanted:
+        assert "runs so far" in text
+
+
+def test_names_are_not_taken_for_markup_when_printed():
+    one = made(names=("de", "rcga"), problems=PROBLEMS[:1], seeds=5)
+    runs = tuple(replace(run, algorithm="[bold]x[/bold]") if run.algorithm == "de" else run for run in one.runs)
+    one = replace(one, contestants={"[bold]x[/bold]": "", "rcga": ""}, runs=runs)
+    assert "[bold]x[/bold]" in printed(one, judged(one))
