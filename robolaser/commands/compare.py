@@ -115,10 +115,11 @@ def _contest(args: argparse.Namespace) -> "Contest":
 
 def _engine(args: argparse.Namespace) -> "Engine":
     """Where it is to be run."""
-    from robolaser.comparison.engines import DaskCluster, ThisMachine  # noqa: PLC0415
-    from robolaser.compiled import cores  # noqa: PLC0415
+    from loky import cpu_count  # noqa: PLC0415
 
-    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs or cores())
+    from robolaser.comparison.engines import DaskCluster, ThisMachine  # noqa: PLC0415
+
+    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs or cpu_count())
 
 
 def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
