@@ -27,7 +27,7 @@ READING = (
     ("A12", "How often a run of the one does better than a run of the other, ties counting half: 0.5 is no difference,"
      " 1 is always (Vargha and Delaney)."),
     ("Told apart", "Were the two the same, differences like these would come up less than once in twenty comparisons"
-     " like this, all of its pairs taken together (Holm)."),
+     " like this, all of its pairs taken together (Mann and Whitney's test, Holm's correction)."),
     ("Critical difference", "Contestants are ranked in each block of a problem and a seed; mean ranks that differ by"
      " less than the critical difference may differ by chance (Friedman, Nemenyi; Demšar 2006)."),
 )  # fmt: skip

@@ -67,8 +67,11 @@ class Field:
     @cached_property
     def told(self) -> Mapping[str, str]:
         """Colour of those told apart at a glance: the leading ones, the first by wall time, and the paper's."""
-        seconds = [place.algorithm for place in self.standings.seconds.places]
-        wanted = [*self.order[:LEADING], *seconds[:1], *(name for name in self.order if name == PAPERS)]
+        evaluations, seconds = (
+            [place.algorithm for place in order.places if place.rank is not None]
+            for order in (self.standings.evaluations, self.standings.seconds)
+        )
+        wanted = [*evaluations[:LEADING], *seconds[:1], *(name for name in self.order if name == PAPERS)]
         return dict(zip(dict.fromkeys(wanted), LINES, strict=False))
 
     @cached_property

@@ -79,7 +79,7 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
         judged: How contestants stand, for each family of problems.
         command: What to type to repeat it.
     """
-    fields = [Field(comparison, standings) for standings in judged]
+    fields = [Field(comparison, standings) for standings in (judged if comparison.runs else ())]
     families = [_family(field, 1 + i) for i, field in enumerate(fields)]
     lead, sense = _parted(unbroken(verdict(comparison, judged)))
     return render(
