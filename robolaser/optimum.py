@@ -82,16 +82,17 @@ def optimum(
     Args:
         model: Any; many rows are searched on thinned, see `Dataset.thinned`.
         seed: Makes the candidates.
-        starts: Others that go downhill besides, (k, d).
-        progress: Is told after the first descents, and after each round.
+        starts: Candidates that go downhill before any are screened, (k, d); the nominal values by default.
+        progress: Is told after their descents, if there are any, and after each round.
     """
     rng = np.random.default_rng(seed)
     thin = thinned(model)
     reduction = Reduction(thin)
-    first = model.parameters.nominal[None]
-    ends, costs, evaluations = _descended(thin, first if starts is None else np.vstack([starts, first]))
+    starts = model.parameters.nominal[None] if starts is None else starts
+    ends, costs, evaluations = _descended(thin, starts)
     agreeing = 0
-    progress(SoFar(0.0, evaluations, ends[int(np.argmin(costs))]))
+    if len(ends):
+        progress(SoFar(0.0, evaluations, ends[int(np.argmin(costs))]))
     for turn in range(MOST_ROUNDS):
         x = _screened(reduction, rng)
         more_ends, more_costs, evaluated = _descended(thin, x)
@@ -132,10 +133,12 @@ def _is_compiled(model: Model) -> bool:
 def _descended(model: Model, starts: Array) -> tuple[Array, Array, int]:
     """Where starts end (k, d), J there (k,), and the candidates evaluated."""
     box = Box.of(model)
-    starts = np.clip(np.array([model.with_gauge_held(start) for start in starts]), box.lower, box.upper)
+    held = np.array([model.with_gauge_held(start) for start in starts]).reshape(starts.shape)
+    starts = np.clip(held, box.lower, box.upper)
     sensor = model.sensor
     if isinstance(sensor, Stripe) and _is_compiled(model):
         return sensor.chain.descend(starts, box.lower, box.upper, model.flange({}), steps=STEPS, tol=TOLERANCE)
     polished = [box.polish(Residuals(model), start, tol=TOLERANCE) for start in starts]
-    ends, costs = np.array([one.x for one in polished]), np.array([one.cost for one in polished])
+    ends = np.array([one.x for one in polished]).reshape(starts.shape)
+    costs = np.array([one.cost for one in polished])
     return ends, costs, sum(one.evaluations for one in polished)

@@ -96,7 +96,7 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
     best = found(model.with_suspects(()), None)
     evaluations = best.evaluations
     if plain.suspects:
-        best = found(plain, _extended(best.x, plain)[None])
+        best = found(plain, np.stack([_extended(best.x, plain), plain.parameters.nominal]))
         evaluations += best.evaluations
     if not np.isfinite(best.cost):
         raise NothingFound()

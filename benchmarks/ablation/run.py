@@ -40,7 +40,7 @@ PARTS = {
         ),
     ),
     "settings": (
-        1_000_000,
+        300_000,
         (
             "rcga", "rcga:b=1", "rcga:b=2", "rcga:b=10", "rcga:form=power", "rcga:prob_var=0.03", "rcga:prob_var=0.3",
             "rcga:prob_crossover=0.5", "rcga:prob_crossover=1", "rcga:n_elites=0", "rcga:n_elites=1", "rcga:n_elites=50",
@@ -48,7 +48,7 @@ PARTS = {
         ),
     ),
 }  # fmt: skip
-"""Budget and contestants of each comparison. 10 000 generations of 100, the paper's, are 1 000 000 evaluations."""
+"""Budget and contestants of each comparison."""
 
 
 def command(part: str) -> list[str]:

@@ -2,6 +2,8 @@
 
 from typing import ClassVar, final
 
+import numpy as np
+
 from robolaser.algorithms.names import SCREENING
 from robolaser.algorithms.settings import Setting
 from robolaser.comparison.contestants.contestant import Contestant
@@ -12,7 +14,10 @@ from robolaser.optimum import SoFar, optimum
 
 @final
 class Screening(Contestant):
-    """`robolaser.optimum`, which ends when descents agree; it is told of after each round, with J of all rows."""
+    """`robolaser.optimum`, which ends when descents agree; it is told of after each round, with J of all rows.
+
+    `calibrate` lets it go downhill from the nominal values too. Here it does without: nobody else knows them.
+    """
 
     called: ClassVar[str] = SCREENING
     settings: ClassVar[tuple[Setting, ...]] = ()
@@ -40,5 +45,6 @@ class Screening(Contestant):
         def look(so_far: SoFar) -> None:
             note(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
 
-        found = optimum(model, seed=seed, progress=look)
+        nowhere = np.empty((0, len(model.parameters)))
+        found = optimum(model, seed=seed, starts=nowhere, progress=look)
         note(found.evaluations, found.cost)
