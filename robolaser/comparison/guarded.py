@@ -70,7 +70,7 @@ class Child:
 
     def __init__(self) -> None:
         talk, its_talk = socket.socketpair()
-        self._life, its_life = socket.socketpair()  # nothing is ever said on it; that it breaks says all
+        life, its_life = socket.socketpair()  # nothing is ever said on it; that it breaks says all
         with its_talk, its_life:
             fds = its_talk.fileno(), its_life.fileno()
             self._process = subprocess.Popen(
@@ -82,7 +82,7 @@ class Child:
                 start_new_session=True,
                 env=os.environ | _ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(_paths())},
             )
-        self._talk = Connection(talk.detach())
+        self._talk, self._life = Connection(talk.detach()), Connection(life.detach())
         self.began: float | None = None
 
     @property
@@ -130,12 +130,10 @@ class Child:
         return f"its process died (signal {-code})"
 
     def end(self) -> None:
-        """End it and all that it started, at once."""
+        """End it and all that it started, at once; from any thread, so the lines to it are left to who may use them."""
         with suppress(OSError):  # nobody is left of its group
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
-        self._talk.close()
-        self._life.close()
 
 
 _children: dict[tuple[str, int], Child] = {}
@@ -159,12 +157,13 @@ def guarded(task: Task, digest: str, payload: Callable[[], bytes], origin: Origi
     pair = digest, task.algorithm
     reason, seconds = "stopped", 0.0
     for _ in range(ATTEMPTS):
-        if origin.name in _ended:
-            break
         child = _children.get(mine)
         if child is None or not child.alive:
             _forget(mine)
             child = _children[mine] = Child()
+        if origin.name in _ended:
+            _forget(mine)
+            break
         sent = time.monotonic()
         try:
             run, fit = child.run(task, digest, payload, origin, warm_up=pair not in _hung)
@@ -188,8 +187,9 @@ def guarded(task: Task, digest: str, payload: Callable[[], bytes], origin: Origi
 def end(name: str) -> None:
     """End at once all children that make runs for an origin of that name, for good."""
     _ended.add(name)
-    for mine in [mine for mine in _children if mine[0] == name]:
-        _forget(mine)
+    for mine in list(_children):
+        if mine[0] == name:
+            _forget(mine)
 
 
 def _forget(mine: tuple[str, int]) -> None:

@@ -7,6 +7,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -37,10 +38,12 @@ def made(origin: Origin) -> Make:
     return make
 
 
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guard, "GRACE_S", 0.2)
-    monkeypatch.setattr(guard, "PATIENCE_S", 3.0)
+@contextmanager
+def _impatient() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "GRACE_S", 0.2)
+        patch.setattr(guard, "PATIENCE_S", 2.0)
+        yield
 
 
 def _children() -> set[int]:
@@ -106,22 +109,25 @@ def test_a_question_that_cannot_be_made_fails_its_runs(made: Make) -> None:
     assert "no such bowl" in run.reason
 
 
-@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("name", ["circles_later", "freezes", "closes"])
 def test_a_contestant_that_never_ends_is_killed(made: Make, name: str) -> None:
     made("walks")
     began = time.monotonic()
-    run = made(name, time_limit_s=0.2)
+    with _impatient():
+        run = made(name, time_limit_s=0.2)
     assert run.state == FAILED
     assert "killed" in run.reason
     assert time.monotonic() - began < 10
     assert made("walks").state == DONE
 
 
-@pytest.mark.usefixtures("impatient")
 def test_who_never_ended_once_is_not_waited_for_that_long_again(made: Make) -> None:
-    assert "within 3 s of its uncounted" in made("circles", time_limit_s=0.2).reason
-    assert "within 0.4 s; killed" in made("circles", time_limit_s=0.2, seed=2).reason
+    made("walks")
+    with _impatient():
+        assert "within 2 s of its uncounted" in made("circles", time_limit_s=0.2).reason
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "GRACE_S", 0.2)
+        assert "within 0.4 s; killed" in made("circles", time_limit_s=0.2, seed=2).reason
 
 
 def test_whatever_a_contestant_prints_disturbs_nobody(made: Make, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,14 +1,15 @@
 """Runs on a Dask cluster."""
 
 import asyncio
+import logging
 import threading
 import time
 import warnings
 from collections.abc import Callable, Mapping
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 from robolaser.comparison.engines.engine import Engine, Parcel, digest
 from robolaser.comparison.guarded import Origin, end, guarded
@@ -16,8 +17,8 @@ from robolaser.comparison.run import Run
 from robolaser.comparison.task import Task
 from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
 
-ANSWER_S = 4.0
-"""Within which a scheduler, and then all its workers, say their versions."""
+ANSWER_S = 3.0
+"""Within which a scheduler, then all its workers, say their versions, then the scheduler takes us on."""
 CLOSE_S = 3.0
 """After which nobody waits for workers to say that they have stopped."""
 FRESH_S = 1.0
@@ -25,6 +26,7 @@ FRESH_S = 1.0
 PACKAGES = ("distributed", "dask", "robolaser", "numpy", "numba", "pymoo", "scipy")
 """Of which everybody must have the same version, lest the same run comes out otherwise."""
 
+T = TypeVar("T")
 Versions = Mapping[str, str | None]
 """Of Python, without the last digit, and of `PACKAGES`; None where it is missing."""
 
@@ -58,6 +60,7 @@ class DaskCluster(Engine):
         self.label = address
         self._origin = Origin.here()
         self._versions = _compared(address)
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say, our errors say
         try:
             self._client = Client(address, timeout=ANSWER_S, set_as_default=False, name="robolaser")
         except (OSError, ValueError) as error:
@@ -98,7 +101,8 @@ class DaskCluster(Engine):
             return
         self._closed = True
         self._executor.shutdown(wait=False)
-        _within(CLOSE_S, lambda: self._client.run(end, self._origin.name, on_error="ignore"))
+        with suppress(Exception):  # nor may it fail because a worker does
+            _aside(lambda: self._client.run(end, self._origin.name, on_error="ignore")).result(CLOSE_S)
         self._client.close(timeout=CLOSE_S)
 
     def _landed(self, task: Task, inner: Future[Run | _Foreign], outer: Future[Run]) -> None:
@@ -138,13 +142,12 @@ def _compared(address: str) -> Versions:
     """
     from distributed.versions import get_versions  # noqa: PLC0415
 
-    with ThreadPoolExecutor(1) as aside:  # there may be a loop in this thread
-        try:
-            others = aside.submit(asyncio.run, _asked(address)).result()
-        except TimeoutError:
-            raise SchedulerUnreachable(address, "whoever listens there does not answer as a Dask scheduler") from None
-        except Exception as error:  # whatever breaks at a stranger's answer
-            raise SchedulerUnreachable(address, str(error.__cause__ or error) or type(error).__name__) from error
+    try:
+        others = _aside(lambda: asyncio.run(_asked(address))).result(2 * ANSWER_S)
+    except TimeoutError:
+        raise SchedulerUnreachable(address, "what is there does not answer as a scheduler of our version") from None
+    except Exception as error:  # whatever breaks at a stranger's answer
+        raise SchedulerUnreachable(address, str(error.__cause__ or error) or type(error).__name__) from error
     ours = _versions(get_versions(packages=PACKAGES))
     different = {who: theirs for who, theirs in others.items() if theirs != ours}
     if different:
@@ -154,9 +157,10 @@ def _compared(address: str) -> Versions:
 
 async def _asked(address: str) -> Mapping[str, Versions]:
     """Versions of the scheduler and all workers, by who."""
+    from distributed import Security  # noqa: PLC0415
     from distributed.core import rpc  # noqa: PLC0415
 
-    scheduler = rpc(address, timeout=ANSWER_S)
+    scheduler = rpc(address, timeout=ANSWER_S, connection_args=Security().get_connection_args("client"))
     try:
         async with asyncio.timeout(ANSWER_S):
             said = {"the scheduler": await scheduler.versions(packages=PACKAGES)}
@@ -189,13 +193,15 @@ def _itself(payload: bytes) -> bytes:
     return payload
 
 
-def _within(seconds: float, do: Callable[[], object]) -> None:
-    """Do something that does not matter enough to wait longer, or to fail."""
+def _aside(do: Callable[[], T]) -> Future[T]:
+    """Do something for which nobody may want to wait to the end."""
+    outcome: Future[T] = Future()
 
-    def quietly() -> None:
-        with suppress(Exception):
-            do()
+    def work() -> None:
+        try:
+            outcome.set_result(do())
+        except BaseException as error:
+            outcome.set_exception(error)
 
-    thread = threading.Thread(target=quietly, daemon=True)
-    thread.start()
-    thread.join(seconds)
+    threading.Thread(target=work, daemon=True).start()
+    return outcome

@@ -1,7 +1,10 @@
 """Runs on the cores of this machine."""
 
+import os
+import shutil
 import signal
 import threading
+import time
 from collections import deque
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, field
@@ -18,6 +21,8 @@ from robolaser.comparison.task import Task
 
 LIVES = 5
 """So often a run begins anew because its worker was killed from outside."""
+LOOK_S = 0.5
+"""How often a worker looks whether its owner is still there."""
 
 
 @final
@@ -83,7 +88,7 @@ class ThisMachine(Engine):
         self._folder.cleanup()
 
     def _new_pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self._jobs, initializer=_deaf_to_interrupts)
+        return ProcessPoolExecutor(self._jobs, initializer=_settle, initargs=(os.getpid(), self._folder.name))
 
     def _send(self) -> None:
         """Give the pool as much as it has workers."""
@@ -91,14 +96,22 @@ class ThisMachine(Engine):
             order = self._waiting.popleft()
             if order.lives == LIVES and not order.future.set_running_or_notify_cancel():
                 continue
-            arguments = (order.task, order.parcel.digest, order.parcel.content, self._origin)
             try:
-                inner = self._pool.submit(_from_file, *arguments)
-            except BrokenProcessPool:
-                self._pool = self._new_pool()
-                inner = self._pool.submit(_from_file, *arguments)
-            self._flying[inner] = order
-            inner.add_done_callback(self._landed)
+                inner = self._given(order)
+            except Exception as error:  # no more processes, no memory: whoever waits must hear of it
+                order.future.set_exception(error)
+            else:
+                self._flying[inner] = order
+                inner.add_done_callback(self._landed)
+
+    def _given(self, order: _Order) -> Future[Run]:
+        arguments = (order.task, order.parcel.digest, order.parcel.content, self._origin)
+        try:
+            given: Future[Run] = self._pool.submit(_from_file, *arguments)
+        except BrokenProcessPool:
+            self._pool = self._new_pool()
+            given = self._pool.submit(_from_file, *arguments)
+        return given
 
     def _landed(self, inner: Future[Run]) -> None:
         with self._lock:
@@ -122,6 +135,14 @@ def _from_file(task: Task, name: str, path: Path, origin: Origin) -> Run:
     return guarded(task, name, path.read_bytes, origin)
 
 
-def _deaf_to_interrupts() -> None:
-    """Ctrl-C is for the process that owns the pool; it decides."""
+def _settle(owner: int, folder: str) -> None:
+    """Leave Ctrl-C to the process that owns the pool, and go when it is gone: loky's workers would stay for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_go_with, args=(owner, folder), daemon=True).start()
+
+
+def _go_with(owner: int, folder: str) -> None:
+    while os.getppid() == owner:
+        time.sleep(LOOK_S)
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
