@@ -43,12 +43,13 @@ PARTS = {
         300_000,
         (
             "rcga", "rcga:b=1", "rcga:b=2", "rcga:b=10", "rcga:form=power", "rcga:prob_var=0.03", "rcga:prob_var=0.3",
-            "rcga:prob_crossover=0.5", "rcga:prob_crossover=1", "rcga:n_elites=0", "rcga:n_elites=1", "rcga:n_elites=50",
-            "rcga:pop_size=50", "rcga:pop_size=200",
+            "rcga:prob_crossover=0.5", "rcga:prob_crossover=1", "rcga:n_elites=0", "rcga:n_elites=1",
+            "rcga:n_elites=50", "rcga:pop_size=50", "rcga:pop_size=200",
         ),
     ),
 }  # fmt: skip
 """Budget and contestants of each comparison."""
+COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "times the first's", "J at the end, median")
 
 
 def command(part: str) -> list[str]:
@@ -90,8 +91,8 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
         yield ""
         yield f"**{on['problem']}.** {on['evaluations']['answer']}"
         yield ""
-        yield "| | contestant | within 1 % of the best J | evaluations to it | times the first's | J over the best at the end, median |"
-        yield "|---|---|---|---|---|---|"
+        yield f"| {' | '.join(('', *COLUMNS))} |"
+        yield "|---" * (1 + len(COLUMNS)) + "|"
         finals = {result["algorithm"]: result["final"] for result in on["results"]}
         for place in on["evaluations"]["places"]:
             yield "| " + " | ".join(_cells(place, finals[place["algorithm"]])) + " |"
@@ -113,7 +114,20 @@ def _cells(place: dict[str, Any], final: dict[str, Any] | None) -> Iterator[str]
         if times and ratio["lower"] and ratio["upper"]:
             times += f" ({ratio['lower']:.2g} to {ratio['upper']:.2g})"
         yield (times or f"p {_p(against['p_adjusted'])}") + told
-    yield "" if final is None or final["median"] is None else f"{1 + final['median']:.3g} ×" if final["median"] >= 0.01 else f"1 + {final['median']:.1g}"
+    yield (
+        ""
+        if final is None or final["median"] is None
+        else f"{1 + final['median']:.3g} ×"
+        if final["median"] >= 0.01
+        else f"1 + {final['median']:.1g}"
+    )
+
+
+def _above_best(tolerance: float | None) -> str:
+    """J in units of the best known."""
+    if tolerance is None:
+        return ""
+    return f"{1 + tolerance:.3g} times the best" if tolerance >= 0.01 else f"the best + {100 * tolerance:.1g} %"
 
 
 def _p(value: float | None) -> str:

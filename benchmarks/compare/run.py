@@ -25,16 +25,14 @@ BUDGET = 20_000
 PORT = 8799
 
 
-def compared(name: str, *more: str, algorithms: str = TWELVE, seeds: int = 3) -> tuple[float, dict[str, object]]:
+def compared(name: str, *more: str, seeds: int) -> tuple[float, dict[str, object]]:
     """Run the command; how long it took altogether [s], and what comparison.json says."""
     out = FOLDER / name
     shutil.rmtree(out, ignore_errors=True)
     began = time.perf_counter()
+    terms = ("--algorithms", TWELVE, "--seeds", str(seeds), "--budget", str(BUDGET))
     subprocess.run(
-        [ROBOLASER, "compare", *PROBLEMS, "--algorithms", algorithms, "--seeds", str(seeds)]
-        + ["--budget", str(BUDGET), "--output", out, *more],
-        check=True,
-        stdout=subprocess.DEVNULL,
+        [ROBOLASER, "compare", *PROBLEMS, *terms, "--output", out, *more], check=True, stdout=subprocess.DEVNULL
     )
     return time.perf_counter() - began, json.loads((out / "comparison.json").read_text())
 
@@ -79,7 +77,8 @@ def main() -> None:
             print(f"{name}: {seconds:.0f} s, of which runs {said['seconds']:.0f} s; {said['engine']}", flush=True)
     same = outcomes("one") == outcomes("two") == outcomes("dask")
     print(f"the same to the last bit: {same}")
-    print(f"efficiency of two workers: {took['one'] / took['two'] / 2:.3f}; of Dask's two: {took['one'] / took['dask'] / 2:.3f}")
+    for name in ("two", "dask"):
+        print(f"parallel efficiency, {name}: {took['one'] / took[name] / 2:.3f}")
     if args.whole:
         seconds, said = compared("whole", "--jobs", "2", seeds=30)
         print(f"whole: {seconds:.0f} s; {said['runs']}; {said['engine']}")

@@ -19,7 +19,7 @@ class Contestant(ABC):
 
     @abstractmethod
     def search(self, watch: Watch, seed: int) -> None:
-        """Look for the lowest cost until the watch ends it (it raises `Over`: do not catch it) or nothing is left to do.
+        """Look for the lowest cost until nothing is left to do or the watch ends it: `Over`, which is not to be caught.
 
         All randomness comes from `seed`: the same seed asks for the same candidates in the same order.
 
