@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robolaser.calibration import Calibration
+    from robolaser.comparison.contest import Contest
+    from robolaser.comparison.holding import compare
     from robolaser.dataset import Dataset
     from robolaser.diagnosis import diagnose
     from robolaser.effects import EFFECTS
@@ -17,11 +19,13 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Calibration": "calibration",
+    "Contest": "comparison.contest",
     "Dataset": "dataset",
     "EFFECTS": "effects",
     "Plan": "plan",
     "RobolaserError": "errors",
     "calibrate": "fit",
+    "compare": "comparison.holding",
     "diagnose": "diagnosis",
     "find_robot": "robots",
     "load": "folder",
@@ -31,10 +35,12 @@ _HOME = {
 __all__ = [
     "EFFECTS",
     "Calibration",
+    "Contest",
     "Dataset",
     "Plan",
     "RobolaserError",
     "calibrate",
+    "compare",
     "diagnose",
     "find_robot",
     "load",

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, count, make_folder, positive
+from robolaser.comparison.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.errors import ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from robolaser.comparison.record import Record
 
 RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
-SEEDS, BUDGET, TIME_LIMIT_S, MEMORY_GB = 15, 20_000, 300.0, 2.0
+GB = 1e9
 
 
 @final
@@ -58,7 +59,7 @@ class Compare(Command):
             help=f"of a run; default: {TIME_LIMIT_S:g}",
         )
         parser.add_argument(
-            "--memory-limit", metavar="GB", type=positive, default=MEMORY_GB, help=f"of a run; default: {MEMORY_GB:g}"
+            "--memory-limit", metavar="GB", type=positive, default=MEMORY_LIMIT_B / GB, help=f"of a run; default: {MEMORY_LIMIT_B / GB:g}"
         )
         parser.add_argument("--jobs", metavar="N", type=count, help="runs at a time; default: one on each core")
         parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, tcp://HOST:PORT")
@@ -99,27 +100,24 @@ class Compare(Command):
 def _contest(args: argparse.Namespace) -> "Contest":
     """What was asked for."""
     from robolaser.comparison.contest import Contest  # noqa: PLC0415
-    from robolaser.comparison.contestants import DEFAULT, find  # noqa: PLC0415
-    from robolaser.comparison.sources import sources  # noqa: PLC0415
+    from robolaser.comparison.contestants import DEFAULT  # noqa: PLC0415
 
-    names = DEFAULT if args.algorithms is None else [name.strip() for name in args.algorithms.split(",")]
-    return Contest(
-        sources(args.datasets),
-        tuple(find(name) for name in dict.fromkeys(names)),
-        seeds=tuple(range(args.seed, args.seed + args.seeds)),
+    return Contest.of(
+        args.datasets,
+        DEFAULT if args.algorithms is None else [name.strip() for name in args.algorithms.split(",")],
+        seeds=args.seeds,
+        first_seed=args.seed,
         budget=args.budget,
         time_limit_s=args.time_limit,
-        memory_limit_b=round(args.memory_limit * 1e9),
+        memory_limit_b=round(args.memory_limit * GB),
     )
 
 
 def _engine(args: argparse.Namespace) -> "Engine":
     """Where it is to be run."""
-    from loky import cpu_count  # noqa: PLC0415
-
     from robolaser.comparison.engines import DaskCluster, ThisMachine  # noqa: PLC0415
 
-    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs or cpu_count())
+    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs)
 
 
 def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:

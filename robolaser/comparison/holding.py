@@ -1,13 +1,15 @@
 """A contest is held: runs go out to an engine, and come back in whatever order they are done."""
 
 import pickle
+import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from typing import final
 
+from robolaser.comparison.comparison import Comparison, Effort
 from robolaser.comparison.contest import Contest, Key, key
-from robolaser.comparison.engines import Engine, Task
+from robolaser.comparison.engines import Engine, Task, ThisMachine
 from robolaser.comparison.run import Run
 
 AHEAD = 2
@@ -67,6 +69,22 @@ def held(
             yield run
         running = tuple(flying.values())[: engine.workers]
         tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
+
+
+def compare(contest: Contest, engine: Engine | None = None) -> Comparison:
+    """Hold a contest, and keep nothing on disk.
+
+    Args:
+        contest: What is asked of whom, see `Contest.of`.
+        engine: Where; all cores of this machine by default.
+    """
+    began = time.monotonic()
+    with engine or ThisMachine() as chosen:
+        workers = chosen.workers
+        runs = tuple(held(contest, chosen, tell=lambda moment: None))
+        lasted_s = time.monotonic() - began
+        busy_s = sum(run.seconds for run in runs)
+        return contest.so_far(runs, Effort(chosen.label, workers, lasted_s, lasted_s * workers, busy_s))
 
 
 def _left_s(contest: Contest, done: Mapping[Key, Run], workers: int) -> float | None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import final
 
+from loky import cpu_count
 from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 
 from robolaser.comparison.engines.engine import Engine, Parcel, digest
@@ -40,12 +41,15 @@ class ThisMachine(Engine):
 
     A killed worker breaks loky's whole pool. So no more is given to it than it has workers: what is lost with it are
     the runs under way, and they begin anew in a new pool.
+
+    Args:
+        jobs: Runs at a time; one on each core by default.
     """
 
     label = "this machine"
 
-    def __init__(self, jobs: int) -> None:
-        self._jobs = jobs
+    def __init__(self, jobs: int | None = None) -> None:
+        self._jobs = cpu_count() if jobs is None else jobs
         self._origin = Origin.here()
         self._folder = TemporaryDirectory(prefix="robolaser-")
         self._lock = threading.RLock()
