@@ -59,7 +59,11 @@ class Compare(Command):
             help=f"of a run; default: {TIME_LIMIT_S:g}",
         )
         parser.add_argument(
-            "--memory-limit", metavar="GB", type=positive, default=MEMORY_LIMIT_B / GB, help=f"of a run; default: {MEMORY_LIMIT_B / GB:g}"
+            "--memory-limit",
+            metavar="GB",
+            type=positive,
+            default=MEMORY_LIMIT_B / GB,
+            help=f"of a run; default: {MEMORY_LIMIT_B / GB:g}",
         )
         parser.add_argument("--jobs", metavar="N", type=count, help="runs at a time; default: one on each core")
         parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, tcp://HOST:PORT")
