@@ -84,14 +84,14 @@ def main() -> None:
 
 
 def _die_with(life: int) -> None:
-    """Die at once, with all that was started, when the other end of a socket is closed."""
-    threading.Thread(target=_end_at_end, args=(life,), daemon=True).start()
+    """Die at once, with all that was started, when the other end of a pipe is closed."""
     if sys.platform == "linux":  # even while a contestant does not let go of the interpreter
         import fcntl  # noqa: PLC0415
 
         signal.signal(signal.SIGIO, signal.SIG_DFL)
         fcntl.fcntl(life, fcntl.F_SETOWN, -os.getpgrp())
         fcntl.fcntl(life, fcntl.F_SETFL, fcntl.fcntl(life, fcntl.F_GETFL) | os.O_ASYNC)
+    threading.Thread(target=_end_at_end, args=(life,), daemon=True).start()
 
 
 def _end_at_end(life: int) -> None:

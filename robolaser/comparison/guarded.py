@@ -70,9 +70,9 @@ class Child:
 
     def __init__(self) -> None:
         talk, its_talk = socket.socketpair()
-        life, its_life = socket.socketpair()  # nothing is ever said on it; that it breaks says all
-        with its_talk, its_life:
-            fds = its_talk.fileno(), its_life.fileno()
+        its_life, life = os.pipe()  # nothing is ever said on it; that it breaks says all
+        with its_talk:
+            fds = its_talk.fileno(), its_life
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "robolaser.comparison.child", *map(str, fds)],
                 pass_fds=fds,
@@ -82,7 +82,8 @@ class Child:
                 start_new_session=True,
                 env=os.environ | _ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(_paths())},
             )
-        self._talk, self._life = Connection(talk.detach()), Connection(life.detach())
+        self._talk, self._life = Connection(talk.detach()), Connection(life, readable=False)
+        os.close(its_life)
         self.began: float | None = None
 
     @property

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -61,7 +62,13 @@ def dreams(watch: Watch, seed: int) -> None:
     watch.cost(np.full((1, 3), np.nan))
 
 
+def _amid() -> None:
+    if "ROGUES_AMID" in os.environ:
+        Path(os.environ["ROGUES_AMID"]).touch()
+
+
 def circles(watch: Watch, seed: int) -> None:
+    _amid()
     while True:
         pass
 
@@ -72,6 +79,7 @@ def circles_later(watch: Watch, seed: int) -> None:
 
 
 def freezes(watch: Watch, seed: int) -> None:
+    _amid()
     ctypes.PyDLL(None).pause()  # without letting go of the interpreter
 
 
@@ -122,4 +130,5 @@ def dies_once(watch: Watch, seed: int) -> None:
 
 def waits(watch: Watch, seed: int) -> None:
     watch.cost(np.zeros((1, 3)))
+    _amid()
     time.sleep(1000)

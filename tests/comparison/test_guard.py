@@ -164,7 +164,9 @@ def test_a_run_whose_child_dies_again_has_failed(made: Make, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("name", ["waits", "circles", "freezes"])
-def test_no_child_outlives_a_killed_parent(name: str) -> None:
+def test_no_child_outlives_a_killed_parent(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    amid = tmp_path / "amid"
+    monkeypatch.setenv("ROGUES_AMID", str(amid))
     program = f"""
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
@@ -184,7 +186,9 @@ def test_no_child_outlives_a_killed_parent(name: str) -> None:
     with parent:
         assert parent.stdout is not None
         child = int(parent.stdout.readline())
-        time.sleep(1.5)  # it imports, and is amid its run
+        while not amid.exists():
+            time.sleep(0.02)
+        time.sleep(0.1)
         assert not _gone(child, within_s=0.0)
         parent.kill()
     assert _gone(child)

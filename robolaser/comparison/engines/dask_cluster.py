@@ -91,6 +91,9 @@ class DaskCluster(Engine):
         """Have a run made."""
         outer: Future[Run] = Future()
         outer.set_running_or_notify_cancel()
+        if self._client.status != "running":  # what is said to a lost scheduler is not heard, and nobody answers
+            outer.set_exception(ClusterLost(self.label))
+            return outer
         inner = self._executor.submit(_on_worker, task, parcel.digest, parcel.content, self._origin, self._versions)
         inner.add_done_callback(lambda inner: self._landed(task, inner, outer))
         return outer
@@ -145,9 +148,12 @@ def _compared(address: str) -> Versions:
     try:
         others = _aside(lambda: asyncio.run(_asked(address))).result(2 * ANSWER_S)
     except TimeoutError:
-        raise SchedulerUnreachable(address, "what is there does not answer as a scheduler of our version") from None
+        raise SchedulerUnreachable(address, "it is no scheduler, or not of our version: it does not answer") from None
+    except (OSError, ValueError) as error:
+        raise SchedulerUnreachable(address, str(error.__cause__ or error).split(">: ")[-1]) from error
     except Exception as error:  # whatever breaks at a stranger's answer
-        raise SchedulerUnreachable(address, str(error.__cause__ or error) or type(error).__name__) from error
+        why = f"it is no scheduler, or not of our version ({type(error).__name__}: {error})"
+        raise SchedulerUnreachable(address, why) from error
     ours = _versions(get_versions(packages=PACKAGES))
     different = {who: theirs for who, theirs in others.items() if theirs != ours}
     if different:
@@ -160,7 +166,7 @@ async def _asked(address: str) -> Mapping[str, Versions]:
     from distributed import Security  # noqa: PLC0415
     from distributed.core import rpc  # noqa: PLC0415
 
-    scheduler = rpc(address, timeout=ANSWER_S, connection_args=Security().get_connection_args("client"))
+    scheduler = rpc(address, timeout=0.8 * ANSWER_S, connection_args=Security().get_connection_args("client"))
     try:
         async with asyncio.timeout(ANSWER_S):
             said = {"the scheduler": await scheduler.versions(packages=PACKAGES)}

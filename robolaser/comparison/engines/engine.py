@@ -39,6 +39,11 @@ class Engine(ABC):
     def workers(self) -> int:
         """Runs at a time, now; at least one."""
 
+    @property
+    def empty(self) -> bool:
+        """Whether there are no workers yet: runs wait for the first."""
+        return False
+
     @abstractmethod
     def share(self, payload: bytes) -> Parcel:
         """Bring the pickled source of a question to where runs are made, once for all of them."""
