@@ -3,21 +3,16 @@
 import argparse
 import shlex
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, count, make_folder, positive
 from robolaser.comparison.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.errors import ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
+from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from robolaser.comparison.contest import Contest
     from robolaser.comparison.engines import Engine
-    from robolaser.comparison.holding import Moment
     from robolaser.comparison.record import Record
 
 RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
@@ -79,26 +74,34 @@ class Compare(Command):
         out: Path = args.output
         if args.scheduler and args.jobs:
             raise OptionsClash("--scheduler", ["--jobs"])
-        record = Record(out / RECORD) if args.resume or not args.force else None
-        if record is not None and not args.resume:
-            if record.runs:
-                raise ComparisonThere(out, len(record.runs))
-            if (out / RESULT).exists():
-                raise OutputExists(out / RESULT)
+        if not (args.resume or args.force):
+            _refuse_what_is_there(out)
         contest = _contest(args)
         with _engine(args) as engine:
             make_folder(out)
-            if record is None:
+            if not args.resume:
                 (out / RECORD).unlink(missing_ok=True)
-                record = Record(out / RECORD)
+            record = Record(out / RECORD)
             record.begin(contest, engine=engine.label, workers=engine.workers)
             try:
                 _hold(contest, engine, record)
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, ClusterLost) as stopped:
                 engine.close()
                 _conclude(contest, record, args)
-                raise ComparisonInterrupted(out, len(contest.own(record.runs)), len(contest.tasks)) from None
+                why = str(stopped) if isinstance(stopped, ClusterLost) else "Stopped"
+                made = len(contest.own(record.runs))
+                raise ComparisonInterrupted(why, out, made=made, wanted=len(contest.tasks)) from None
         _conclude(contest, record, args)
+
+
+def _refuse_what_is_there(out: Path) -> None:
+    """Runs and results are overwritten only if somebody says so."""
+    from robolaser.comparison.record import Record  # noqa: PLC0415
+
+    if runs := Record(out / RECORD).runs:
+        raise ComparisonThere(out, len(runs))
+    if (out / RESULT).exists():
+        raise OutputExists(out / RESULT)
 
 
 def _contest(args: argparse.Namespace) -> "Contest":
@@ -126,10 +129,11 @@ def _engine(args: argparse.Namespace) -> "Engine":
 
 def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
     """Let everybody run whose run is not in the record, and take each run in as it comes."""
+    from robolaser.commands.contest_progress import contest_progress  # noqa: PLC0415
     from robolaser.comparison.holding import held  # noqa: PLC0415
 
     began = time.monotonic()
-    with _progress() as tell:
+    with contest_progress() as tell:
         for run in held(contest, engine, made=contest.own(record.made), tell=tell):
             record.add(run, after_s=time.monotonic() - began)
 
@@ -154,39 +158,6 @@ def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) ->
     if args.iohprofiler:
         export(comparison, out / EXPORT)
     print_comparison(comparison, judged, out)
-
-
-@contextmanager
-def _progress() -> "Iterator[Callable[[Moment], None]]":
-    """Show how far a contest is, on a terminal and only there."""
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
-
-    columns = (
-        BarColumn(30),
-        MofNCompleteColumn(),
-        TextColumn("runs"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[left]}"),
-        TextColumn("{task.description}", style="dim"),
-    )
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("starting", total=None, left="")
-
-        def tell(moment: "Moment") -> None:
-            running = "; ".join(f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in moment.running)
-            bar.update(task, completed=moment.done, total=moment.wanted, description=running, left=_left(moment.left_s))
-
-        yield tell
-
-
-def _left(seconds: float | None) -> str:
-    """Remaining time in words."""
-    if seconds is None:
-        return ""
-    minutes, seconds = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min left" if minutes >= 60 else f"{minutes}:{seconds:02d} left"
 
 
 def _again(args: argparse.Namespace) -> str:

@@ -1,10 +1,13 @@
 """A contest is held: runs go out to an engine, and come back in whatever order they are done."""
 
+import math
 import pickle
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from dataclasses import dataclass
+from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import final
 
 from robolaser.comparison.comparison import Comparison, Effort
@@ -26,7 +29,7 @@ class Moment:
     Attributes:
         done: Runs that were made.
         wanted: Runs that were asked for.
-        running: What runs now: those handed out longest ago.
+        running: What runs now: those handed out longest ago; nothing while there are no workers.
         left_s: Time that the others will take [s]; None while nobody can say.
     """
 
@@ -53,22 +56,30 @@ def held(
     """
     parcels = {source.name: engine.share(pickle.dumps(source)) for source in contest.sources}
     done = {key(run): run for run in made}
-    waiting = [task for task in contest.tasks if key(task) not in done]
+    coming = iter([task for task in contest.tasks if key(task) not in done])
     flying: dict[Future[Run], Task] = {}
-    coming = iter(waiting)
+    landed: SimpleQueue[Future[Run]] = SimpleQueue()
+    told = -math.inf
     while True:
         while len(flying) < AHEAD * engine.workers and (task := next(coming, None)) is not None:
-            flying[engine.submit(task, parcels[task.problem])] = task
+            future = engine.submit(task, parcels[task.problem])
+            flying[future] = task
+            future.add_done_callback(landed.put)
         if not flying:
             return
-        landed, _ = wait(flying, timeout=LOOK_S, return_when=FIRST_COMPLETED)
-        for future in landed:
-            run = future.result()
+        try:
+            future = landed.get(timeout=LOOK_S)
+        except Empty:
+            pass
+        else:
             del flying[future]
+            run = future.result()
             done[key(run)] = run
             yield run
-        running = tuple(flying.values())[: engine.workers]
-        tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
+        if time.monotonic() - told > LOOK_S:
+            running = () if engine.empty else tuple(islice(flying.values(), engine.workers))
+            tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
+            told = time.monotonic()
 
 
 def compare(contest: Contest, engine: Engine | None = None) -> Comparison:

@@ -96,11 +96,12 @@ class ComparisonThere(RobolaserError):
 
 
 class ComparisonInterrupted(RobolaserError):
-    """Ctrl-C in the middle of a comparison."""
+    """A comparison that came to an end in the middle."""
 
-    def __init__(self, folder: Path, made: int, wanted: int) -> None:
+    def __init__(self, why: str, folder: Path, *, made: int, wanted: int) -> None:
         super().__init__(
-            f"Stopped after {made} of {wanted} runs. report.html in {folder} shows them; go on with --resume."
+            f"{why.rstrip('.')}, after {made} of {wanted} runs. report.html in {folder} shows them;"
+            " go on with --resume."
         )
 
 
@@ -144,6 +145,4 @@ class ClusterLost(RobolaserError):
     """The scheduler went away in the middle of a comparison."""
 
     def __init__(self, address: str) -> None:
-        super().__init__(
-            f"The Dask scheduler at {address} does not answer any more. When it is back, go on with --resume."
-        )
+        super().__init__(f"The Dask scheduler at {address} does not answer any more.")

@@ -17,8 +17,11 @@ import pytest
 from distributed import KilledWorker
 from rogues import Bowl
 
+from robolaser.cli import main
+from robolaser.comparison.contest import key
 from robolaser.comparison.engines import DaskCluster, Engine, Task, ThisMachine
 from robolaser.comparison.engines import dask_cluster as cluster_module
+from robolaser.comparison.record import Record
 from robolaser.comparison.run import DONE, FAILED, Run
 from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
 
@@ -290,7 +293,7 @@ def test_a_lost_scheduler_is_said_and_not_waited_for(tmp_path: Path) -> None:
     with DaskCluster(lost.address) as cluster:
         future = cluster.submit(WAITS, cluster.share(PAYLOAD))
         lost.close()
-        with pytest.raises(ClusterLost, match="--resume"):
+        with pytest.raises(ClusterLost, match="does not answer any more"):
             future.result(SOON_S)
 
 
@@ -304,3 +307,27 @@ class _Ends:
         future: Future[Run] = Future()
         future.set_exception(self._error)
         return future
+
+
+def test_the_command_gives_on_a_cluster_what_it_gives_here(running: Cluster, tmp_path: Path) -> None:
+    asked = ["compare", "paper", "--algorithms", "screening,rcga,random", "--seeds", "2", "--budget", "1000"]
+    for name, where in (("here", ["--jobs", "1"]), ("there", ["--scheduler", running.address])):
+        assert main([*asked, "--output", str(tmp_path / name), *where]) == 0
+    here, there = (
+        {key(run): _known(run) for run in Record(tmp_path / name / "runs.jsonl").runs} for name in ("here", "there")
+    )
+    assert len(here) == 6
+    assert here == there
+
+
+def test_a_comparison_without_a_scheduler_ends_with_a_sentence_and_touches_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    began = time.monotonic()
+    assert main(["compare", "paper", "--scheduler", address, "--output", str(tmp_path / "new")]) == 1
+    assert time.monotonic() - began < 10.0
+    assert address in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()

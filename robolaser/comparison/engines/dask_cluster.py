@@ -124,8 +124,8 @@ class DaskCluster(Engine):
             outer.set_result(task.failed(f"{error.allowed_failures + 1} workers died while they had it"))
         elif isinstance(error, CancelledError):
             outer.set_exception(ClusterLost(self.label))
-        else:
-            outer.set_exception(error)
+        else:  # robolaser or the question is broken there
+            outer.set_result(task.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
 
     def _count(self) -> int:
         if time.monotonic() - self._counted > FRESH_S:
