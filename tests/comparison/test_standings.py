@@ -87,7 +87,7 @@ def test_the_faster_stand_before_the_slower_and_all_are_told_apart():
         assert [place.algorithm for place in order.places] == ["fast", "middling", "slow"]
         assert [place.rank for place in order.places] == [1, 2, 3]
         assert all(pair.told and pair.effect == "large" for pair in order.pairs)
-        assert "fast is better than all 2 others" in order.answer
+        assert "fast is better than both others" in order.answer
         assert "middling comes next" in order.answer
 
 

@@ -50,7 +50,9 @@ def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int,
     if not beaten:
         return [*said, *_nothing_told(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)]
     if not rivals:
-        others = beaten[0][0] if len(beaten) == 1 else f"all {len(beaten)} others"
+        others = (
+            beaten[0][0] if len(beaten) == 1 else "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
+        )
         said.append(f"In {measure}, {first} is better than {others}{_reaching(ranked[0])}.")
     else:
         verb = "share" if len(rivals) > 1 else "shares"
@@ -60,6 +62,12 @@ def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int,
         )
     said.append(_by_how_much(measure, ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
     return said
+
+
+def _others(beaten: list[tuple[str, Pair]]) -> str:
+    if len(beaten) == 1:
+        return beaten[0][0]
+    return "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
 
 
 def _reaching(place: Place) -> str:

@@ -28,8 +28,9 @@ READING = (
      " 1 is always (Vargha and Delaney)."),
     ("Told apart", "Were the two the same, differences like these would come up less than once in twenty comparisons"
      " like this, all of its pairs taken together (Mann and Whitney's test, Holm's correction)."),
-    ("Critical difference", "Contestants are ranked in each block of a problem and a seed; mean ranks that differ by"
-     " less than the critical difference may differ by chance (Friedman, Nemenyi; Demšar 2006)."),
+    ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, who reached the target comes before who"
+     " did not: those who did by their price, the others by how close they came."),
+    ("Critical difference", "Mean ranks that differ by less may differ by chance (Friedman, Nemenyi; Demšar 2006)."),
 )  # fmt: skip
 """Each measure in a sentence or two."""
 

@@ -52,6 +52,7 @@ def print_comparison(
         if len(judged) > 1:
             out.print(Text(f"{account.FAMILIES.get(standings.family, standings.family)}:", style="bold"))
         out.print(Text(standings.evaluations.answer))
+        out.print(Text(f"The target is {field.target(standings.tolerance)}.", style="dim"))
         out.print(_standings(field, max(FEWEST_PLACES, MOST_PLACES // len(judged))))
     for name, reason, count, _ in list(rows.failure_rows(comparison))[:MOST_FAILURES]:
         out.print(Text(f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}", style="dim"))
