@@ -86,20 +86,20 @@ _ALL = (
     ),
     Named(
         "ga",
-        "pymoo's genetic algorithm, its defaults",
+        "pymoo's genetic algorithm",
         _ga,
         (_POP_SIZE, _OFFSPRING, switch("eliminate_duplicates")),
         in_parts=True,
     ),
     Named(
         "de",
-        "pymoo's differential evolution, its defaults",
+        "pymoo's differential evolution",
         _stock("de", "DE", pop_size=POPULATION),
         (_POP_SIZE, _OFFSPRING, word("variant", _VARIANTS), number("F"), share("CR"), switch("jitter")),
     ),
     Named(
         "pso",
-        "pymoo's particle swarm, its defaults",
+        "pymoo's particle swarm",
         _stock("pso", "PSO", pop_size=POPULATION),
         (
             _POP_SIZE,
@@ -112,22 +112,22 @@ _ALL = (
             switch("pertube_best"),
         ),
     ),
-    Named("es", "pymoo's evolution strategy, its defaults", _stock("es", "ES"), _ES),
+    Named("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
     Named(
         "isres",
-        "pymoo's improved stochastic ranking strategy, its defaults",
+        "pymoo's improved stochastic ranking strategy",
         _stock("isres", "ISRES"),
         (*_ES, share("alpha")),
     ),
     Named(
         "g3pcx",
-        "pymoo's parent-centric steady-state genetic algorithm, its defaults",
+        "pymoo's parent-centric steady-state genetic algorithm",
         _stock("g3pcx", "G3PCX"),
         (_POP_SIZE, _OFFSPRING, whole("n_parents", 3), whole("family_size")),
     ),
     Named(
         "cmaes",
-        "pymoo's covariance matrix adaptation, its defaults",
+        "pymoo's covariance matrix adaptation",
         _stock("cmaes", "CMAES"),
         (
             number("sigma"),
@@ -139,10 +139,10 @@ _ALL = (
             _SAMPLES,
         ),
     ),
-    Named("nelder-mead", "pymoo's simplex, its defaults", _stock("nelder", "NelderMead"), (_SAMPLES,)),
+    Named("nelder-mead", "pymoo's simplex", _stock("nelder", "NelderMead"), (_SAMPLES,)),
     Named(
         "pattern-search",
-        "pymoo's pattern search, its defaults",
+        "pymoo's pattern search",
         _stock("pattern", "PatternSearch"),
         (share("init_delta"), share("init_rho"), number("step_size"), _SAMPLES),
     ),

@@ -19,7 +19,7 @@ STRATEGIES = tuple(
 
 @final
 class ScipyEvolution(Contestant):
-    """`scipy.optimize.differential_evolution`, whole populations at once, its defaults else.
+    """`scipy.optimize.differential_evolution`, whole populations at once else.
 
     Args:
         name: As asked for.
@@ -36,7 +36,7 @@ class ScipyEvolution(Contestant):
         word("strategy", STRATEGIES),
         switch("polish"),
     )
-    title = "SciPy's differential evolution, its defaults"
+    title = "SciPy's differential evolution"
 
     def __init__(self, name: str = called, **settings: Any) -> None:
         self.name, self._settings = name, settings
