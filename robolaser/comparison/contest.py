@@ -106,7 +106,7 @@ class Contest:
             (question.name, contestant.name): reason
             for question in self.questions
             for contestant in self.contestants
-            if (reason := contestant.refuses(question)) is not None
+            if (reason := _refusal(contestant, question)) is not None
         }
 
     @cached_property
@@ -163,6 +163,13 @@ class Contest:
             best=best,
             found_by=found_by,
         )
+
+
+def _refusal(contestant: Contestant, question: Question) -> str | None:
+    try:
+        return contestant.refuses(question)
+    except Exception as error:  # somebody's own
+        return f"it failed when it was asked whether it has anything to say ({type(error).__name__}: {error})"
 
 
 def _known(question: Question) -> tuple[float, str]:

@@ -46,6 +46,13 @@ class Question:
     model: Model | None = None
     lowest: float | None = None
 
+    def __post_init__(self) -> None:
+        """Keep bounds from being written into: one run's mistake would be another's question."""
+        for name in ("lower", "upper"):
+            bound = np.array(getattr(self, name), np.float64)
+            bound.setflags(write=False)
+            object.__setattr__(self, name, bound)
+
     @property
     def dimension(self) -> int:
         """Variables to be found."""

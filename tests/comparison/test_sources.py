@@ -102,3 +102,9 @@ def test_an_unknown_test_function_is_told_which_are_near(text):
 def test_two_problems_of_one_name_are_refused(tracker):
     with pytest.raises(ProblemTwice, match="both called 'tracked'"):
         sources([str(tracker), "paper", str(tracker) + "/"])
+
+
+@pytest.mark.parametrize("text", ["paper", "pymoo:ackley"])
+def test_nobody_can_move_the_bounds(text, question):
+    with pytest.raises(ValueError, match="read-only"):
+        question[text].lower[0] = -1.0
