@@ -17,6 +17,7 @@ Progress = Callable[[str, float], None]
 
 CHECKPOINT = "search.npz"
 COURSE = "search-history.npz"
+INSTEAD_OF_0 = 2**31 - 1  # pycma takes a seed of 0 for one from the clock
 ON_THE_WAY = 10  # of the best candidates that the search went through
 SECONDS_BETWEEN_CHECKPOINTS = 2.0  # a second run loses no more than that
 
@@ -94,7 +95,7 @@ def search(
         algorithm = load(keeps / CHECKPOINT, problem, termination=termination, fingerprint=fingerprint)
         course.read(keeps / COURSE, algorithm.n_iter - 1)
     else:
-        algorithm.setup(problem, termination=termination, seed=seed, verbose=False)
+        algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()

@@ -10,6 +10,7 @@ from pymoo.optimize import minimize
 from scipy.optimize import least_squares
 
 from robolaser.algorithms import RCGA
+from robolaser.algorithms.names import ALGORITHMS
 from robolaser.box import Box, Residuals
 from robolaser.calibration import Calibration, as_json
 from robolaser.dataset import Dataset, Noise
@@ -133,6 +134,14 @@ def test_the_same_seed_gives_the_same_result_to_the_last_bit(experiment: Simulat
     again = calibrate(experiment.dataset)
     assert np.array_equal(again.x, calibrated.x)
     assert np.array_equal(again.std, calibrated.std, equal_nan=True)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_a_seed_repeats_every_algorithms_search_to_the_last_bit(name: str, seed: int, experiment: Simulated) -> None:
+    plan = Plan(algorithm=name, seed=seed, generations=3, polish=False)
+    first, again = (calibrate(experiment.dataset, plan) for _ in range(2))
+    assert np.array_equal(first.x, again.x)
 
 
 def test_an_effect_in_the_model_brings_the_error_on_unseen_poses_down_to_the_noise(rolled: Simulated) -> None:
