@@ -66,7 +66,8 @@ class SoFar:
     Attributes:
         share: Of the rounds that it may take.
         evaluations: Candidates evaluated.
-        x: The best of them, (d,), by the J of the rows that are searched on.
+        x: The best of the round's candidates, then of all that have gone downhill, (d,), by the J of the rows that are
+            searched on.
     """
 
     share: float
@@ -83,7 +84,7 @@ def optimum(
         model: Any; many rows are searched on thinned, see `Dataset.thinned`.
         seed: Makes the candidates.
         starts: Candidates that go downhill before any are screened, (k, d); the nominal values by default.
-        progress: Is told after their descents, if there are any, and after each round.
+        progress: Is told after their descents, if there are any, and twice in each round.
     """
     rng = np.random.default_rng(seed)
     thin = thinned(model)
@@ -95,6 +96,7 @@ def optimum(
         progress(SoFar(0.0, evaluations, ends[int(np.argmin(costs))]))
     for turn in range(MOST_ROUNDS):
         x = _screened(reduction, rng)
+        progress(SoFar(turn / MOST_ROUNDS, evaluations + CANDIDATES, x[0]))
         more_ends, more_costs, evaluated = _descended(thin, x)
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
         evaluations += evaluated + CANDIDATES

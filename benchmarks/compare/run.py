@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from robolaser import Contest, compare
+from robolaser.comparison.engines import DaskCluster, Engine, ThisMachine
 from robolaser.comparison.record import Record
 
 ROOT = Path(__file__).parents[2]
@@ -62,6 +64,12 @@ def cluster() -> Iterator[str]:
             process.wait()
 
 
+def between_runs(engine: Engine, runs: int = 1000) -> float:
+    """Time that a worker loses from one run to the next [s]: runs of ten evaluations, start of the workers included."""
+    effort = compare(Contest.of(["pymoo:sphere-2"], ["random"], seeds=runs, budget=10), engine).effort
+    return (effort.capacity_s - effort.busy_s) / runs
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--seeds", type=int, default=3, help="of the comparison on one worker, two and Dask")
@@ -71,6 +79,8 @@ def main() -> None:
 
     took = {}
     with cluster() as address:
+        for name, engine in (("one", ThisMachine(1)), ("two", ThisMachine(2)), ("dask", DaskCluster(address))):
+            print(f"between two runs, {name}: {1e3 * between_runs(engine):.1f} ms", flush=True)
         for name, more in (("one", ["--jobs", "1"]), ("two", ["--jobs", "2"]), ("dask", ["--scheduler", address])):
             seconds, said = compared(name, *more, seeds=args.seeds)
             took[name] = said["seconds"]

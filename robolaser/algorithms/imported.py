@@ -31,7 +31,7 @@ def imported(request: Request) -> Any:
         raise NotImportable(request.text, request.name, error) from error
     for name in str(request.attribute).split("."):
         if not hasattr(found, name):
-            known = [known for known in vars(found) if not known.startswith("_")]
+            known = [known for known in dir(found) if not known.startswith("_")]
             raise AttributeLacking(request.text, request.name, str(request.attribute), known)
         found = getattr(found, name)
     return found

@@ -37,15 +37,15 @@ class Command(ABC):
 
 def count(text: str) -> int:
     """A whole number from 1, as typed."""
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{number}, expected a whole number from 1")
-    return number
+    return _whole(text, least=1)
 
 
 def positive(text: str) -> float:
     """A number above zero, as typed."""
-    number = float(text)
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
     if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"{text}, expected a number above 0")
     return number
@@ -53,10 +53,13 @@ def positive(text: str) -> float:
 
 def seed(text: str) -> int:
     """A seed, as typed."""
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError(f"{number}, expected a whole number from 0")
-    return number
+    return _whole(text, least=0)
+
+
+def _whole(text: str, *, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from {least}")
+    return int(text)
 
 
 def make_folder(folder: Path) -> None:

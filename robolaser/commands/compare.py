@@ -3,6 +3,7 @@
 import argparse
 import shlex
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -40,7 +41,7 @@ class Compare(Command):
             "--algorithms",
             metavar="A,B",
             help="names, see `list algorithms`, with settings as in rcga:b=2:n_elites=0, or package.module:attribute;"
-            " default: one of each kind",
+            " default: all by their plain names",
         )
         parser.add_argument("--seeds", metavar="N", type=count, default=SEEDS, help=f"default: {SEEDS}, from --seed on")
         parser.add_argument(
@@ -82,15 +83,16 @@ class Compare(Command):
             if not args.resume:
                 (out / RECORD).unlink(missing_ok=True)
             record = Record(out / RECORD)
-            record.begin(contest, engine=engine.label, workers=engine.workers)
             try:
+                record.begin(contest, engine=engine.label, workers=engine.workers)
                 _hold(contest, engine, record)
             except (KeyboardInterrupt, ClusterLost) as stopped:
                 engine.close()
-                _conclude(contest, record, args)
+                with suppress(KeyboardInterrupt):  # who cannot wait for the report has the record
+                    _conclude(contest, record, args)
                 why = str(stopped) if isinstance(stopped, ClusterLost) else "Stopped"
                 made = len(contest.own(record.runs))
-                raise ComparisonInterrupted(why, out, made=made, wanted=len(contest.tasks)) from None
+                raise ComparisonInterrupted(why, out / RECORD, made=made, wanted=len(contest.tasks)) from None
         _conclude(contest, record, args)
 
 
@@ -162,10 +164,17 @@ def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) ->
 
 def _again(args: argparse.Namespace) -> str:
     """What to type to repeat it."""
-    words = ["robolaser", "compare", *args.datasets, "--output", args.output.name]
+    words = ["robolaser", "compare", *args.datasets, "--output", str(args.output)]
     if args.algorithms is not None:
         words += ["--algorithms", args.algorithms]
-    words += ["--seeds", str(args.seeds), "--budget", str(args.budget), "--time-limit", f"{args.time_limit:g}"]
-    if args.seed != 1:
-        words += ["--seed", str(args.seed)]
-    return shlex.join(words)
+    words += ["--seeds", str(args.seeds), "--budget", str(args.budget)]
+    for option, value, usual in (
+        ("--time-limit", args.time_limit, TIME_LIMIT_S),
+        ("--memory-limit", args.memory_limit, MEMORY_LIMIT_B / GB),
+        ("--jobs", args.jobs, None),
+        ("--scheduler", args.scheduler, None),
+        ("--seed", args.seed, 1),
+    ):
+        if value != usual:
+            words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
+    return shlex.join([*words, "--iohprofiler"] if args.iohprofiler else words)

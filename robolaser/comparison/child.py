@@ -21,7 +21,7 @@ try:
 except ImportError:  # pragma: no cover - Windows
     resource = None  # type: ignore[assignment]
 
-NEEDED, BEGUN = "the question is needed", "the clock runs"
+NEEDED, READY, BEGUN = "the question is needed", "the question is there", "the clock runs"
 """What a child says before it answers."""
 IDLE_S = 600.0
 """A child of which nothing was wanted for so long goes."""
@@ -45,6 +45,7 @@ class Runner:
         try:
             question = self._question(digest)
             contestant = find(task.algorithm)
+            self._parent.send(READY)
             used = _address_space()
             with _limited(used + task.memory_limit_b):
                 if warm_up and (digest, task.algorithm) not in self._warm:

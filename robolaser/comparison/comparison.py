@@ -21,7 +21,7 @@ class Contested:
         unit: Of the cost.
         scale: What tolerances of targets are measured in: the lowest cost itself, unless it is next to nothing.
         best: The lowest cost known.
-        found_by: Who found it: a contestant's name, "theory", or "beforehand".
+        found_by: Who found it: a contestant's name, "theory", or "robolaser's own search".
     """
 
     name: str
@@ -118,4 +118,5 @@ class Comparison:
             best=[problem.best for problem in problems],
             scale=[problem.scale for problem in problems],
             budget=self.budget,
+            time_limit_s=self.time_limit_s,
         )

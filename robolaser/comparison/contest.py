@@ -15,13 +15,14 @@ from robolaser.comparison.question import Question
 from robolaser.comparison.run import Run
 from robolaser.comparison.sources import Source, sources
 from robolaser.comparison.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
+from robolaser.errors import OperatorSetting
 from robolaser.optimum import optimum
 
-BEFOREHAND = "robolaser, beforehand"
+OUR_OWN = "robolaser's own search"
 """Who found a lowest cost that no contestant came below."""
 THEORY = "theory"
-SEEDS_BEFOREHAND = (1, 2, 3)
-"""Of our own search for the lowest cost, before anybody starts."""
+OUR_SEEDS = (1, 2, 3)
+"""Of our own search for the lowest cost, outside the contest."""
 LOWER = 1e-9
 """A lowest cost counts as found by another only if it is lower by more than this share."""
 PROBES, PROBE_SEED, PROBE_DIGITS = 8, 1, 9
@@ -83,8 +84,20 @@ class Contest:
 
         Raises:
             WrongUsage: There is no such problem or algorithm, or it has no such setting.
+            OperatorSetting: Nothing of something is asked for.
             RobolaserError: A data set is not right.
         """
+        for what, value in (
+            ("problems", len(problems)),
+            ("algorithms", len(algorithms)),
+            ("seeds", seeds),
+            ("first_seed", first_seed),
+            ("budget", budget),
+            ("time_limit_s", time_limit_s),
+            ("memory_limit_b", memory_limit_b),
+        ):
+            if not value > 0:
+                raise OperatorSetting("Contest", what, value, "more than 0")
         return cls(
             sources(problems),
             tuple(find(name) for name in dict.fromkeys(algorithms)),
@@ -145,11 +158,11 @@ class Contest:
         )
 
     @cached_property
-    def _beforehand(self) -> Mapping[str, tuple[float, str]]:
-        return {question.name: _known(question) for question in self.questions}
+    def _known(self) -> Mapping[str, tuple[float, str]]:
+        return {question.name: _best_known(question) for question in self.questions}
 
     def _contested(self, question: Question, runs: tuple[Run, ...]) -> Contested:
-        best, found_by = self._beforehand[question.name]
+        best, found_by = self._known[question.name]
         for run in runs:
             if run.problem == question.name and run.course.final < best - LOWER * abs(best):
                 best, found_by = run.course.final, run.algorithm
@@ -172,13 +185,13 @@ def _refusal(contestant: Contestant, question: Question) -> str | None:
         return f"it failed when it was asked whether it has anything to say ({type(error).__name__}: {error})"
 
 
-def _known(question: Question) -> tuple[float, str]:
-    """The lowest cost that is known before anybody starts, and whence."""
+def _best_known(question: Question) -> tuple[float, str]:
+    """The lowest cost that is known without the contest, and whence."""
     if question.lowest is not None:
         return question.lowest, THEORY
     if question.model is None:
         return np.inf, ""
-    return min(optimum(question.model, seed=seed).cost for seed in SEEDS_BEFOREHAND), BEFOREHAND
+    return min(optimum(question.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
 def _fingerprint(question: Question) -> str:

@@ -14,14 +14,16 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import final
 
-from robolaser.comparison.child import BEGUN, NEEDED
+from robolaser.comparison.child import BEGUN, NEEDED, READY
 from robolaser.comparison.run import Run
 from robolaser.comparison.task import Task
 
 GRACE_S = 5.0
 """A run that is out of time is told so at its next evaluation; one that has not come back by then is killed."""
 PATIENCE_S = 120.0
-"""For imports, the question, compiling and the uncounted run, on a machine that has much else to do."""
+"""For imports and the question, on a machine that has much else to do."""
+COMPILING_S = 60.0
+"""More than a run may take, the uncounted first one may: loops are compiled in it that no process has compiled yet."""
 ATTEMPTS = 2
 """A child that was killed from outside is no fault of the run's; one that dies again is."""
 _LONGEST_S = 1e6  # that the system can be asked to wait for
@@ -66,6 +68,7 @@ class Child:
 
     Attributes:
         began: When the clock of the present run began, `time.monotonic`; None before.
+        heard: Whether it has said a word on the present run.
     """
 
     def __init__(self) -> None:
@@ -85,6 +88,7 @@ class Child:
         self._talk, self._life = Connection(talk.detach()), Connection(life, readable=False)
         os.close(its_life)
         self.began: float | None = None
+        self.heard = False
 
     @property
     def alive(self) -> bool:
@@ -100,13 +104,16 @@ class Child:
             Hung: It did not come back.
             EOFError, OSError: It died.
         """
-        self.began = None
+        self.began, self.heard = None, False
         self._talk.send((task, digest, origin.paths, warm_up))
         allowed_s = PATIENCE_S
         while self._talk.poll(min(allowed_s, _LONGEST_S)):
             said = self._talk.recv()
+            self.heard = True
             if said == NEEDED:
                 self._talk.send_bytes(payload())
+            elif said == READY:
+                allowed_s = task.time_limit_s + GRACE_S + COMPILING_S
             elif said == BEGUN:
                 self.began = time.monotonic()
                 allowed_s = task.time_limit_s + GRACE_S
@@ -157,9 +164,11 @@ def guarded(task: Task, digest: str, payload: Callable[[], bytes], origin: Origi
     mine = origin.name, threading.get_ident()
     pair = digest, task.algorithm
     reason, seconds = "stopped", 0.0
-    for _ in range(ATTEMPTS):
+    left = ATTEMPTS
+    while left:
         child = _children.get(mine)
-        if child is None or not child.alive:
+        kept = child is not None and child.alive
+        if child is None or not kept:
             _forget(mine)
             child = _children[mine] = Child()
         if origin.name in _ended:
@@ -178,6 +187,7 @@ def guarded(task: Task, digest: str, payload: Callable[[], bytes], origin: Origi
         except (EOFError, OSError):
             reason, seconds = child.kill(), time.monotonic() - (child.began or sent)
             _children.pop(mine, None)
+            left -= not kept or child.heard  # it may have died of the last run, or between the two
             continue
         if not fit:
             _forget(mine)

@@ -7,6 +7,7 @@ and how long the session had lasted by then. A last line that a power cut left u
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, final
 
@@ -19,6 +20,8 @@ from robolaser.comparison.run import FAILED, Run
 from robolaser.errors import ComparisonForeign, FileUnreadable, FileUnwritable, RecordUnreadable
 
 FORMAT = "robolaser-runs/1"
+PACKAGES = ("robolaser", "numpy", "numba", "scipy", "pymoo", "cma")
+"""Another version of one of these may search otherwise: its runs do not compare."""
 
 
 @final
@@ -89,6 +92,7 @@ class Record:
             "budget": contest.budget,
             "time_limit_s": contest.time_limit_s,
             "problems": self._terms.get("problems", {}) | dict(contest.fingerprints),
+            "versions": _versions(),
         }
         self._sessions.append(_Session(engine, workers))
         self._append({"terms": self._terms})
@@ -114,6 +118,9 @@ class Record:
         for name, fingerprint in contest.fingerprints.items():
             if known.get(name, fingerprint) != fingerprint:
                 raise ComparisonForeign(self._path, f"the problem {name}", "another one", "this one")
+        for package, here in _versions().items():
+            if self._terms.get("versions", {}).get(package, here) != here:
+                raise ComparisonForeign(self._path, package, self._terms["versions"][package], here)
         for what in ("budget", "time_limit_s"):
             here = getattr(contest, what)
             if self._terms.get(what, here) != here:
@@ -136,14 +143,15 @@ class Record:
             data = self._path.read_bytes()
         except OSError as error:
             raise FileUnreadable(self._path, error.strerror or str(error)) from None
-        for number, line in enumerate(data.splitlines(keepends=True), start=1):
-            if not line.endswith(b"\n"):
-                return
+        *lines, _ = data.split(b"\n")  # what comes after the last end of a line was cut off
+        for number, line in enumerate(lines, start=1):
             try:
                 self._understand(json.loads(line))
-            except (ValueError, KeyError, TypeError, IndexError) as error:
-                raise RecordUnreadable(self._path, number, error) from None
-            self._size += len(line)
+            except (ValueError, KeyError, TypeError) as error:
+                raise RecordUnreadable(self._path, number, f"{type(error).__name__}: {error}") from None
+            self._size += len(line) + 1
+        if data and not self._terms:
+            raise RecordUnreadable(self._path, 1, "it does not begin with the terms of a comparison")
 
     def _understand(self, line: dict[str, Any]) -> None:
         if "terms" in line:
@@ -152,8 +160,15 @@ class Record:
             self._terms = line["terms"]
         elif "session" in line:
             self._sessions.append(_Session(**line["session"]))
+        elif not (self._terms and self._sessions):
+            raise ValueError("a run before the terms and the session that it belongs to")
         else:
             self._take(_from_json(line["run"]), float(line["after_s"]))
+
+
+def _versions() -> dict[str, str]:
+    """Of what makes the runs."""
+    return {package: version(package) for package in PACKAGES}
 
 
 def _as_json(run: Run) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from robolaser.comparison.contestants.contestant import Contestant
 from robolaser.comparison.course import Course
 from robolaser.comparison.question import Question
 from robolaser.comparison.watch import Over, Watch
+from robolaser.errors import RobolaserError
 
 DONE, FAILED = "done", "failed"
 WARM_UP = 300
@@ -55,6 +56,10 @@ def run(question: Question, contestant: Contestant, *, seed: int, budget: int, t
         pass
     except MemoryError:
         reason = "it wanted more memory than it may have"
+    except SystemExit as stopped:
+        reason = f"it called sys.exit({stopped.code!r})"
+    except RobolaserError as error:
+        reason = str(error)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}".strip().removesuffix(":")
     if watch.out_of_time:

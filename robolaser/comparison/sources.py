@@ -11,7 +11,14 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.comparison.question import CALIBRATION, TEST_FUNCTION, Question
 from robolaser.dataset import Dataset
-from robolaser.errors import NothingToSearch, ProblemTwice, ProblemUnknown, TestFunctionUnknown
+from robolaser.errors import (
+    DimensionSenseless,
+    NoClosedForm,
+    NothingToSearch,
+    ProblemTwice,
+    ProblemUnknown,
+    TestFunctionUnknown,
+)
 from robolaser.folder import load
 from robolaser.reduction import Reduction
 from robolaser.scanner import Model
@@ -134,13 +141,16 @@ def source(text: str) -> Source:
 
     Raises:
         ProblemUnknown: It stands for nothing.
-        TestFunctionUnknown: pymoo has none of that name that could be taken.
+        TestFunctionUnknown, DimensionSenseless: pymoo has none of that name, or not with so many variables.
+        NoClosedForm: Reduced, and a test function.
         NothingToSearch: Reduced, and every parameter follows from the data in closed form.
         RobolaserError: The data set is not right.
     """
     if text.startswith(PYMOO):
         return _test_function(text)
     whole = text.removeprefix(REDUCED)
+    if whole.startswith(PYMOO):
+        raise NoClosedForm(text)
     if not text.startswith(REDUCED):
         return Calibration(*_dataset(whole))
     name, dataset = _dataset(whole)
@@ -150,14 +160,14 @@ def source(text: str) -> Source:
 
 
 def sources(texts: Sequence[str]) -> tuple[Source, ...]:
-    """What problems' texts stand for.
+    """What problems' texts stand for; one that is named twice is asked once.
 
     Raises:
         ProblemTwice: Two of them have the same name.
         RobolaserError: As `source` does.
     """
     found: dict[str, tuple[str, Source]] = {}
-    for text in texts:
+    for text in dict.fromkeys(texts):
         one = source(text)
         if one.name in found:
             raise ProblemTwice(one.name, found[one.name][0], text)
@@ -180,10 +190,12 @@ def _dataset(text: str) -> tuple[str, Dataset]:
 
 
 def _test_function(text: str) -> TestFunction:
-    function, _, typed = text.removeprefix(PYMOO).partition("-")
-    if function not in TEST_FUNCTIONS or not (typed == "" or (typed.isdigit() and int(typed) > 1)):
-        raise TestFunctionUnknown(text, [PYMOO + name for name in TEST_FUNCTIONS])
-    dimension = int(typed) if typed else DIMENSION
+    function, dash, typed = text.removeprefix(PYMOO).partition("-")
+    if function not in TEST_FUNCTIONS:
+        raise TestFunctionUnknown(PYMOO + function, [PYMOO + name for name in TEST_FUNCTIONS])
+    if dash and not (typed.isdecimal() and int(typed) > 1):
+        raise DimensionSenseless(text, typed)
+    dimension = int(typed) if dash else DIMENSION
     return TestFunction(f"{PYMOO}{function}-{dimension}", function, dimension)
 
 

@@ -33,7 +33,8 @@ class Tally:
         evaluations: To each target, infinite where it was not reached, (p, a, s, t).
         seconds: The same in wall time [s].
         spent_evaluations: By the whole run, (p, a, s); a failed one counts as if it had spent the budget.
-        spent_s: The same in wall time [s].
+        spent_s: The same in wall time [s]; a failed one counts as long as the contestant's longest on the problem that
+            did not fail, or as the time limit if there is none.
         final: Lowest cost over the best known, less one in units of the problem's scale: its tolerance, (p, a, s).
         failed: Runs that failed, (p, a, s).
     """
@@ -60,6 +61,7 @@ class Tally:
         best: Sequence[float],
         scale: Sequence[float],
         budget: int,
+        time_limit_s: float,
     ) -> "Tally":
         """Count.
 
@@ -71,6 +73,7 @@ class Tally:
             best: The lowest cost known of each problem, p.
             scale: What tolerances are measured in, in each problem, p.
             budget: Evaluations that a run might spend.
+            time_limit_s: Wall time that a run might take [s].
         """
         shape = (len(problems), len(algorithms), len(seeds))
         per_target = (*shape, len(TOLERANCES))
@@ -91,6 +94,8 @@ class Tally:
             spent_s[at] = run.seconds
             found = run.course.final
             final[at] = (found - lowest) / unit if np.isfinite(found) else np.inf
+        longest = np.where(failed | np.isnan(spent_s), 0.0, spent_s).max(axis=2, keepdims=True, initial=0.0)
+        spent_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), spent_s)
         return cls(
             tuple(problems),
             tuple(algorithms),

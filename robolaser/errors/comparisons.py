@@ -40,9 +40,22 @@ class TestFunctionUnknown(WrongUsage):
 
     def __init__(self, text: str, known: Iterable[str]) -> None:
         super().__init__(
-            f"No test function '{text}'.{near(text.partition('-')[0], known)}"
-            " A number of variables from 2 may follow: pymoo:rastrigin-14."
+            f"No test function '{text}'.{near(text, known)} A number of variables may follow: pymoo:rastrigin-14."
         )
+
+
+class DimensionSenseless(WrongUsage):
+    """A test function was asked for with a senseless number of variables."""
+
+    def __init__(self, text: str, dimension: str) -> None:
+        super().__init__(f"{text}: '{dimension}' variables, expected a whole number from 2: pymoo:rastrigin-14.")
+
+
+class NoClosedForm(WrongUsage):
+    """The reduction of a test function was asked for."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(f"{text}: test functions have no closed form, only calibrations have. Leave out `reduced:`.")
 
 
 class ProblemTwice(WrongUsage):
@@ -78,10 +91,11 @@ class ComparisonForeign(RobolaserError):
 class RecordUnreadable(RobolaserError):
     """A file that is no record of runs, or a damaged one."""
 
-    def __init__(self, path: Path, line: int, error: Exception) -> None:
+    def __init__(self, path: Path, line: int, reason: str) -> None:
         super().__init__(
-            f"{path}, line {line}, is no record of a run ({type(error).__name__}: {error})."
-            " Delete that line to go on without it, or begin anew with --force."
+            f"{path}, line {line}, is no record of a comparison ({reason})."
+            " Take another folder, begin anew with --force, or"
+            " delete that line to go on without it."
         )
 
 
@@ -98,10 +112,9 @@ class ComparisonThere(RobolaserError):
 class ComparisonInterrupted(RobolaserError):
     """A comparison that came to an end in the middle."""
 
-    def __init__(self, why: str, folder: Path, *, made: int, wanted: int) -> None:
+    def __init__(self, why: str, record: Path, *, made: int, wanted: int) -> None:
         super().__init__(
-            f"{why.rstrip('.')}, after {made} of {wanted} runs. report.html in {folder} shows them;"
-            " go on with --resume."
+            f"{why.rstrip('.')}, after {made} of {wanted} runs. They are in {record}: go on with --resume."
         )
 
 

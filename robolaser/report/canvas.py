@@ -81,7 +81,9 @@ class Picture:
     caption: str
 
 
-def picture(title: str, caption: str, alt: str, paint: Callable[[Figure], None]) -> Picture:
+def picture(
+    title: str, caption: str, alt: str, paint: Callable[[Figure], None], *, height_pt: float = HEIGHT_PT
+) -> Picture:
     """Draw.
 
     Args:
@@ -89,25 +91,26 @@ def picture(title: str, caption: str, alt: str, paint: Callable[[Figure], None])
         caption: What to look for.
         alt: What a person sees who cannot see it.
         paint: Draws on an empty figure.
+        height_pt: Of the picture.
     """
     with matplotlib.rc_context(cast(Any, _LOOK)), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # the reader's browser has its own fonts
-        figure = Figure(figsize=(WIDTH_PT / 72, HEIGHT_PT / 72), layout="constrained")
+        figure = Figure(figsize=(WIDTH_PT / 72, height_pt / 72), layout="constrained")
         paint(figure)
         text = io.StringIO()
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    return Picture(title, _inline(text.getvalue(), title, alt), caption)
+    return Picture(title, _inline(text.getvalue(), title, alt, height_pt), caption)
 
 
-def _inline(svg: str, title: str, alt: str) -> Markup:
+def _inline(svg: str, title: str, alt: str, height_pt: float) -> Markup:
     """The bare element, its ids unlike those of other pictures, its colours the page's."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     prefix = re.sub(r"\W+", "-", title.lower())
-    body = re.sub(r'(\bid="|"#|url\(#)', rf"\1{prefix}-", body)
+    body = re.sub(r'(\bid="|"#|url\(#)', rf"\g<1>{prefix}-", body)
     for colour, variable in _VARIABLES.items():
         body = body.replace(colour, f"var({variable})")
-    head = f'<svg role="img" aria-label="{escape(alt)}" viewBox="0 0 {WIDTH_PT} {HEIGHT_PT}">'
+    head = f'<svg role="img" aria-label="{escape(alt)}" viewBox="0 0 {WIDTH_PT} {height_pt:g}">'
     return Markup(head + body[body.index(">") + 1 :])
 
 

@@ -281,10 +281,22 @@ class Counting(Contestant):
 
     def search(self, watch, seed):
         self.searched += 1
-        watch.cost(np.full((self.searched, watch.question.dimension), np.nan_to_num(watch.question.lower)))
+        question = watch.question
+        watch.cost((question.lower + (question.upper - question.lower) / (1 + self.searched))[None])
 
 
 counting = Counting()
+
+
+def returning(watch, seed):
+    """Tries one candidate."""
+    watch.cost(watch.question.anywhere(np.random.default_rng(seed)))
+
+
+def leaving(watch, seed):
+    """Tries one candidate and leaves."""
+    watch.cost(watch.question.anywhere(np.random.default_rng(seed)))
+    raise SystemExit(3)
 
 
 def failing():
@@ -334,8 +346,24 @@ def test_ones_own_takes_part_from_the_current_directory(attribute: str, title: s
 def test_no_run_knows_of_another(attribute: str) -> None:
     contestant = find(f"written_by_me:{attribute}")
     runs = [run(Sphere().question(), contestant, seed=1, budget=300, time_limit_s=60.0) for _ in range(2)]
-    assert [made.evaluations for made in runs] == [1, 1]
+    assert runs[0].course.costs.tolist() == runs[1].course.costs.tolist()
+    assert len(runs[0].course.costs) == 1
     assert contestant.title == "Counts"
+
+
+@pytest.mark.usefixtures("here")
+def test_ones_own_begins_anew_with_another_seed_whenever_it_returns() -> None:
+    made = ran("written_by_me:returning", Sphere().question(), budget=50)
+    assert (made.state, made.evaluations) == (DONE, 50)
+    assert len(made.course.costs) > 1
+
+
+@pytest.mark.usefixtures("here")
+def test_who_leaves_has_failed_and_keeps_what_it_found() -> None:
+    made = ran("written_by_me:leaving", Sphere().question(), budget=50)
+    assert (made.state, made.reason) == (FAILED, "it called sys.exit(3)")
+    assert made.evaluations == 1
+    assert np.isfinite(made.course.final)
 
 
 @pytest.mark.usefixtures("here")
@@ -369,12 +397,14 @@ def test_who_never_asks_is_stopped() -> None:
         ("ga:survival=elitist:pop_size=8", SettingsRefused, "fewer than pop_size"),
         ("ga:", RequestUnreadable, "NAME"),
         ("", RequestUnreadable, "NAME"),
+        ("rcga:b", RequestUnreadable, "'b' is no setting"),
         ("ga:b=", RequestUnreadable, "'b=' is no setting"),
         ("ga:pop_size=2:x", RequestUnreadable, "'x' is no setting"),
         ("ga:b=1:b=2", RequestUnreadable, "twice"),
         ("nowhere.at.all:GA", NotImportable, "current directory"),
         ("broken_by_me:GA", NotImportable, "bye"),
         ("written_by_me:made_up", AttributeLacking, "Did you mean 'made'?"),
+        ("written_by_me:number.of", AttributeLacking, "real"),
         ("written_by_me:number", NotAnAlgorithm, "search(watch, seed)"),
         ("builtins:dict", NotAnAlgorithm, "{} and cannot search"),
         ("written_by_me:failing", SettingsRefused, "RuntimeError: no"),

@@ -119,10 +119,10 @@ def test_a_question_whose_lowest_cost_theory_knows_is_measured_from_there(contes
     assert {problem.best for problem in comparison.problems} == {0.0}
 
 
-def test_the_best_known_calibration_is_the_lowest_of_a_search_beforehand_and_all_runs():
+def test_the_best_known_calibration_is_the_lowest_of_our_own_search_and_all_runs():
     contest = Contest.of(["paper"], ["random"], seeds=4, budget=100)
     (before,) = contest.so_far((), compare(contest, Recorded()).effort).problems
     (after,) = compare(contest, Recorded()).problems  # made-up runs come below what is possible
-    assert before.found_by == "robolaser, beforehand"
+    assert before.found_by == "robolaser's own search"
     assert after.found_by == "random"
     assert after.best < before.best

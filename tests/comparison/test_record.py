@@ -64,6 +64,22 @@ def test_a_file_that_is_no_record_is_refused_with_its_line(record, path):
         Record(path)
 
 
+@pytest.mark.parametrize(
+    "text", ["my notes\n", "my notes", '{"run": {}}\n', '{"session": {"engine": "", "workers": 1}}\n', "\x00\r\n"]
+)
+def test_somebody_elses_file_is_refused_and_left_alone(text, path):
+    path.write_bytes(text.encode())
+    with pytest.raises(RecordUnreadable):
+        Record(path)
+    assert path.read_bytes() == text.encode()
+
+
+def test_runs_by_another_version_do_not_compare(record, path, monkeypatch):
+    monkeypatch.setattr("robolaser.comparison.record.version", lambda package: "99")
+    with pytest.raises(ComparisonForeign, match="robolaser is"):
+        Record(path).begin(contest(), engine="this machine", workers=2)
+
+
 def test_a_later_format_is_refused(record, path):
     path.write_text(path.read_text().replace("robolaser-runs/1", "robolaser-runs/9"))
     with pytest.raises(RecordUnreadable, match="robolaser-runs/9"):

@@ -7,7 +7,14 @@ import pytest
 
 from robolaser.comparison.question import CALIBRATION, TEST_FUNCTION
 from robolaser.comparison.sources import TEST_FUNCTIONS, source, sources
-from robolaser.errors import NothingToSearch, ProblemTwice, ProblemUnknown, TestFunctionUnknown
+from robolaser.errors import (
+    DimensionSenseless,
+    NoClosedForm,
+    NothingToSearch,
+    ProblemTwice,
+    ProblemUnknown,
+    TestFunctionUnknown,
+)
 from robolaser.robots import find_robot
 from robolaser.saving import save
 from robolaser.simulate import simulate
@@ -93,7 +100,22 @@ def test_a_problem_that_is_nowhere_is_told_what_there_is():
         source("scorbot-floor")
 
 
-@pytest.mark.parametrize("text", ["pymoo:rastrigen", "pymoo:ackley-1", "pymoo:ackley-many", "pymoo:"])
+@pytest.mark.parametrize("text", ["pymoo:ackley-1", "pymoo:ackley-many", "pymoo:ackley-"])
+def test_a_senseless_number_of_variables_is_told_what_was_expected(text):
+    with pytest.raises(DimensionSenseless, match="a whole number from 2"):
+        source(text)
+
+
+def test_a_test_function_has_no_reduction():
+    with pytest.raises(NoClosedForm, match="Leave out `reduced:`"):
+        source("reduced:pymoo:sphere")
+
+
+def test_a_problem_that_is_named_twice_is_asked_once():
+    assert len(sources(["pymoo:sphere", "pymoo:sphere"])) == 1
+
+
+@pytest.mark.parametrize("text", ["pymoo:rastrigen", "pymoo:"])
 def test_an_unknown_test_function_is_told_which_are_near(text):
     with pytest.raises(TestFunctionUnknown, match="pymoo:ackley"):
         source(text)

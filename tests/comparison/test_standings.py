@@ -135,6 +135,24 @@ def test_where_nobody_reached_the_target_those_who_came_closer_stand_first():
     assert "Nobody reached the target" in found.evaluations.answer
 
 
+def test_who_alone_reached_the_target_is_named_even_if_it_does_not_stand_first():
+    steady, lucky = (np.full((1, 1, 12, len(TOLERANCES)), np.inf) for _ in range(2))
+    steady[..., :8] = 100.0  # far from the target, in every run
+    lucky[0, 0, 0] = 50.0  # there at once in one run, nowhere in the others
+    found = _judged(_of(np.concatenate([steady, lucky], axis=1), ("steady", "lucky")))
+    assert found.evaluations.places[0].algorithm == "steady"
+    assert "Only lucky reached the target" in found.evaluations.answer
+
+
+def test_who_shares_the_first_place_is_named():
+    tally = _tally({"one": 1.0, "other": 1.0}, seeds=6)
+    tally.evaluations[:, 1] = tally.evaluations[:, 0]
+    tally.final[:, 1] = tally.final[:, 0]
+    found = _judged(tally)
+    assert [place.rank for place in found.evaluations.places] == [1, 1]
+    assert "one, which shares the first place with other" in found.evaluations.answer
+
+
 def test_who_never_reached_the_target_has_no_price():
     found = _judged(_tally({"fast": 1.0, "hopeless": np.inf}))
     last = found.by_problem[0].evaluations.places[1]

@@ -166,23 +166,15 @@ def _course(*improvements):
     return Course(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
 
 
-def test_the_course_by_seconds_is_that_by_evaluations_where_each_takes_a_second():
-    course = _course((1, 1.0, 9.0), (4, 4.0, 2.0), (7, 7.0, 1.0))
-    at = np.array([0, 1, 3, 4, 9])
-    assert (anytime.after_seconds(course, at) == course.after(at)).all()
-    assert (anytime.after_seconds(_course(), at) == np.inf).all()
-
-
 def test_bands_never_rise_and_the_better_runs_are_below_the_worse():
     rng = np.random.default_rng(8)
     courses = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
     at = np.arange(0, 30)
-    for costs in (anytime.after_evaluations(courses, at), anytime.after_time(courses, at * 0.1)):
-        low, middle, high = anytime.bands(costs, best=0.5, scale=0.5)
-        assert (low <= middle).all()
-        assert (middle <= high).all()
-        assert (middle[1:] <= middle[:-1]).all()
-        assert middle[0] == np.inf
+    low, middle, high = anytime.bands(anytime.after_evaluations(courses, at), best=0.5, scale=0.5)
+    assert (low <= middle).all()
+    assert (middle <= high).all()
+    assert (middle[1:] <= middle[:-1]).all()
+    assert middle[0] == np.inf
     assert np.isnan(anytime.bands(anytime.after_evaluations([], at), 0.0, 1.0)).all()
 
 

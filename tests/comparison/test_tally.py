@@ -42,6 +42,14 @@ def test_a_failed_run_counts_as_if_it_had_spent_the_budget(comparison):
     assert tally.spent_evaluations[tally.failed] == BUDGET
 
 
+def test_breaking_soon_saves_no_time(comparison):
+    longest, broke = replace(made_up_run("de", 1), seconds=3.0), made_up_run("de", 2, reason="gave up")
+    broke = replace(broke, seconds=0.01)
+    for runs, counted_s in (((longest, broke), 3.0), ((broke,), comparison.time_limit_s)):
+        tally = replace(comparison, runs=runs).tally("calibration")
+        assert tally.spent_s[tally.failed] == counted_s
+
+
 def test_a_run_that_found_nothing_ends_infinitely_far_off_even_where_nobody_found_anything(comparison):
     run = made_up_run("de", 1)
     nothing = replace(run, course=type(run.course)(np.array([], int), np.array([]), np.array([])))

@@ -14,7 +14,7 @@ from robolaser.comparison.contestants.pymoo_algorithm import PymooAlgorithm
 from robolaser.comparison.contestants.random_search import RandomSearch
 from robolaser.comparison.contestants.scipy_evolution import ScipyEvolution
 from robolaser.comparison.contestants.screening import Screening
-from robolaser.errors import AlgorithmUnknown
+from robolaser.errors import AlgorithmUnknown, RequestUnreadable
 
 _OURS: Mapping[str, type[Screening | Pycma | LeastSquares | ScipyEvolution | RandomSearch]] = {
     kind.called: kind for kind in (Screening, Pycma, LeastSquares, ScipyEvolution, RandomSearch)
@@ -39,6 +39,8 @@ def find(text: str) -> Contestant:
         NotImportable, AttributeLacking, NotAnAlgorithm: It is not where it is said to be, or cannot search.
     """
     request = Request.of(text)
+    if request.attribute is not None and request.name in CONTESTANTS:
+        raise RequestUnreadable(text, f"'{request.attribute}' is no setting")
     if request.attribute is not None:
         return own(request)
     if request.name in ALGORITHMS:

@@ -6,13 +6,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, final
 
+import numpy as np
+
 from robolaser.algorithms.imported import EXPECTED, imported, keywords, made_with, nothing
 from robolaser.algorithms.request import Request
 from robolaser.comparison.contestants.contestant import Contestant
-from robolaser.comparison.contestants.pymoo_algorithm import PymooAlgorithm
+from robolaser.comparison.contestants.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm
 from robolaser.comparison.question import Question
 from robolaser.comparison.watch import Watch
-from robolaser.errors import NotAnAlgorithm, SettingUnknown
+from robolaser.errors import NotAnAlgorithm, NothingAsked, SettingUnknown
 
 SEARCHES = 2
 """Arguments of a function that searches: the watch and the seed. One that makes an algorithm needs none."""
@@ -34,11 +36,21 @@ class Own(Contestant):
         self._search, self._refuses = search, refuses
 
     def search(self, watch: Watch, seed: int) -> None:
-        """Let it search, the global generators seeded."""
+        """Let it search, the global generators seeded, and begin anew with another seed whenever it returns.
+
+        Raises:
+            NothingAsked: It returns and returns without a candidate.
+        """
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
+        rng, idle = np.random.default_rng(seed), 0
         with seeded(seed):
-            self._search(watch, seed)
+            while idle < IDLE_ROUNDS:
+                before = watch.evaluations
+                self._search(watch, seed)
+                idle = idle + 1 if watch.evaluations == before else 0
+                seed = int(rng.integers(1, 2**31))
+        raise NothingAsked(idle)
 
     def refuses(self, question: Question) -> str | None:
         """What it says itself."""

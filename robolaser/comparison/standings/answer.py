@@ -48,20 +48,32 @@ def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int,
     if not any(place.solved for place in ranked):
         said.append("Nobody reached the target: what counts is how close they came.")
     if not beaten:
-        return [*said, *_nothing_told(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)]
+        said += _nothing_told(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
+        return [*said, *_surprise(ranked)]
     if not rivals:
-        others = (
-            beaten[0][0] if len(beaten) == 1 else "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
-        )
-        said.append(f"In {measure}, {first} is better than {others}{_reaching(ranked[0])}.")
+        said.append(f"In {measure}, {first} is better than {_others(beaten)}{_reaching(ranked[0])}.")
     else:
         verb = "share" if len(rivals) > 1 else "shares"
         said.append(
-            f"In {measure}, {first} stands first{_reaching(ranked[0])}, but {words.names(rivals)} {verb} the lead as "
-            f"far as {runs} seeds can tell; it is better than {words.names([name for name, _ in beaten])}."
+            f"In {measure}, {first} {_stands_first(ranked)}{_reaching(ranked[0])}, but {words.names(rivals)} {verb} "
+            f"the lead as far as {runs} seeds can tell; it is better than {words.names([name for name, _ in beaten])}."
         )
     said.append(_by_how_much(measure, ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
-    return said
+    return [*said, *_surprise(ranked)]
+
+
+def _surprise(ranked: list[Place]) -> list[str]:
+    """Who reached the target, where that is not the first."""
+    solved = [place.algorithm for place in ranked if place.solved]
+    if not solved or ranked[0].solved:
+        return []
+    return [f"Only {words.names(solved)} reached the target, too seldom to stand first: most runs are ranked by how "
+            "close they came."]  # fmt: skip
+
+
+def _stands_first(ranked: list[Place]) -> str:
+    level = [place.algorithm for place in ranked[1:] if place.rank == ranked[0].rank]
+    return f"shares the first place with {words.names(level)}" if level else "stands first"
 
 
 def _others(beaten: list[tuple[str, Pair]]) -> str:
@@ -102,14 +114,15 @@ def _nothing_told(measure: Measure, ranked: list[Place], *, problems: int, runs:
     needed = judge.fewest_runs(problems, comparisons)
     if needed is not None and runs < needed:
         return [
-            f"In {measure}, {first.algorithm} stands first, but with {runs} {'seed' if runs == 1 else 'seeds'} no "
-            f"difference can be told from chance, however large: it takes {needed} at least."
+            f"In {measure}, {first.algorithm} {_stands_first(ranked)}, but with {runs} "
+            f"{'seed' if runs == 1 else 'seeds'} no difference can be told from chance, however large: it takes "
+            f"{needed} at least."
         ]
     pair = second.against_first
     if pair is None or pair.p_adjusted is None:
         return [f"In {measure}, nothing can be told."]
     price = "comes next; " if pair.ratio.value is None else f"comes next and {_price(measure, pair, problems)}; "
     return [
-        f"In {measure}, nobody can be told from {first.algorithm}, which stands first: "
+        f"In {measure}, nobody can be told from {first.algorithm}, which {_stands_first(ranked)}: "
         f"{second.algorithm} {price}{_how_sure(first.algorithm, second.algorithm, pair, comparisons)}."
     ]

@@ -3,8 +3,8 @@
 from robolaser.comparison.statistics import difference
 
 LEVEL = 0.05
-"""Adjusted p below which two contestants are told apart: of all that is said of a family in one measure, all of it is
-right in nineteen comparisons of twenty."""
+"""Adjusted p below which two contestants are told apart: what is said of all pairs over a whole family in one measure
+is right in nineteen comparisons of twenty, and so is what is said of all pairs on its single problems."""
 EFFECTS = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 """A12, or one less it, from which on an effect is called so: Vargha & Delaney 2000, table 1."""
 NEGLIGIBLE = "negligible"
@@ -18,7 +18,7 @@ SCOPE = (
     "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
     "They do not say how contestants do on other problems: for that, compare them on more data sets. "
     "What is said of two contestants rests on all their runs against each other; the critical difference of mean ranks "
-    "looks at everybody at once and is more cautious, so it may leave two in one group that the runs do tell apart."
+    "looks at everybody at once and is usually more cautious: it may leave two in one group whom the runs tell apart."
 )
 
 

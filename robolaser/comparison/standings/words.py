@@ -16,7 +16,7 @@ def figure(number: float) -> str:
 
 def chance(p: float) -> str:
     """A probability, as `p = 0.013`."""
-    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
 
 
 def share(estimate: Estimate) -> str:

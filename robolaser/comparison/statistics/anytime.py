@@ -1,4 +1,4 @@
-"""How good the better and the worse of an algorithm's runs are after so many evaluations or seconds."""
+"""How good the better and the worse of an algorithm's runs are after so many evaluations."""
 
 from collections.abc import Sequence
 
@@ -10,11 +10,6 @@ from robolaser.comparison.statistics.quantiles import quantiles
 
 BAND = np.array([0.1, 0.5, 0.9])
 """Quantiles over seeds: the median, and what one run in ten does better or worse than."""
-
-
-def after_seconds(course: Course, seconds: Array) -> Array:
-    """Lowest cost after so much wall time (g,) -> (g,); infinite before the first."""
-    return np.append(np.inf, course.costs)[np.searchsorted(course.seconds, seconds, side="right")]
 
 
 def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Array:
@@ -38,8 +33,3 @@ def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Arra
 def after_evaluations(courses: Sequence[Course], at: Array) -> Array:
     """Lowest cost of each run after so many evaluations (g,) -> (s, g)."""
     return np.array([course.after(at) for course in courses]).reshape(-1, len(at))
-
-
-def after_time(courses: Sequence[Course], at: Array) -> Array:
-    """Lowest cost of each run after so many seconds (g,) -> (s, g)."""
-    return np.array([after_seconds(course, at) for course in courses]).reshape(-1, len(at))

@@ -1,8 +1,8 @@
 """Could chance alone have made the runs of two algorithms as different as they are?
 
-Runs of two algorithms with one seed begin anywhere: seeds that are paired by number share no luck to be taken out, so
-all runs of the one are compared with all of the other rather than seed by seed. The result for a pair does not depend
-on who else takes part, as that of tests on mean ranks does: Benavoli, Corani & Mangili 2016.
+Runs with one seed have at best their first candidates in common, and many algorithms not even these: too little luck to
+be taken out. So all runs of the one are compared with all of the other rather than seed by seed. The result for a pair
+does not depend on who else takes part, as that of tests on mean ranks does: Benavoli, Corani & Mangili 2016.
 """
 
 from itertools import combinations

@@ -39,7 +39,7 @@ def expected(prices: Array, spent: Array) -> Array:
 def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SAMPLES) -> Ints:
     """How often each seed is drawn in a bootstrap sample of as many seeds, on each problem anew, (p, b, s).
 
-    The same for all algorithms: what is common to runs with one seed stays so.
+    The same for all algorithms: what may be common to runs with one seed stays so.
     """
     drawn: Ints = rng.multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, samples))
     return drawn

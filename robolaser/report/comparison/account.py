@@ -27,7 +27,8 @@ READING = (
     ("A12", "How often a run of the one does better than a run of the other, ties counting half: 0.5 is no difference,"
      " 1 is always (Vargha and Delaney)."),
     ("Told apart", "Were the two the same, differences like these would come up less than once in twenty comparisons"
-     " like this, all of its pairs taken together (Mann and Whitney's test, Holm's correction)."),
+     " like this, all of its pairs taken together (Mann and Whitney's test on one problem, van Elteren's over several,"
+     " with Holm's correction)."),
     ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, who reached the target comes before who"
      " did not: those who did by their price, the others by how close they came."),
     ("Critical difference", "Mean ranks that differ by less may differ by chance (Friedman, Nemenyi; Demšar 2006)."),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.comparison.standings import Order, Pair
-from robolaser.report.comparison import prices
+from robolaser.comparison.standings.words import chance
 
 
 @final
@@ -40,7 +40,7 @@ def _duel(of: Mapping[tuple[str, str], Pair], one: str, other: str) -> Duel | No
     if pair is None or pair.superiority.value is None:
         return Duel("", 0.0, told=False, words="nothing is known of these two")
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
-    p = "" if pair.p_adjusted is None else f", {prices.chance(pair.p_adjusted)}"
+    p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
     told = "can be told apart" if pair.told else "cannot be told apart"
     return Duel(
         f"{value:.2f}",

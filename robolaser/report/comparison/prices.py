@@ -39,7 +39,7 @@ def duration(seconds: float) -> str:
     if seconds >= 1.5 * MINUTE:
         return f"{seconds / MINUTE:.3g} min"
     if seconds < 1e-3:
-        return f"{seconds * 1e6:.2g} µs"
+        return f"{float(f'{seconds * 1e6:.2g}'):g} µs"
     return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
 
 
@@ -86,11 +86,6 @@ def rate(share: float) -> str:
 def interval(low: float, high: float) -> str:
     """From one share to another."""
     return "" if math.isnan(low + high) else f"{100 * low:.0f} to {100 * high:.0f} %"
-
-
-def chance(p: float) -> str:
-    """A p-value."""
-    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
 
 
 def _percent(share: float) -> str:

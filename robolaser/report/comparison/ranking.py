@@ -6,6 +6,7 @@ from typing import final
 
 from robolaser.comparison.comparison import Contested
 from robolaser.comparison.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
+from robolaser.comparison.standings.words import chance
 from robolaser.comparison.tally import SHOWN
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.field import Field
@@ -179,7 +180,7 @@ def _against(place: Place) -> Cell:
         return Cell("")
     return Cell(
         "yes" if pair.told else "no",
-        (prices.chance(pair.p_adjusted), f"loses {prices.rate(pair.superiority.value)} of pairs"),
+        (chance(pair.p_adjusted), f"loses {prices.rate(pair.superiority.value)} of pairs"),
     )
 
 

@@ -15,7 +15,7 @@ from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.ranking import standing_rows
 
 WIDE = 160  # of text that goes to a file
-MOST_PLACES, MOST_FAILURES, MOST_REFUSALS = 12, 4, 3
+MOST_PLACES, MOST_FAILURES, MOST_REFUSALS = 12, 6, 3
 """Lines of each."""
 FEWEST_PLACES = 4
 """Lines of each family, if there are several."""
@@ -54,10 +54,20 @@ def print_comparison(
         out.print(Text(standings.evaluations.answer))
         out.print(Text(f"The target is {field.target(standings.tolerance)}.", style="dim"))
         out.print(_standings(field, max(FEWEST_PLACES, MOST_PLACES // len(judged))))
-    for name, reason, count, _ in list(rows.failure_rows(comparison))[:MOST_FAILURES]:
-        out.print(Text(f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}", style="dim"))
-    for name, where, reason in list(rows.refusal_rows(comparison))[:MOST_REFUSALS]:
-        out.print(Text(f"{name} was not run on {where}: {_short(reason)}", style="dim"))
+    failures = [
+        f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
+        for name, reason, count, _ in rows.failure_rows(comparison)
+    ]
+    refusals = [
+        f"{name} was not run on {where}: {_short(reason)}" for name, where, reason in rows.refusal_rows(comparison)
+    ]
+    for lines, most in ((failures, MOST_FAILURES), (refusals, MOST_REFUSALS)):
+        for line in lines[:most]:
+            out.print(Text(line, style="dim"))
+        if len(lines) > most:
+            out.print(Text(f"and {len(lines) - most} more, see the report", style="dim"))
+    if not comparison.wanted:
+        out.print(Text("Nobody has anything to say on any of the problems."))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
 

@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robolaser.comparison.comparison import Contested
-from robolaser.report.canvas import Picture
+from robolaser.report.canvas import Picture, picture
 from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends, tall
+from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
 
 LOWEST, HIGHEST = 1e-7, 1e4
 """Excess that is drawn: of an RMS as a share of the best known, of other costs as it is."""
@@ -46,11 +46,11 @@ def anytime(field: Field, problem: Contested, title: str) -> Picture | None:
         }
         name_ends(ax, ends, field.colours, height=height)
 
-    return tall(
+    return picture(
         title,
         "The best so far, whenever a run is stopped: the median run, and shaded from the best tenth of the runs to the"
         " worst. The lower edge is the best known, or as good as that. Only contestants that have a colour are drawn.",
         f"In the end {names[-1]} is lowest of those drawn.",
         paint,
-        height,
+        height_pt=height,
     )

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robolaser.comparison.standings import Ranks
-from robolaser.report.canvas import INK, MUTED, WIDTH_PT, Picture
+from robolaser.comparison.standings.words import chance
+from robolaser.report.canvas import INK, MUTED, WIDTH_PT, Picture, picture
 from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.ends import LETTERS_PT, LINE_PT, broken, tall
-from robolaser.report.comparison.prices import chance
+from robolaser.report.comparison.pictures.ends import LETTERS_PT, LINE_PT, broken
 
 HEAD_PT, BAR_PT, GAP_PT = 46.0, 7.0, 7.0
 """Heights: of the axis with the critical difference above it, of a bar, between names."""
@@ -54,13 +54,13 @@ def differences(field: Field, ranks: Ranks, title: str) -> Picture | None:
             for i, place in zip(side, places, strict=True):
                 _name(ax, names[i], means[i], at(means[i]), place, field.colours.get(names[i], MUTED), left=left)
 
-    return tall(
+    return picture(
         title,
         f"Mean rank over {ranks.blocks} blocks, a problem and a seed each; left is better. Bars join contestants that"
         f" cannot be told apart at 5 % (Nemenyi's test; Friedman's over all: {_p(ranks)}).",
         f"Mean ranks from {names[0]}, {means[0]:.1f}, to {names[-1]}, {means[-1]:.1f}.",
         paint,
-        height,
+        height_pt=height,
     )
 
 

@@ -1,15 +1,13 @@
-"""Names at the ends of lines, and pictures tall enough for all of them."""
+"""Names at the ends of lines, and how tall a picture must be for all of them."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robolaser.report.canvas import HEIGHT_PT, WIDTH_PT, Picture, picture, spread
+from robolaser.report.canvas import HEIGHT_PT, WIDTH_PT, spread
 
 LINE_PT, LETTERS_PT = 10.5, 8.5
 """From one line of names to the next, and the size of their letters."""
@@ -51,18 +49,6 @@ def _parts(name: str) -> Sequence[str]:
 def height_pt(names: Sequence[str]) -> float:
     """Of a picture beside whose lines all names find room."""
     return max(HEIGHT_PT, BESIDE_PT + LINE_PT * (1 + sum(len(broken(name)) for name in names)))
-
-
-def tall(title: str, caption: str, alt: str, paint: Callable[[Figure], None], height: float) -> Picture:
-    """Draw on a canvas of another height than the usual one [pt]."""
-
-    def sized(figure: Figure) -> None:
-        figure.set_size_inches(WIDTH_PT / 72, height / 72)
-        paint(figure)
-
-    drawn = picture(title, caption, alt, sized)
-    usual, wanted = f'viewBox="0 0 {WIDTH_PT} {HEIGHT_PT}"', f'viewBox="0 0 {WIDTH_PT} {height:g}"'
-    return replace(drawn, svg=Markup(str(drawn.svg).replace(usual, wanted, 1)))
 
 
 def beside_names(figure: Figure, names: Sequence[str]) -> Axes:

@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 
 from robolaser.comparison.standings import Measure
 from robolaser.comparison.statistics.ecdf import budgets, shares
-from robolaser.report.canvas import Picture
+from robolaser.report.canvas import Picture, picture
 from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends, tall
+from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
 
 PAID = {"evaluations": "evaluations", "seconds": "wall time [s]"}
 """Label of the axis of each measure."""
@@ -46,7 +46,7 @@ def solved(field: Field, measure: Measure, title: str) -> Picture | None:
         name_ends(ax, {name: lines[name][-1] / 100 for name in names}, field.colours, height=height)
 
     first, last = names[0], names[-1]
-    return tall(
+    return picture(
         title,
         f"Of all targets from {field.target(float(tally.tolerances[0]))} to"
         f" {field.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
@@ -54,5 +54,5 @@ def solved(field: Field, measure: Measure, title: str) -> Picture | None:
         " that got stuck.",
         f"In the end {first} has reached {lines[first][-1]:.0f} % of the targets, {last} {lines[last][-1]:.0f} %.",
         paint,
-        height,
+        height_pt=height,
     )

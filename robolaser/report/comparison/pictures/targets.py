@@ -5,10 +5,10 @@ from matplotlib.figure import Figure
 
 from robolaser.comparison.comparison import Contested
 from robolaser.comparison.standings import OnProblem
-from robolaser.report.canvas import MUTED, Picture
+from robolaser.report.canvas import MUTED, Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.anytime import ABOVE
-from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends, tall
+from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
 
 
 def targets(field: Field, problem: Contested, on: OnProblem, title: str) -> Picture | None:
@@ -55,12 +55,12 @@ def targets(field: Field, problem: Contested, on: OnProblem, title: str) -> Pict
         ends = {name: up(lines[name][np.isfinite(lines[name])][-1]) for name in names}
         name_ends(ax, ends, field.colours, height=height)
 
-    return tall(
+    return picture(
         title,
         "Evaluations that it takes on average to come so close to the best known, runs that do not get there being"
         " begun anew; lower is better, harder targets are on the right. A line that ends in a cross stops at the"
         " hardest target that any run reached. Dashed: the target that ranks.",
         f"The hardest target takes from {bounds.min():.0f} evaluations on.",
         paint,
-        height,
+        height_pt=height,
     )
