@@ -9,12 +9,21 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
+
+from robolaser import Contest
+from robolaser.comparison.question import CALIBRATION
+from robolaser.comparison.record import Record
+from robolaser.comparison.standings import Measure, standings
+from robolaser.report.comparison.field import Field
+from robolaser.report.comparison.pictures.solved import TITLES, solved
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
 PAGE = ROOT / "docs" / "ablation.md"
+PICTURES = PAGE.with_name("pictures")
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
 SEEDS = 30
@@ -49,7 +58,10 @@ PARTS = {
     ),
 }  # fmt: skip
 """Budget and contestants of each comparison."""
-COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "times the first's", "J at the end, median")
+PICTURED = "field"
+BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
+"""Beside whom each contestant is put."""
+COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
 def command(part: str) -> list[str]:
@@ -79,59 +91,79 @@ def main() -> None:
         text, found = re.subn(pattern, lambda m, made=made: f"{m[1]}{made}\n{m[2]}", text, flags=re.DOTALL)
         assert found, part
     PAGE.write_text(text)
+    for measure in ("evaluations", "seconds") if PICTURED in args.parts else ():
+        PICTURES.joinpath(f"ablation-{PICTURED}-{measure}.svg").write_text(picture(PICTURED, measure))
+
+
+def picture(part: str, measure: Measure) -> str:
+    """The ECDF of running times from the report, with the colours of its light style."""
+    budget, algorithms = PARTS[part]
+    contest = Contest.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
+    record = Record(FOLDER / part / "runs.jsonl")
+    comparison = contest.so_far(contest.own(record.runs), record.effort)
+    drawn = solved(Field(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
+    assert drawn is not None
+    style = files("robolaser").joinpath("report/templates/style.css").read_text()
+    colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones
+    svg = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], str(drawn.svg))
+    return svg.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+                       'style="background: white; font-family: sans-serif" ', 1) + "\n"  # fmt: skip
 
 
 def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
     """What the tool says of a comparison, as Markdown."""
+    beside = BESIDE[part]
     yield "```text"
     yield " ".join(command(part))
     yield "```"
     (family,) = said["standings"]
     for on in family["by_problem"]:
         yield ""
-        yield f"**{on['problem']}.** {on['evaluations']['answer']}"
+        yield f"**`{on['problem']}`.** {_marked(on['evaluations']['answer'], said)}"
         yield ""
-        yield f"| {' | '.join(('', *COLUMNS))} |"
-        yield "|---" * (1 + len(COLUMNS)) + "|"
+        yield f"| {' | '.join(('', *COLUMNS, f'beats `{beside}` in'))} |"
+        yield "|---" * (2 + len(COLUMNS)) + "|"
         finals = {result["algorithm"]: result["final"] for result in on["results"]}
+        pairs = {(pair["one"], pair["other"]): pair for pair in on["evaluations"]["pairs"]}
         for place in on["evaluations"]["places"]:
-            yield "| " + " | ".join(_cells(place, finals[place["algorithm"]])) + " |"
+            name = place["algorithm"]
+            price = place["price"]["value"]
+            cells = (
+                str(place["rank"] or ""),
+                f"`{name}`",
+                f"{round(place['success']['value'] * place['runs'])} of {place['runs']}",
+                "never" if price is None else f"{float(f'{price:.3g}'):,.0f}",
+                _above_best(finals[name]["median"]),
+                _beats(pairs, name, beside),
+            )
+            yield f"| {' | '.join(cells)} |"
 
 
-def _cells(place: dict[str, Any], final: dict[str, Any] | None) -> Iterator[str]:
-    yield str(place["rank"] or "")
-    yield f"`{place['algorithm']}`"
-    yield f"{round(place['success']['value'] * place['runs'])} of {place['runs']}" if place["runs"] else ""
-    price = place["price"]["value"]
-    yield "never" if price is None else f"{price:,.0f}"
-    against = place["against_first"]
-    if against is None:
-        yield "the first"
-    else:
-        ratio = against["ratio"]
-        told = "" if against["told"] else ", not told apart"
-        times = "" if ratio["value"] is None else f"{ratio['value']:.2g}"
-        if times and ratio["lower"] and ratio["upper"]:
-            times += f" ({ratio['lower']:.2g} to {ratio['upper']:.2g})"
-        yield (times or f"p {_p(against['p_adjusted'])}") + told
-    yield (
-        ""
-        if final is None or final["median"] is None
-        else f"{1 + final['median']:.3g} ×"
-        if final["median"] >= 0.01
-        else f"1 + {final['median']:.1g}"
-    )
+def _marked(answer: str, said: dict[str, Any]) -> str:
+    """Names of contestants as code, the longest first: some begin like others."""
+    names = sorted((one["name"] for one in said["algorithms"]), key=len, reverse=True)
+    return re.sub("|".join(rf"(?<![\w:-]){re.escape(name)}(?![\w:=-])" for name in names), r"`\g<0>`", answer)
+
+
+def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str) -> str:
+    """How often a run of one does better than a run of another; in bold where the two are told apart."""
+    if name == beside:
+        return ""
+    pair = pairs.get((name, beside)) or pairs[beside, name]
+    share = pair["superiority"]["value"] if pair["one"] == name else 1 - pair["superiority"]["value"]
+    text = f"{100 * share:.0f} %"
+    return f"**{text}**" if pair["told"] else text
 
 
 def _above_best(tolerance: float | None) -> str:
     """J in units of the best known."""
     if tolerance is None:
         return ""
-    return f"{1 + tolerance:.3g} times the best" if tolerance >= 0.01 else f"the best + {100 * tolerance:.1g} %"
-
-
-def _p(value: float | None) -> str:
-    return "unknown" if value is None else "< 0.001" if value < 1e-3 else f"= {value:.2g}"
+    if tolerance < 1e-6:
+        return "the best"
+    return (
+        f"{float(f'{1 + tolerance:.3g}'):,g} × the best" if tolerance >= 0.01 else f"the best + {100 * tolerance:.1g} %"
+    )
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ FOLDER = ROOT / "build" / "compare"
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper", "pymoo:rastrigin")
 TWELVE = "rcga,ga,ga:crossover=arithmetic,ga:mutation=non-uniform,de,pso,es,isres,cmaes,pattern-search,pycma,scipy-de"
-BUDGET = 20_000
+BUDGET = 10_000
 PORT = 8799
 
 
