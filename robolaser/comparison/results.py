@@ -12,7 +12,7 @@ from typing import Any
 from robolaser.comparison.comparison import Comparison
 from robolaser.comparison.run import Run
 from robolaser.comparison.standings import Standings
-from robolaser.comparison.tally import TOLERANCES
+from robolaser.comparison.tally import TOLERANCES, targets
 
 FORMAT = "robolaser-comparison/1"
 COLUMNS = (
@@ -64,12 +64,12 @@ def runs_csv(comparison: Comparison) -> str:
 
 
 def _rows(comparison: Comparison) -> Iterator[tuple[object, ...]]:
-    targets = {problem.name: problem.best + TOLERANCES * problem.scale for problem in comparison.problems}
+    costs = {problem.name: targets(problem.best, problem.scale) for problem in comparison.problems}
     for run in _in_order(comparison.runs):
-        evaluations, seconds = run.course.first(targets[run.problem])
+        evaluations, seconds = run.course.first(costs[run.problem])
         best = "" if math.isinf(run.course.final) else repr(run.course.final)
         whole = (run.evaluations, f"{run.seconds:.6f}", f"{run.processor_s:.6f}", best)
-        for tolerance, target, at, by in zip(TOLERANCES, targets[run.problem], evaluations, seconds, strict=True):
+        for tolerance, target, at, by in zip(TOLERANCES, costs[run.problem], evaluations, seconds, strict=True):
             reached = ("yes", int(at), f"{by:.6f}") if math.isfinite(at) else ("no", "", "")
             named = (run.problem, run.algorithm, run.seed, run.state, run.reason)
             yield (*named, f"{tolerance:.6g}", repr(float(target)), *reached, *whole)

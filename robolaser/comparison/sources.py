@@ -1,7 +1,7 @@
 """Where questions come from: data sets, what their closed forms leave over, the paper's experiment, test functions."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -20,6 +20,7 @@ from robolaser.errors import (
     TestFunctionUnknown,
 )
 from robolaser.folder import load
+from robolaser.parameters import Parameters
 from robolaser.reduction import Reduction
 from robolaser.scanner import Model
 
@@ -58,20 +59,8 @@ class Calibration(Source):
     def question(self) -> Question:
         """Minimise J, eq. 18, in all parameters."""
         model = Model(self.dataset)
-        parameters = model.parameters
-        return Question(
-            self.name,
-            f"{_arm(self.dataset)}, {_points(self.dataset)}, {len(parameters)} parameters",
-            CALIBRATION,
-            parameters.names,
-            parameters.lower,
-            parameters.upper,
-            cost=model.cost,
-            unit="m²",
-            scale=NEGLIGIBLE_M2 * len(self.dataset.points),
-            residuals=lambda x: model.residuals(x).reshape(len(x), -1),
-            model=model,
-        )
+        searched = model.parameters
+        return _calibration(self.name, model, searched, lambda x: x, f"{len(searched)} parameters")
 
 
 @final
@@ -84,22 +73,10 @@ class ReducedCalibration(Source):
 
     def question(self) -> Question:
         """Minimise J in the parameters that are left, the others the best for them."""
-        model = Model(self.dataset)
-        reduction = Reduction(model)
+        reduction = Reduction(Model(self.dataset))
         left = reduction.parameters
-        return Question(
-            self.name,
-            f"{_arm(self.dataset)}, {_points(self.dataset)}, {len(left)} parameters left by the closed form",
-            CALIBRATION,
-            left.names,
-            left.lower,
-            left.upper,
-            cost=lambda x: model.cost(reduction.completed(x)),
-            unit="m²",
-            scale=NEGLIGIBLE_M2 * len(self.dataset.points),
-            residuals=lambda x: model.residuals(reduction.completed(x)).reshape(len(x), -1),
-            model=model,
-        )
+        words = f"{len(left)} parameters left by the closed form"
+        return _calibration(self.name, reduction.model, left, reduction.completed, words)
 
 
 @final
@@ -199,9 +176,22 @@ def _test_function(text: str) -> TestFunction:
     return TestFunction(f"{PYMOO}{function}-{dimension}", function, dimension)
 
 
-def _arm(dataset: Dataset) -> str:
-    return dataset.robot.name if dataset.robot else "measured flange poses"
-
-
-def _points(dataset: Dataset) -> str:
-    return f"{len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses"
+def _calibration(
+    name: str, model: Model, searched: Parameters, completed: Callable[[Array], Array], words: str
+) -> Question:
+    """Minimise J in some parameters, given how candidates of them become candidates of the whole model."""
+    dataset = model.dataset
+    arm = dataset.robot.name if dataset.robot else "measured flange poses"
+    return Question(
+        name,
+        f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses, {words}",
+        CALIBRATION,
+        searched.names,
+        searched.lower,
+        searched.upper,
+        cost=lambda x: model.cost(completed(x)),
+        unit="m²",
+        scale=NEGLIGIBLE_M2 * len(dataset.points),
+        residuals=lambda x: model.residuals(completed(x)).reshape(len(x), -1),
+        model=model,
+    )

@@ -18,6 +18,11 @@ SHOWN = (1.0, 1e-2, 1e-6)
 """Targets worth a column: in the right valley, as good as solved, solved."""
 
 
+def targets(best: float, scale: float) -> Array:
+    """Costs to be reached on a problem, falling, (t,)."""
+    return best + TOLERANCES * scale
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Tally:
@@ -88,7 +93,7 @@ class Tally:
                 continue
             at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
             lowest, unit = best[at[0]], scale[at[0]]
-            evaluations[at], seconds[at] = run.course.first(lowest + TOLERANCES * unit)
+            evaluations[at], seconds[at] = run.course.first(targets(lowest, unit))
             failed[at] = run.state == FAILED
             spent_evaluations[at] = budget if failed[at] else run.evaluations
             spent_s[at] = run.seconds

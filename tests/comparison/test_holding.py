@@ -67,7 +67,7 @@ def test_who_fails_when_asked_whether_it_has_anything_to_say_has_nothing_to_say(
         name, title = "broken", "breaks"
 
         def search(self, watch, seed):
-            raise NotImplementedError
+            pytest.fail("who has nothing to say was asked to search")
 
         def refuses(self, question):
             raise RuntimeError("what?")
