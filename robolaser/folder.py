@@ -49,6 +49,38 @@ def load(folder: str | Path) -> Dataset:
         RobolaserError: With file, row and column of what is wrong.
     """
     folder = Path(folder)
+    settings, said = _read(folder)
+    warnings = settings.passed_over()
+    poses = _poses(read_table(folder / "poses.csv", _readings(said.robot)), said.robot, folder, warnings)
+    has_points = (folder / "points.csv").is_file()
+    points = said.points
+    if has_points:
+        points = _points(read_table(folder / "points.csv", MEASURED), poses, said.kind, said.image_px)
+        silent = [poses.names[i] for i in np.flatnonzero(np.bincount(points.pose, minlength=len(poses)) == 0)]
+        if silent:
+            warnings.append(f"{len(silent)} of {len(poses)} poses have no points: {_some(silent)}.")
+    sockets = sorted(set(points.names))
+    target = settings.section("target")
+    return replace(
+        said,
+        poses=poses,
+        points=points,
+        distances_m=target.distances("distances_m", sockets) if said.kind == "socket" else (),
+        warnings=tuple(warnings),
+    )
+
+
+def describe(folder: str | Path) -> Dataset:
+    """Read and check dataset.toml alone: robot, sensor and target, without a pose.
+
+    Raises:
+        RobolaserError: With the key of what is wrong.
+    """
+    settings, said = _read(Path(folder))
+    return replace(said, warnings=tuple(settings.passed_over()))
+
+
+def _read(folder: Path) -> tuple[Settings, Dataset]:
     if not (folder / "dataset.toml").is_file():
         raise NotADataset(folder)
     settings = read_settings(folder / "dataset.toml")
@@ -57,43 +89,31 @@ def load(folder: str | Path) -> Dataset:
         raise FormatUnknown("dataset.toml", found, FORMAT)
 
     kind = settings.section("sensor").text("kind", default="stripe", one_of=("stripe", "point", "socket"))
-    robot = _robot(settings, folder) if "robot" in settings else None
     arm, sensor, scanner = (settings.section(name) for name in ("robot", "sensor", "scanner"))
     image, target, noise = (settings.section(name) for name in ("image", "target", "noise"))
-    image_px = (image.count("width_px", least=1), image.count("height_px", least=1)) if kind == "stripe" else None
-    warnings = settings.passed_over()
-    poses = _poses(read_table(folder / "poses.csv", _readings(robot)), robot, folder, warnings)
-    has_points = (folder / "points.csv").is_file()
-    points = _points(read_table(folder / "points.csv", MEASURED), poses, kind, image_px) if has_points else _none()
-    if has_points:
-        silent = [poses.names[i] for i in np.flatnonzero(np.bincount(points.pose, minlength=len(poses)) == 0)]
-        if silent:
-            warnings.append(f"{len(silent)} of {len(poses)} poses have no points: {_some(silent)}.")
     quat = scanner.numbers("bracket_quat", 4, default=(0.0, 0.0, 0.0, 1.0))
     norm = float(np.linalg.norm(quat))
     if abs(norm - 1) > QUATERNION_SLACK:
         raise NotARotation("dataset.toml, [scanner] bracket_quat", norm)
-    return Dataset(
+    return settings, Dataset(
         name=settings.text("name", default=folder.resolve().name),
         source=settings.text("source", default=""),
         licence=settings.text("licence", default=""),
         kind=kind,
-        robot=robot,
-        poses=poses,
-        points=points,
+        robot=_robot(settings, folder) if "robot" in settings else None,
+        poses=Poses(()),
+        points=_none(),
         parameters=settings.section("parameters").parameters(),
         stripe_axis=sensor.text("stripe_axis", default="u", one_of=("u", "v")),
         bracket_quat=(quat[0], quat[1], quat[2], quat[3]),
         angles=scanner.text("angles", default="xyz", one_of=("xyz", "zyz")),
-        image_px=image_px,
+        image_px=(image.count("width_px", least=1), image.count("height_px", least=1)) if kind == "stripe" else None,
         board=_board(settings.section("board")) if "board" in settings else None,
         placed=target.flag("placed", default=True),
-        distances_m=target.distances("distances_m", sorted(set(points.names))) if kind == "socket" else (),
         noise=Noise(**{key: noise.number(key, positive=True) for key in Noise.__annotations__ if key in noise}),
         time_is_order=arm.text("time", default="seconds", one_of=("seconds", "order")) == "order",
         path_known=arm.text("path", default="consecutive", one_of=("consecutive", "unknown")) == "consecutive",
         folder=folder,
-        warnings=tuple(warnings),
     )
 
 

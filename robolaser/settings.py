@@ -1,4 +1,4 @@
-"""dataset.toml: its values, each checked for presence and kind."""
+"""dataset.toml and cell.toml: their values, each checked for presence and kind."""
 
 import sys
 import tomllib
@@ -26,7 +26,7 @@ BOUNDS = ("nominal", "lower", "upper")
 
 KNOWN = {
     "": ("format", "name", "source", "licence", "robot", "sensor", "scanner", "image", "board", "target", "noise",
-         "parameters"),
+         "parameters", "arm", "camera", "laser", "limits"),
     "robot": ("urdf", "flange", "joints", "gravity", "time", "path"),
     "sensor": ("kind", "stripe_axis"),
     "scanner": ("bracket_quat", "angles"),
@@ -34,6 +34,10 @@ KNOWN = {
     "board": ("columns", "rows", "square_m"),
     "target": ("placed", "distances_m"),
     "noise": ("pixel_px", "target_m", "joint_rad", "point_m"),
+    "arm": ("kind", "port", "baud", "flow", "ids", "reference_rad", "direction", "home"),
+    "camera": ("source", "exposure", "gain", "settle_s"),
+    "laser": ("output",),
+    "limits": ("floor_m", "reach_m", "speed_rad_s"),
 }  # fmt: skip
 """Keys of each section; what else is there is passed over."""
 
@@ -45,14 +49,15 @@ def unit_of(name: str) -> str:
 
 @final
 class Settings:
-    """One section of dataset.toml.
+    """One section of a file of settings.
 
-    Raises (every method): SettingMissing, SettingWrong, each naming section and key.
+    Raises (every method): SettingMissing, SettingWrong, each naming file, section and key.
     """
 
-    def __init__(self, section: str, values: Mapping[str, Any]) -> None:
+    def __init__(self, section: str, values: Mapping[str, Any], file: str = "dataset.toml") -> None:
         self._section = section
         self._values = values
+        self._file = file
 
     def __contains__(self, key: str) -> bool:
         return key in self._values
@@ -65,14 +70,14 @@ class Settings:
         """A section below this one; empty when absent."""
         values = self._values.get(name, {})
         if not isinstance(values, dict):
-            raise SettingWrong(name, values, f"a section [{name}]")
-        return Settings(name, values)
+            raise self._wrong(name, values, f"a section [{name}]")
+        return Settings(name, values, self._file)
 
     def passed_over(self) -> list[str]:
         """A sentence for each key, here and in the sections below, that nothing reads: it may be misspelt."""
         known = KNOWN.get(self._section, self._values)
         here = [
-            f"dataset.toml, {self.key(key)} is not known and was passed over.{meant(key, known)}"
+            f"{self._file}, {self.key(key)} is not known and was passed over.{meant(key, known)}"
             for key in self._values
             if key not in known
         ]
@@ -83,36 +88,43 @@ class Settings:
         """A text, from a list where one is given."""
         value = self._get(key, default, "a text")
         if not isinstance(value, str) or (one_of and value not in one_of):
-            raise SettingWrong(self.key(key), value, " or ".join(f'"{x}"' for x in one_of) or "a text")
+            raise self._wrong(self.key(key), value, " or ".join(f'"{x}"' for x in one_of) or "a text")
         return value
+
+    def text_or_count(self, key: str) -> str | int:
+        """A text or a whole number from 0, which must be there."""
+        value = self._get(key, None, "a text or a whole number from 0")
+        if isinstance(value, bool) or not isinstance(value, str | int) or value == "":
+            raise self._wrong(self.key(key), value, "a text or a whole number from 0")
+        return value if isinstance(value, str) else self.count(key, least=0)
 
     def flag(self, key: str, *, default: bool) -> bool:
         """True or false."""
         value = self._get(key, default, "true or false")
         if not isinstance(value, bool):
-            raise SettingWrong(self.key(key), value, "true or false")
+            raise self._wrong(self.key(key), value, "true or false")
         return value
 
-    def number(self, key: str, *, positive: bool = False) -> float:
-        """A finite number that must be there."""
+    def number(self, key: str, *, positive: bool = False, default: float | None = None) -> float:
+        """A finite number, which must be there if it has no default."""
         expected = "a positive number" if positive else "a finite number"
-        value = self._get(key, None, expected)
+        value = self._get(key, default, expected)
         if not _is_number(value) or (positive and value <= 0):
-            raise SettingWrong(self.key(key), value, expected)
+            raise self._wrong(self.key(key), value, expected)
         return float(value)
 
-    def count(self, key: str, *, least: int) -> int:
-        """A whole number that must be there."""
-        value = self._get(key, None, f"a whole number from {least}")
+    def count(self, key: str, *, least: int, default: int | None = None) -> int:
+        """A whole number, which must be there if it has no default."""
+        value = self._get(key, default, f"a whole number from {least}")
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise SettingWrong(self.key(key), value, f"a whole number from {least}")
+            raise self._wrong(self.key(key), value, f"a whole number from {least}")
         return value
 
     def numbers(self, key: str, length: int, *, default: Sequence[float]) -> tuple[float, ...]:
         """A list of finite numbers."""
         value = self._get(key, list(default), f"a list of {length} numbers")
         if not isinstance(value, list) or len(value) != length or not all(_is_number(x) for x in value):
-            raise SettingWrong(self.key(key), value, f"a list of {length} finite numbers")
+            raise self._wrong(self.key(key), value, f"a list of {length} finite numbers")
         return tuple(float(x) for x in value)
 
     def texts(self, key: str) -> tuple[str, ...] | None:
@@ -122,7 +134,7 @@ class Settings:
             return None
         good = isinstance(value, list) and value and all(isinstance(x, str) and x for x in value)
         if not good or len(set(value)) < len(value):
-            raise SettingWrong(self.key(key), value, "a list of different names")
+            raise self._wrong(self.key(key), value, "a list of different names")
         return tuple(value)
 
     def distances(self, key: str, known: Sequence[str]) -> tuple[tuple[str, str, float], ...]:
@@ -132,7 +144,7 @@ class Settings:
             good = isinstance(triple, list) and len(triple) == 3 and _is_number(triple[2]) and triple[2] > 0
             if not good or triple[0] not in known or triple[1] not in known or triple[0] == triple[1]:
                 expected = f"[socket, another socket, distance in m], sockets among: {', '.join(known)}"
-                raise SettingWrong(self.key(key), triple, expected)
+                raise self._wrong(self.key(key), triple, expected)
             out.append((str(triple[0]), str(triple[1]), float(triple[2])))
         return tuple(out)
 
@@ -147,13 +159,13 @@ class Settings:
         out = {}
         for name, given in _leaves(self._values):
             if not isinstance(given, dict):
-                raise SettingWrong(self.key(name), given, "{ nominal = ..., lower = ..., upper = ... }")
+                raise self._wrong(self.key(name), given, "{ nominal = ..., lower = ..., upper = ... }")
             numbers = []
             for part in BOUNDS:
                 if part not in given:
-                    raise SettingMissing(f"{self.key(name)}.{part}", "a finite number")
+                    raise self._missing(f"{self.key(name)}.{part}", "a finite number")
                 if not _is_number(given[part]):
-                    raise SettingWrong(f"{self.key(name)}.{part}", given[part], "a finite number")
+                    raise self._wrong(f"{self.key(name)}.{part}", given[part], "a finite number")
                 numbers.append(float(given[part]))
             nominal, lower, upper = numbers
             if not lower < upper or not lower <= nominal <= upper:
@@ -167,10 +179,16 @@ class Settings:
             out[name] = Parameter(name, unit, nominal, lower, upper)
         return out
 
+    def _missing(self, key: str, expected: str) -> SettingMissing:
+        return SettingMissing(key, expected, self._file)
+
+    def _wrong(self, key: str, value: object, expected: str) -> SettingWrong:
+        return SettingWrong(key, value, expected, self._file)
+
     def _get(self, key: str, default: Any, expected: str) -> Any:
         value = self._values.get(key, default)
         if value is None:
-            raise SettingMissing(self.key(key), expected)
+            raise self._missing(self.key(key), expected)
         return value
 
 
@@ -192,13 +210,13 @@ def _is_number(value: object) -> bool:
 
 
 def read_settings(path: Path) -> Settings:
-    """Parse dataset.toml.
+    """Parse a file of settings.
 
     Raises:
         FileUnreadable: It is not there or not text.
         NotToml: It is not TOML.
     """
     try:
-        return Settings("", tomllib.loads(read_text(path)))
+        return Settings("", tomllib.loads(read_text(path)), path.name)
     except tomllib.TOMLDecodeError as error:
         raise NotToml(path, str(error)) from None

@@ -83,17 +83,17 @@ class RowTwice(RobolaserError):
 
 
 class SettingMissing(RobolaserError):
-    """dataset.toml lacks a value."""
+    """A file of settings lacks a value."""
 
-    def __init__(self, key: str, expected: str) -> None:
-        super().__init__(f"dataset.toml lacks {key}: expected {expected}.")
+    def __init__(self, key: str, expected: str, file: str = "dataset.toml") -> None:
+        super().__init__(f"{file} lacks {key}: expected {expected}.")
 
 
 class SettingWrong(RobolaserError):
-    """dataset.toml holds a value of the wrong kind."""
+    """A file of settings holds a value of the wrong kind."""
 
-    def __init__(self, key: str, value: object, expected: str) -> None:
-        super().__init__(f"dataset.toml, {key}: {value!r}, expected {expected}.")
+    def __init__(self, key: str, value: object, expected: str, file: str = "dataset.toml") -> None:
+        super().__init__(f"{file}, {key}: {value!r}, expected {expected}.")
 
 
 class FormatUnknown(RobolaserError):
@@ -104,7 +104,7 @@ class FormatUnknown(RobolaserError):
 
 
 class NotToml(RobolaserError):
-    """dataset.toml cannot be parsed."""
+    """A file of settings cannot be parsed."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path} is not valid TOML: {reason}.")
@@ -125,3 +125,11 @@ class PathLeaves(RobolaserError):
         super().__init__(
             f"{where}: '{path}' leaves the data set's folder. Copy the file into it and name it relatively."
         )
+
+
+class NotACell(RobolaserError):
+    """A folder without cell.toml."""
+
+    def __init__(self, folder: Path) -> None:
+        what = "is not there" if not folder.exists() else "has no cell.toml"
+        super().__init__(f"{folder} {what}. A cell is a folder with dataset.toml, cell.toml and the robot's URDF.")

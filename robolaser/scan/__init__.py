@@ -1,0 +1,1 @@
+"""From stripes and a calibration to a cloud of points."""
