@@ -78,7 +78,14 @@ from robolaser.errors.files import (
     SystemSaidNo,
     TableEmpty,
 )
-from robolaser.errors.images import ImageSize, ImageUnreadable, NoCamera, NotARecording, NothingExtracted
+from robolaser.errors.images import (
+    ImageSize,
+    ImageUnreadable,
+    NoCamera,
+    NotARecording,
+    NothingExtracted,
+    StripesForeign,
+)
 from robolaser.errors.robots import (
     FlangeNotSaid,
     FollowerNotListed,
@@ -224,6 +231,7 @@ __all__ = [
     "SettingWrong",
     "SettingsRefused",
     "ShapeOutside",
+    "StripesForeign",
     "SystemSaidNo",
     "TableEmpty",
     "TargetOutOfSight",

@@ -44,3 +44,10 @@ class NoCamera(RobolaserError):
 
     def __init__(self, kind: str) -> None:
         super().__init__(f"A sensor of kind '{kind}' has no camera to describe; only 'stripe' has one.")
+
+
+class StripesForeign(RobolaserError):
+    """A file of stripes holds another kind of array."""
+
+    def __init__(self, path: Path, found: str, expected: str) -> None:
+        super().__init__(f"{path} holds {found}, expected {expected}. Write it anew with `robolaser extract --force`.")

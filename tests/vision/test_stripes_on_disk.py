@@ -1,0 +1,89 @@
+"""What is written to a file of stripes, against what is read from it."""
+
+import numpy as np
+import pytest
+
+from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
+from robolaser.stripes import STRIPE, open_stripes, write_stripes
+
+
+def block(count, seed=0):
+    rng = np.random.default_rng(seed)
+    made = np.zeros(count, STRIPE)
+    made["pose"] = np.sort(rng.integers(0, 2**32, count, dtype=np.uint32))
+    for name in ("u", "v", "std", "intensity"):
+        made[name] = rng.uniform(0, 500, count)
+    return made
+
+
+def test_what_was_written_is_read(tmp_path):
+    blocks = [block(3, 1), block(0), block(70_000, 2)]
+    assert write_stripes(tmp_path / "s.npy", iter(blocks)) == 70_003
+    np.testing.assert_array_equal(open_stripes(tmp_path / "s.npy"), np.concatenate(blocks))
+
+
+def test_numpy_reads_the_file_too(tmp_path):
+    write_stripes(tmp_path / "s.npy", [block(12)])
+    np.testing.assert_array_equal(np.load(tmp_path / "s.npy"), block(12))
+
+
+def test_reading_maps_the_file_and_copies_nothing(tmp_path):
+    write_stripes(tmp_path / "s.npy", [block(12)])
+    assert isinstance(open_stripes(tmp_path / "s.npy"), np.memmap)
+
+
+def test_a_scan_without_a_stripe_is_a_file_of_none(tmp_path):
+    assert write_stripes(tmp_path / "s.npy", []) == 0
+    assert len(open_stripes(tmp_path / "s.npy")) == 0
+
+
+def test_a_source_that_breaks_off_leaves_what_was_there(tmp_path):
+    def broken():
+        yield block(5)
+        raise KeyboardInterrupt
+
+    write_stripes(tmp_path / "s.npy", [block(7)])
+    with pytest.raises(KeyboardInterrupt):
+        write_stripes(tmp_path / "s.npy", broken(), overwrite=True)
+    assert len(open_stripes(tmp_path / "s.npy")) == 7
+    assert [path.name for path in tmp_path.iterdir()] == ["s.npy"]
+
+
+def test_nothing_is_overwritten_unasked(tmp_path):
+    write_stripes(tmp_path / "s.npy", [block(7)])
+    with pytest.raises(OutputExists):
+        write_stripes(tmp_path / "s.npy", [block(1)])
+    assert write_stripes(tmp_path / "s.npy", [block(1)], overwrite=True) == len(open_stripes(tmp_path / "s.npy"))
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(FileUnwritable, match="nowhere"):
+        write_stripes(tmp_path / "nowhere" / "s.npy", [block(1)])
+
+
+@pytest.mark.parametrize("content", [b"", b"\x93NUMPY\x01\x00", b"PNG rather than numbers", b"\x93NUMPY\x09\x00abcdef"])
+def test_a_file_of_something_else_is_refused(content, tmp_path):
+    (tmp_path / "s.npy").write_bytes(content)
+    with pytest.raises(FileUnreadable, match=r"s\.npy"):
+        open_stripes(tmp_path / "s.npy")
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "none.npy"):
+        with pytest.raises(FileUnreadable):
+            open_stripes(path)
+
+
+def test_a_file_that_was_cut_off_is_refused(tmp_path):
+    write_stripes(tmp_path / "s.npy", [block(100)])
+    whole = (tmp_path / "s.npy").read_bytes()
+    (tmp_path / "s.npy").write_bytes(whole[:-1])
+    with pytest.raises(FileUnreadable, match="cut off"):
+        open_stripes(tmp_path / "s.npy")
+
+
+@pytest.mark.parametrize("array", [np.zeros(4), np.zeros((2, 2), STRIPE), np.zeros(3, STRIPE.newbyteorder(">"))])
+def test_another_kind_of_array_is_refused(array, tmp_path):
+    np.save(tmp_path / "s.npy", array)
+    with pytest.raises(StripesForeign, match="extract"):
+        open_stripes(tmp_path / "s.npy")
