@@ -49,8 +49,8 @@ class View:
         """Column of the pixel coordinate that the stripe runs along."""
         return 0 if self.stripe_axis == "u" else 1
 
-    def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
-        """Where the stripe on the plane z = level shows, for an undistorted lens.
+    def lit(self, T_base_camera: Array, level: float, at: Array) -> Array:
+        """Where the sheet meets the plane z = level, for an undistorted lens.
 
         Args:
             T_base_camera: (n, 4, 4).
@@ -58,10 +58,9 @@ class View:
             at: Pixel coordinates along the stripe, (n or 1, k).
 
         Returns:
-            (n, k, 2) [px]; NaN behind the camera.
+            Points in the camera frame, (n, k, 3) [m]; NaN behind the camera.
         """
-        v = {name: np.array([value]) for name, value in self.values.items()}
-        sheet = optics.sheet(v)[0, 0]
+        sheet = optics.sheet({name: np.array([value]) for name, value in self.values.items()})[0, 0]
         pitch, centre = (("s_u", "u_0"), ("s_v", "v_0"))[self.along]
         slope = (at - self.values[centre]) * self.values[pitch] / self.values["f"]
         slope = -slope if self.along == 0 else slope
@@ -71,9 +70,16 @@ class View:
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = (sheet[0] * distance - sheet[3] * normal[:, 0]) / (sheet[0] * facing - sheet[2] * normal[:, 0])
             x = (sheet[3] - sheet[2] * depth) / sheet[0]
-            seen = np.stack([x, slope * depth, np.where(depth > 0, depth, np.nan)], axis=-1)
-        flat = {**v, "k": np.zeros(1)}
-        return optics.project(seen.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*seen.shape[:2], 2)
+            return np.stack([x, slope * depth, np.where(depth > 0, depth, np.nan)], axis=-1)
+
+    def pixels(self, point: Array) -> Array:
+        """Where points of the camera frame show through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
+        flat = {**{name: np.array([value]) for name, value in self.values.items()}, "k": np.zeros(1)}
+        return optics.project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
+
+    def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
+        """Where the stripe on the plane z = level shows, (n, k, 2) [px]; arguments as those of `lit`."""
+        return self.pixels(self.lit(T_base_camera, level, at))
 
     def span(self, margin: float = MARGIN) -> tuple[float, float]:
         """First and last pixel of the stripe that a margin (a share of the image) leaves."""

@@ -131,7 +131,7 @@ class Robot:
         T = np.empty((c, n, 4, 4))
         q, placements = np.ascontiguousarray(q), np.ascontiguousarray(placements)
         arm = np.array(self.chain), self.prismatic, placements, self._to_axis, self._from_axis, self.end, T
-        part = -(-POSES_AT_ONCE // n)
+        part = -(-POSES_AT_ONCE // max(1, n))
         share_out(partial(forward, i, min(i + part, c), q, *arm) for i in range(0, c, part))
         return T
 

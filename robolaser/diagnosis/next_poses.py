@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser import optics
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fitted import Fitted
 from robolaser.poses import View, anywhere, limits
-from robolaser.se3 import apply, inverse, pose
+from robolaser.se3 import apply, inverse
 from robolaser.seams import Bend
 from robolaser.sensors.sensor import motion
 from robolaser.sensors.stripe import Stripe
@@ -122,23 +121,10 @@ def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, 
     T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
     T_target_camera = inverse(T_base_target) @ T_base_camera
     level = float(np.median(dataset.points.xyz[:, 2]))
-    at = np.linspace(*view.span(), ALONG)[None]
-    pixel = view.stripe(T_target_camera, level, at)
-    shown = _on_level(pixel, values, dataset, T_target_camera, level)
+    seen = view.lit(T_target_camera, level, np.linspace(*view.span(), ALONG)[None])
+    pixel, shown = view.pixels(seen), apply(T_target_camera[:, None], seen)
     low, high = dataset.points.xyz.min(axis=0), dataset.points.xyz.max(axis=0)
     on = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2))
     inside = view.holds(pixel.reshape(-1, 2)).reshape(len(q), -1).all(axis=1)
     return pixel, shown, np.asarray(on & inside)
 
-
-def _on_level(
-    pixel: Array, values: Mapping[str, Array], dataset: Dataset, T_target_camera: Array, level: float
-) -> Array:
-    """Where the rays of pixels (k, r, 2) meet the plane z = level of the target's frame, (k, r, 3) [m]."""
-    flat = optics.metric(pixel.reshape(1, -1, 2), values)
-    ray = optics.rays(flat, values["f"], dataset.stripe_axis)[0].reshape(*pixel.shape[:2], 3)
-    turned = apply(pose(T_target_camera[:, :3, :3], np.zeros((len(pixel), 3)))[:, None], ray)
-    start = T_target_camera[:, None, :3, 3]
-    along = (level - start[..., 2:]) / turned[..., 2:]
-    points: Array = start + along * turned
-    return points

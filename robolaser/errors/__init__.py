@@ -134,6 +134,7 @@ from robolaser.errors.searches import (
     SettingsRefused,
     SettingUnknown,
 )
+from robolaser.errors.visits import CannotPlan, TargetPlaceUnknown, TooFewSights
 
 __all__ = [
     "AlgorithmUnknown",
@@ -147,6 +148,7 @@ __all__ = [
     "BoundsWrong",
     "CandidateNotANumber",
     "CandidateShape",
+    "CannotPlan",
     "CheckpointForeign",
     "CheckpointImpossible",
     "CheckpointUnreadable",
@@ -235,10 +237,12 @@ __all__ = [
     "SystemSaidNo",
     "TableEmpty",
     "TargetOutOfSight",
+    "TargetPlaceUnknown",
     "TargetUnseen",
     "TestFunctionUnknown",
     "TooFar",
     "TooFewPoses",
+    "TooFewSights",
     "UnknownFrame",
     "UnknownJoint",
     "UrdfBadNumbers",
