@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.effects.run import Run
 from robolaser.parameters import Parameter
 from robolaser.scanner import Model
 from robolaser.search import History
@@ -139,6 +140,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
         "model": description,
         "effects": _effect_entries(calibration),
+        "run": Run.of(dataset).as_json(),
         "objective_m2": calibration.objective_m2,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.residuals, axis=-1).max()),

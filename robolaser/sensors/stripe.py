@@ -10,8 +10,9 @@ from robolaser.arrays import Array
 from robolaser.compiled import available
 from robolaser.dataset import Dataset
 from robolaser.parameters import Parameters, Values
-from robolaser.se3 import apply, carry, from_angles, from_quaternion, pose, rigid_fit
+from robolaser.se3 import apply, carry, rigid_fit
 from robolaser.seams import Bend, Seam
+from robolaser.sensors import head
 from robolaser.sensors.chain import SCANNER, Chain
 from robolaser.sensors.mounting import SIMILARITY, Mounting
 from robolaser.sensors.sensor import SIX, Sensor, motion, six_of
@@ -58,17 +59,11 @@ class Stripe(Sensor):
 
     def in_camera(self, values: Values, bend: Bend, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        read = bend(Seam.PIXELS, self._pixel if pixel is None else pixel)
-        flat = bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
-        ray = optics.rays(flat, values["f"], self.dataset.stripe_axis)
-        return bend(Seam.LIGHT, optics.cut(ray, bend(Seam.SHEET, optics.sheet(values))))
+        return head.in_camera(self._pixel if pixel is None else pixel, values, bend, self.dataset.stripe_axis)
 
     def mount(self, values: Values, bend: Bend) -> Array:
         """T_flange_camera, (c, n or 1, 4, 4)."""
-        bracket = from_quaternion(np.array(self.dataset.bracket_quat))
-        turn = from_angles(values["w"], values["phi"], values["psi"], order=self.dataset.angles)
-        shift = np.stack([values["t_x"], values["t_y"], values["t_z"]], axis=-1)
-        return bend(Seam.MOUNT, pose(bracket @ turn, shift)[:, None])
+        return head.mount(self.dataset, values, bend)
 
     def in_base(self, values: Values, T_base_flange: Array, bend: Bend, pixel: Array | None = None) -> Array:
         """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
