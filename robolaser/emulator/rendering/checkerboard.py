@@ -1,0 +1,82 @@
+"""A printed checkerboard on a thin plate."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.rendering.solid import Solid
+
+
+@final
+@dataclass(frozen=True)
+class Checkerboard(Solid):
+    """A checkerboard, with a light border around its outer squares.
+
+    Attributes:
+        T_base_board: Its frame: the origin is the inner corner whose outward diagonal square is dark, x runs along the
+            columns, y along the rows, z into the board, (4, 4).
+        columns: Inner corners along x.
+        rows: Inner corners along y.
+        square_m: Side of a square [m].
+        border_m: Breadth of the border [m].
+        white: Albedo of the paper.
+        black: Albedo of the ink.
+        shine: Share of the light that it mirrors.
+    """
+
+    T_base_board: Array
+    columns: int
+    rows: int
+    square_m: float
+    border_m: float = 0.01
+    white: float = 0.85
+    black: float = 0.09
+    shine: float = 0.0
+
+    def grid(self) -> Array:
+        """Its inner corners in the base frame, (rows, columns, 3) [m]."""
+        x, y = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
+        return self._placed(self.square_m * np.stack([x, y, np.zeros_like(x)], axis=-1))
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """From either side."""
+        R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (t - origin) @ R[:, 2] / (direction @ R[:, 2])
+            place = (origin + distance[..., None] * direction - t) @ R[:, :2]
+        low, high = self._ends
+        on = (distance > 0) & ((place >= low) & (place <= high)).all(axis=-1)
+        return np.where(on, distance, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Out of the printed side."""
+        return np.broadcast_to(-self.T_base_board[:3, 2], point.shape)
+
+    def albedo(self, point: Array, footprint: Array) -> Array:
+        """Paper and ink, mixed where a pixel sees both."""
+        place = (point - self.T_base_board[:3, 3]) @ self.T_base_board[:3, :2] / self.square_m
+        breadth = (footprint / self.square_m)[..., None]
+        inner = np.array([self.columns, self.rows]) - 1.0
+        line = np.clip(np.rint(place), 0.0, inner)
+        side = np.clip(2.0 * (place - line) / breadth, -1.0, 1.0)
+        dark = 0.5 + 0.5 * side.prod(axis=-1) * (1.0 - 2.0 * (line.sum(axis=-1) % 2))
+        edge = inner / 2 + 1.0 - np.abs(place - inner / 2)
+        printed = np.clip(edge / breadth + 0.5, 0.0, 1.0).prod(axis=-1)
+        mixed: Array = self.white + (self.black - self.white) * dark * printed
+        return mixed
+
+    def corners(self) -> Array:
+        """The plate's four."""
+        (x, y), (right, down) = self._ends
+        return self._placed(np.array([[x, y, 0], [right, y, 0], [right, down, 0], [x, down, 0]]))
+
+    @property
+    def _ends(self) -> tuple[Array, Array]:
+        room = self.square_m + self.border_m
+        return np.array([-room, -room]), self.square_m * (np.array([self.columns, self.rows]) - 1.0) + room
+
+    def _placed(self, point: Array) -> Array:
+        placed: Array = point @ self.T_base_board[:3, :3].T + self.T_base_board[:3, 3]
+        return placed

@@ -1,0 +1,42 @@
+"""A level floor without end."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.rendering.solid import Solid
+
+
+@final
+@dataclass(frozen=True)
+class Floor(Solid):
+    """The plane z = height.
+
+    Attributes:
+        height: In the base frame [m].
+        tone: Its albedo.
+        shine: Share of the light that it mirrors.
+    """
+
+    height: float = 0.0
+    tone: float = 0.45
+    shine: float = 0.0
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """From either side."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (self.height - origin[..., 2]) / direction[..., 2]
+        return np.where(distance > 0, distance, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Up."""
+        return np.broadcast_to([0.0, 0.0, 1.0], point.shape)
+
+    def albedo(self, point: Array, footprint: Array) -> Array:
+        """The same everywhere."""
+        return np.full(footprint.shape, self.tone)
+
+    def corners(self) -> None:
+        """None: it has no end."""

@@ -1,0 +1,82 @@
+"""How bright surfaces look: in the room's light, in the projector's, and in each other's mirror."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.scene import AWAY_M
+from robolaser.emulator.rendering.view import Hits, View
+
+LAMP = np.array([0.30, 0.20, 0.93])
+"""Where most of the room's light comes from, in the base frame."""
+FROM_ALL_SIDES = 0.55
+"""Share of the room's light that comes from everywhere."""
+GLOSS = 80.0
+"""Exponent of the lobe around a mirrored ray (Phong 1975): a glint some degrees wide."""
+DARKEST_GREY = 0.02
+"""Laser light below this is none."""
+
+
+def of_the_room(view: View, hits: Hits) -> Array:
+    """Share of white paper's grey under the lamp, for what rays met, (n,)."""
+    point = view.outside(hits.seen)
+    normal = view.scene.normals(point, hits.solid)
+    facing = np.maximum(normal @ (LAMP / np.linalg.norm(LAMP)), 0.0)
+    albedo = view.scene.albedo(point, hits.solid, hits.distance * view.eye.pixel_rad)
+    share: Array = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * facing)
+    return share
+
+
+def of_the_laser(view: View, sheet: Sheet, hits: Hits) -> Array:
+    """Grey of what rays met in the projector's direct light, (n,)."""
+    out = np.zeros(len(hits.distance))
+    rows = np.flatnonzero(hits.solid >= 0)
+    strength = sheet.grey(hits.seen[rows])
+    rows, strength = rows[strength > DARKEST_GREY], strength[strength > DARKEST_GREY]
+    own = hits.take(rows)
+    out[rows] = strength * _thrown(view, sheet, view.outside(own.seen), own, -own.ray @ view.turn.T)
+    return out
+
+
+def mirrored(view: View, sheet: Sheet, hits: Hits) -> Array:
+    """Grey of the projector's light that what rays met mirrors from other surfaces, (n,)."""
+    out = np.zeros(len(hits.distance))
+    shine = view.scene.shine
+    rows = np.flatnonzero((hits.solid >= 0) & (shine[hits.solid] > 0))
+    if len(rows) == 0:
+        return out
+    own = hits.take(rows)
+    point, direction = view.outside(own.seen), own.ray @ view.turn.T
+    normal = view.scene.normals(point, own.solid)
+    direction = direction - 2.0 * (direction * normal).sum(axis=-1, keepdims=True) * normal
+    distance, solid = view.scene.cast(point + AWAY_M * normal, direction)
+    met = np.flatnonzero(solid >= 0)
+    there = point[met] + direction[met] * distance[met, None]
+    inside = (there - view.place) @ view.turn
+    strength = sheet.grey(inside)
+    bright = np.flatnonzero(strength > DARKEST_GREY)
+    far = np.linalg.norm(inside[bright], axis=-1)
+    second = Hits(inside[bright] / far[:, None], far, solid[met][bright])
+    light = strength[bright] * _thrown(view, sheet, there[bright], second, -direction[met][bright])
+    out[rows[met[bright]]] = shine[own.solid[met[bright]]] * light
+    return out
+
+
+def _thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array) -> Array:
+    """Share of the projector's light that points throw towards an eye: to all sides, and as a glint."""
+    normal = view.scene.normals(point, hits.solid)
+    source = view.outside(sheet.source)
+    to_source = source - point
+    to_source /= np.linalg.norm(to_source, axis=-1, keepdims=True)
+    cosine = np.maximum((to_source * normal).sum(axis=-1), 0.0)
+    albedo = view.scene.albedo(point, hits.solid, hits.distance * view.eye.pixel_rad)
+    shine = view.scene.shine[hits.solid]
+    share = (1.0 - shine) * albedo * cosine
+    glossy = shine > 0
+    if glossy.any():
+        mirror = 2.0 * (to_source * normal).sum(axis=-1, keepdims=True) * normal - to_source
+        lobe = np.maximum((mirror * towards).sum(axis=-1), 0.0) ** GLOSS
+        share = share + shine * cosine * lobe
+    reached = view.scene.reaches(point, normal, source)
+    lit: Array = np.where(reached, share, 0.0)
+    return lit

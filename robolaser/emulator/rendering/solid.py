@@ -1,0 +1,46 @@
+"""A body that stands in a scene, stops rays and throws light back."""
+
+from abc import ABC, abstractmethod
+
+from robolaser.arrays import Array
+
+
+class Solid(ABC):
+    """A body in the base frame.
+
+    `shine` is the share of light that its surface mirrors, 0 to 1; the rest is thrown back to all sides.
+    """
+
+    shine: float
+
+    @abstractmethod
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """How far rays go until they meet the surface.
+
+        Args:
+            origin: Where they start, (..., 3) or (3,) [m].
+            direction: Unit vectors, (..., 3).
+
+        Returns:
+            Distances, (...,) [m]; inf where they miss it.
+        """
+
+    @abstractmethod
+    def normal(self, point: Array) -> Array:
+        """Unit normals, outward, at points of the surface, (..., 3) -> (..., 3)."""
+
+    @abstractmethod
+    def albedo(self, point: Array, footprint: Array) -> Array:
+        """Share of light that is thrown back where a pixel sees a patch of the surface.
+
+        Args:
+            point: Middle of each patch, (..., 3) [m].
+            footprint: Its breadth, (...,) [m]: edges of a print are blurred over it.
+
+        Returns:
+            From 0 to 1, (...,).
+        """
+
+    @abstractmethod
+    def corners(self) -> Array | None:
+        """Points whose convex hull holds the body, (k, 3) [m]; None: it has no end."""
