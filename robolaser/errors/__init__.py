@@ -85,6 +85,14 @@ from robolaser.errors.effects import (
     ShapeOutside,
     TargetOutOfSight,
 )
+from robolaser.errors.emulating import (
+    AxisMissing,
+    ControllerUnknown,
+    EmulatorSilent,
+    FaultSenseless,
+    FaultUnknown,
+    NoArmToEmulate,
+)
 from robolaser.errors.files import (
     BadCell,
     ColumnMissing,
@@ -186,6 +194,7 @@ __all__ = [
     "ArmRestarted",
     "ArmUnknown",
     "AttributeLacking",
+    "AxisMissing",
     "BadCell",
     "BentOutOfSight",
     "BoundsMissing",
@@ -209,6 +218,7 @@ __all__ = [
     "ComparisonForeign",
     "ComparisonInterrupted",
     "ComparisonThere",
+    "ControllerUnknown",
     "DaskMissing",
     "DemandSenseless",
     "DiagnosisUnreadable",
@@ -219,6 +229,9 @@ __all__ = [
     "EffectSizeUnclear",
     "EffectTooLarge",
     "EffectUnknown",
+    "EmulatorSilent",
+    "FaultSenseless",
+    "FaultUnknown",
     "FileUnreadable",
     "FileUnwritable",
     "FlangeNotSaid",
@@ -235,6 +248,7 @@ __all__ = [
     "LineLost",
     "LossUnknown",
     "ManyObjectives",
+    "NoArmToEmulate",
     "NoCamera",
     "NoClosedForm",
     "NoPoints",

@@ -1,0 +1,48 @@
+"""Cells that cannot be emulated."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from robolaser.errors.base import RobolaserError, WrongUsage, near
+
+
+class FaultUnknown(WrongUsage):
+    """A fault that the emulator does not have."""
+
+    def __init__(self, kind: str, known: Iterable[str]) -> None:
+        super().__init__(f"--fault {kind}: there is no such fault.{near(kind, known)}")
+
+
+class FaultSenseless(WrongUsage):
+    """A fault that cannot be understood."""
+
+    def __init__(self, text: str, reason: str) -> None:
+        super().__init__(f"--fault {text}: {reason}. For example: lost:0.1, impact:3@12, silent@>5s, late:2.5@7-9.")
+
+
+class ControllerUnknown(RobolaserError):
+    """A language that no emulated controller speaks."""
+
+    def __init__(self, kind: str, known: Iterable[str]) -> None:
+        super().__init__(f"cell.toml, [arm] kind: no emulated controller speaks '{kind}'.{near(kind, known)}")
+
+
+class NoArmToEmulate(RobolaserError):
+    """A cell that does not say which robot it has."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder / 'dataset.toml'} has no [robot]: an emulated arm needs its URDF and joints.")
+
+
+class AxisMissing(RobolaserError):
+    """A fault of an axis that the arm does not have."""
+
+    def __init__(self, kind: str, axis: int, axes: int) -> None:
+        super().__init__(f"--fault {kind}:{axis}: the arm has axes 1 to {axes}.")
+
+
+class EmulatorSilent(RobolaserError):
+    """The emulator's process did not come up."""
+
+    def __init__(self, folder: Path, said: str) -> None:
+        super().__init__(f"The emulator of {folder} did not start. It said: {said.strip() or 'nothing'}")
