@@ -1,0 +1,351 @@
+"""The controller of a SCORBOT: a terminal that speaks ACL, with a prompt, stored positions and a queue of movements.
+
+After the reference guide of ACL for Controller-A (Eshed Robotec).
+"""
+
+import re
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.emulator.cartesian import NAMES, place, reach
+from robolaser.emulator.controller import Blow, Controller
+from robolaser.emulator.encoders import Encoders
+from robolaser.emulator.homing import Homing
+from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
+from robolaser.robot import Robot
+
+FASTEST_RAD_S = 1.0
+"""Of every axis, at speed 100 (or m/s)."""
+OUTPUTS = range(1, 17)
+LONGEST_LINE = 128
+ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
+PROMPT, BOOT = b">", b"\r\n>_"
+OK = ["O.K."]
+UNKNOWN = ["*** UNKNOWN COMMAND"]
+NO_POSITION = ["*** ERROR 303: NO POSITION ASSIGNED"]
+DISABLED = "*** ERROR 304: AXIS DISABLED"
+BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
+BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
+BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
+
+
+@final
+class Acl(Controller):
+    """One terminal, one group of axes; homed, motors on, at home when it begins."""
+
+    def __init__(self, robot: Robot, encoders: Encoders) -> None:
+        self._robot = robot
+        self._encoders = encoders
+        self._axes = [Axis(float(angle)) for angle in encoders.home]
+        self._positions: dict[str, Ints | None] = {}
+        self._disabled: set[int] = set()
+        self._outputs: set[int] = set()
+        self._homing: Homing | None = None
+        self._homeless: set[int] = set()
+        self._speed = 50
+        self._line = bytearray()
+        self._echo = True
+        self._asked: str | None = None
+        self._moved_s: float | None = None
+        self._unsaid = b""
+        self._words: dict[str, Callable[[list[str], float], list[str]]] = {
+            "LISTPV": self._listpv,
+            "SHOW": self._show,
+            "LET": self._let,
+            "DEFP": self._defp,
+            "DELP": self._delp,
+            "HERE": self._here,
+            "SETPV": self._setpv,
+            "SETPVC": self._setpvc,
+            "MOVE": self._move,
+            "MOVED": self._moved,
+            "SPEED": self._set_speed,
+            "HOME": self._home,
+            "SET": self._set,
+            "COFF": self._coff,
+            "CON": self._con,
+            "ECHO": self._echo_on,
+            "NOECHO": self._echo_off,
+            "STATUS": self._status,
+            "A": self._abort,
+            "ABORT": self._abort,
+        }
+
+    def hear(self, data: bytes, now_s: float) -> bytes:
+        """Take keys, echo them, and answer each line."""
+        return b"".join(self._take(byte, now_s) for byte in data)
+
+    def speak(self, now_s: float) -> bytes:
+        """Homing that is over, and the *** lines."""
+        if self._homing is not None and now_s >= self._homing.ends_s:
+            self._unsaid += _lines([self._homing.outcome])
+            if self._homing.found:
+                self._encoders.find_home()
+            self._homing = None
+        said, self._unsaid = self._unsaid, b""
+        if self._moved_s is not None and now_s >= self._moved_s:
+            self._moved_s = None
+            said += _lines(OK) + PROMPT
+        return said
+
+    def motor(self, now_s: float) -> Array:
+        """Joint angles as the encoders see them, (j,) [rad] or [m]."""
+        return angles(self._axes, now_s)
+
+    def outputs(self, now_s: float) -> frozenset[int]:
+        """The digital outputs that are on."""
+        return frozenset(self._outputs)
+
+    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+        """Bear what befalls the arm."""
+        if blow is Blow.STALL:
+            self._axes[axis - 1].jam(now_s)
+        elif blow is Blow.HOMELESS:
+            self._homeless.add(axis)
+        elif blow is Blow.REBOOT:
+            self._reboot(now_s)
+        else:
+            what = "IMPACT PROTECTION" if blow is Blow.IMPACT else "THERMIC OVERLOAD"
+            self._give_up(f"*** {what} axis {axis}", axis, now_s)
+
+    def _take(self, byte: int, now_s: float) -> bytes:
+        if byte == ABORT:
+            self._line.clear()
+            self._asked = self._moved_s = None
+            self._stop(now_s)
+            return b"\r\n" + PROMPT
+        if byte == NEWLINE:
+            return b""
+        echo = bytes([byte]) if self._echo else b""
+        if byte == ENTER:
+            line = self._line.decode("ascii", errors="replace")
+            self._line.clear()
+            return echo + self._answer(line, now_s)
+        if byte == BACKSPACE:
+            del self._line[-1:]
+        elif len(self._line) < LONGEST_LINE:
+            self._line.append(byte)
+        return echo
+
+    def _answer(self, line: str, now_s: float) -> bytes:
+        if self._asked is not None:
+            lines = self._delete(line)
+        else:
+            word, *rest = line.upper().split() or [""]
+            if not word:
+                lines = []
+            elif word in self._words:
+                lines = self._words[word](rest, now_s)
+            else:
+                lines = UNKNOWN
+        waits = self._asked is not None or self._moved_s is not None
+        return _lines(lines) + (b"" if waits else PROMPT)
+
+    def _listpv(self, rest: list[str], now_s: float) -> list[str]:
+        if rest == ["POSITION"]:
+            counts = self._encoders.counts(self.motor(now_s))
+        elif len(rest) != 1 or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        else:
+            stored = self._positions[rest[0]]
+            if stored is None:
+                return NO_POSITION
+            counts = stored
+        where = place(self._robot, self._encoders.angles(counts))
+        return [
+            " ".join(f"{i}:{count:<7d}" for i, count in enumerate(counts, 1)).rstrip(),
+            " ".join(f"{name}:{value:<7d}" for name, value in zip(NAMES, where, strict=True)).rstrip(),
+        ]
+
+    def _show(self, rest: list[str], now_s: float) -> list[str]:
+        if rest == ["SPEED"]:
+            return [f"SPEED {self._speed}"]
+        number = _number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
+        if number is None:
+            return UNKNOWN
+        return [f"PAR {number} = {self._encoders.par.get(number, 0)}"]
+
+    def _let(self, rest: list[str], now_s: float) -> list[str]:
+        said = re.fullmatch(r"PAR(\d+)=(-?\d+)", "".join(rest))
+        if said is None:
+            return UNKNOWN
+        self._encoders.par[int(said[1])] = int(said[2])
+        return OK
+
+    def _defp(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) != 1 or not re.fullmatch(r"[A-Z][A-Z0-9_]*", rest[0]) or rest[0] == "POSITION":
+            return BAD_COORDINATE
+        if rest[0] in self._positions:
+            return [f"*** POSITION {rest[0]} ALREADY DEFINED"]
+        self._positions[rest[0]] = None
+        return OK
+
+    def _delp(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) != 1 or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        self._asked = rest[0]
+        return ["DELETE POINT? (YES/NO)"]
+
+    def _delete(self, line: str) -> list[str]:
+        name, self._asked = self._asked, None
+        if line.strip().upper() != "YES" or name is None:
+            return ["POINT NOT DELETED"]
+        del self._positions[name]
+        return OK
+
+    def _here(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) != 1 or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        self._positions[rest[0]] = self._encoders.counts(self.motor(now_s))
+        return OK
+
+    def _setpv(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) != 3 or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        stored, axis, counts = self._positions[rest[0]], _number(rest[1]), _number(rest[2])
+        if stored is None:
+            return NO_POSITION
+        if axis is None or not 1 <= axis <= len(stored):
+            return BAD_AXIS
+        if counts is None:
+            return BAD_COORDINATE
+        changed = stored.copy()
+        changed[axis - 1] = counts
+        self._positions[rest[0]] = changed
+        return OK
+
+    def _setpvc(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) != 3 or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        stored, value = self._positions[rest[0]], _number(rest[2])
+        if stored is None:
+            return NO_POSITION
+        if rest[1] not in NAMES or value is None:
+            return BAD_COORDINATE
+        q = self._encoders.angles(stored)
+        wanted = place(self._robot, q)
+        wanted[NAMES.index(rest[1])] = value
+        reached = reach(self._robot, wanted, q, self._encoders.lower, self._encoders.upper)
+        if reached is None:
+            return BAD_CARTESIAN
+        self._positions[rest[0]] = self._encoders.counts(reached)
+        return OK
+
+    def _move(self, rest: list[str], now_s: float) -> list[str]:
+        if len(rest) not in (1, 2) or rest[0] not in self._positions:
+            return [_undefined(rest)]
+        counts, hundredths = self._positions[rest[0]], _number(rest[1]) if len(rest) == 2 else 0
+        if counts is None:
+            return NO_POSITION
+        if hundredths is None or hundredths < 0:
+            return BAD_COORDINATE
+        if self._disabled:
+            return [f"{DISABLED} {min(self._disabled)}"]
+        if self._homing is not None:
+            return ["*** HOMING IN PROGRESS"]
+        goal = self._encoders.angles(counts)
+        outside = self._encoders.outside(goal)
+        if outside:
+            self._give_up(f"*** OUT OF RANGE axis {outside[0]}", outside[0], now_s)
+            return []
+        way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
+        share = 1.0 if hundredths else self._speed / 100
+        seconds = max(hundredths / 100, least_seconds(way, FASTEST_RAD_S * share))
+        begins_s = max(now_s, rest_s(self._axes))
+        for axis, angle in zip(self._axes, goal, strict=True):
+            axis.queue(float(angle), begins_s, seconds)
+        return OK
+
+    def _moved(self, rest: list[str], now_s: float) -> list[str]:
+        lines = self._move(rest, now_s)
+        if lines != OK:
+            return lines
+        self._moved_s = rest_s(self._axes)
+        return []
+
+    def _set_speed(self, rest: list[str], now_s: float) -> list[str]:
+        speed = _number(rest[0]) if len(rest) == 1 else None
+        if speed is None or not 1 <= speed <= 100:
+            return BAD_COORDINATE
+        self._speed = speed
+        return OK
+
+    def _home(self, rest: list[str], now_s: float) -> list[str]:
+        if rest:
+            return UNKNOWN
+        if self._disabled:
+            return [f"{DISABLED} {min(self._disabled)}"]
+        self._stop(now_s)
+        self._homing = Homing(self._axes, self._encoders, frozenset(self._homeless), now_s)
+        return ["WAIT!! HOMING..."]
+
+    def _set(self, rest: list[str], now_s: float) -> list[str]:
+        said = re.fullmatch(r"OUT\[(\d+)\]=([01])", "".join(rest))
+        if said is None:
+            return UNKNOWN
+        output = int(said[1])
+        if output not in OUTPUTS:
+            return [f"*** BAD OUTPUT {output}"]
+        (self._outputs.add if said[2] == "1" else self._outputs.discard)(output)
+        return OK
+
+    def _coff(self, rest: list[str], now_s: float) -> list[str]:
+        self._stop(now_s)
+        self._disabled = set(range(1, len(self._axes) + 1))
+        return OK
+
+    def _con(self, rest: list[str], now_s: float) -> list[str]:
+        self._disabled = set()
+        return OK
+
+    def _echo_on(self, rest: list[str], now_s: float) -> list[str]:
+        self._echo = True
+        return OK
+
+    def _echo_off(self, rest: list[str], now_s: float) -> list[str]:
+        self._echo = False
+        return OK
+
+    def _status(self, rest: list[str], now_s: float) -> list[str]:
+        return ["HOMING" if self._homing is not None else "NO ACTIVE PROGRAMS"]
+
+    def _abort(self, rest: list[str], now_s: float) -> list[str]:
+        self._stop(now_s)
+        return OK
+
+    def _stop(self, now_s: float) -> None:
+        self._homing = None
+        for axis in self._axes:
+            axis.halt(now_s)
+
+    def _give_up(self, line: str, axis: int, now_s: float) -> None:
+        self._stop(now_s)
+        self._moved_s = None
+        self._disabled.add(axis)
+        self._unsaid += _lines([line])
+
+    def _reboot(self, now_s: float) -> None:
+        self._stop(now_s)
+        self._encoders.lose(self.motor(now_s))
+        self._positions.clear()
+        self._outputs.clear()
+        self._unsaid = BOOT
+        self._line.clear()
+        self._asked = self._moved_s = None
+        self._echo, self._speed = True, 50
+        self._disabled = set()
+
+
+def _lines(lines: list[str]) -> bytes:
+    return b"\r\n" + b"".join(line.encode() + b"\r\n" for line in lines)
+
+
+def _number(text: str) -> int | None:
+    return int(text) if re.fullmatch(r"[+-]?\d{1,9}", text) else None
+
+
+def _undefined(rest: list[str]) -> str:
+    return f"*** UNDEFINED POSITION {' '.join(rest[:1])}".rstrip()

@@ -1,0 +1,90 @@
+"""Faults on demand, as they are asked for: `kind[:amount][@when]`."""
+
+import re
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.errors import FaultSenseless, FaultUnknown
+
+LINE = {
+    "garbage": 0.05,  # chance that a byte answered is followed by a random one
+    "lost": 0.05,  # chance that a byte answered never arrives
+    "misheard": 0.05,  # chance that a byte sent to the controller never arrives
+    "late": 3.0,  # answers come so much later [s]
+    "silent": 0.0,  # it works on and answers nothing
+    "flood": 5000.0,  # it sends so much by itself and does not end [bytes/s]
+    "cut": 0.0,  # the plug is pulled
+}
+ARM = {
+    "impact": 1.0,  # an axis hits something: impact protection
+    "stall": 1.0,  # an axis sticks where it is
+    "thermic": 1.0,  # an axis is too hot
+    "homing": 1.0,  # an axis does not find its home
+    "reboot": 1.0,  # the power fails for a moment; the axis does not matter
+}
+CAMERA = {
+    "camera_frozen": 0.0,  # the same frame over and over
+    "camera_gone": 0.0,  # the stream ends
+    "camera_size": 0.5,  # frames are so much smaller or larger
+    "camera_over": 20.0,  # so much more light
+    "camera_dark": 0.02,  # so much less light
+    "camera_late": 1.0,  # frames come so much later [s]
+}
+KINDS = LINE | ARM | CAMERA
+"""Every kind with its usual amount."""
+_FORM = re.compile(
+    r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
+    r"(?:@(?:(?P<first>\d+)(?:-(?P<last>\d+))?|>(?P<begin>\d+(?:\.\d+)?)s(?:-(?P<end>\d+(?:\.\d+)?)s)?))?"
+)
+
+
+@final
+@dataclass(frozen=True)
+class Fault:
+    """One fault and when it is there.
+
+    Attributes:
+        kind: One of `KINDS`.
+        amount: A chance, seconds, an axis from 1, ... as the kind wants.
+        commands: From and up to which command that the controller hears.
+        seconds: From and up to when, on the controller's clock.
+    """
+
+    kind: str
+    amount: float
+    commands: tuple[float, float] = (0.0, np.inf)
+    seconds: tuple[float, float] = (0.0, np.inf)
+
+    def there(self, now_s: float, heard: int) -> bool:
+        """Whether it is there now, after so many commands."""
+        return self.commands[0] <= heard <= self.commands[1] and self.seconds[0] <= now_s <= self.seconds[1]
+
+
+def read_fault(text: str) -> Fault:
+    """Read what was asked for: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `camera_over@>2s-4s`.
+
+    Raises:
+        FaultUnknown: There is no such kind.
+        FaultSenseless: It is not written as a fault is, or the amount is impossible.
+    """
+    said = _FORM.fullmatch(text)
+    if said is None:
+        raise FaultSenseless(text, "expected kind[:amount][@when], when = N or N-M commands, >Ts or >Ts-Us")
+    kind = said["kind"]
+    if kind not in KINDS:
+        raise FaultUnknown(kind, KINDS)
+    amount = float(said["amount"] or KINDS[kind])
+    if kind in ("garbage", "lost", "misheard") and amount > 1:
+        raise FaultSenseless(text, f"a chance of {amount:g} is more than 1")
+    if kind in ARM and (amount < 1 or amount % 1):
+        raise FaultSenseless(text, f"axes are numbered 1, 2, ..., not {amount:g}")
+    if kind == "camera_size" and amount == 0:
+        raise FaultSenseless(text, "a frame of no size cannot be sent")
+    return Fault(
+        kind,
+        amount,
+        commands=(float(said["first"] or 0), float(said["last"] or np.inf)),
+        seconds=(float(said["begin"] or 0), float(said["end"] or np.inf)),
+    )

@@ -1,0 +1,106 @@
+"""A controller at the end of a bad line, on a bad day."""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.controller import Blow, Controller
+from robolaser.emulator.faults import ARM, Fault
+
+LARGEST_FLOOD = 8192
+"""Bytes that one look at a flood brings at most."""
+
+
+@final
+class Faulty(Controller):
+    """Passes on what another controller says, with faults."""
+
+    def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
+        self._controller = controller
+        self._faults = tuple(faults)
+        self._blows = [fault for fault in faults if fault.kind in ARM]
+        self._rng = rng
+        self._on_the_way: deque[tuple[float, bytes]] = deque()
+        self._flooded_s: float | None = None
+        self.heard = 0
+        """Commands so far."""
+
+    def cut(self, now_s: float) -> bool:
+        """Whether the plug is pulled."""
+        return self._there("cut", now_s) is not None
+
+    def hear(self, data: bytes, now_s: float) -> bytes:
+        """What arrives of the answers to what arrives."""
+        if self.cut(now_s):
+            return b""
+        misheard = self._there("misheard", now_s)
+        if misheard is not None:
+            data = self._thinned(data, misheard.amount)
+        self.heard += data.count(b"\r")
+        answer = self._controller.hear(data, now_s)
+        self._strike(now_s)
+        return self._send(answer, now_s)
+
+    def speak(self, now_s: float) -> bytes:
+        """What else arrives by now."""
+        self._strike(now_s)
+        said = self._send(self._controller.speak(now_s), now_s)
+        while self._on_the_way and self._on_the_way[0][0] <= now_s:
+            said += self._on_the_way.popleft()[1]
+        return b"" if self.cut(now_s) else said + self._flood(now_s)
+
+    def motor(self, now_s: float) -> Array:
+        """As the controller behind."""
+        return self._controller.motor(now_s)
+
+    def outputs(self, now_s: float) -> frozenset[int]:
+        """As the controller behind."""
+        return self._controller.outputs(now_s)
+
+    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+        """As the controller behind."""
+        self._controller.suffer(blow, axis, now_s)
+
+    def _there(self, kind: str, now_s: float) -> Fault | None:
+        return next((f for f in self._faults if f.kind == kind and f.there(now_s, self.heard)), None)
+
+    def _strike(self, now_s: float) -> None:
+        for fault in [fault for fault in self._blows if fault.there(now_s, self.heard)]:
+            self._blows.remove(fault)
+            self._controller.suffer(Blow(fault.kind), int(fault.amount), now_s)
+
+    def _send(self, data: bytes, now_s: float) -> bytes:
+        """What of the data arrives at once, as it arrives."""
+        if not data or self.cut(now_s) or self._there("silent", now_s) is not None:
+            return b""
+        lost, garbage, late = (self._there(kind, now_s) for kind in ("lost", "garbage", "late"))
+        if lost is not None:
+            data = self._thinned(data, lost.amount)
+        if garbage is not None:
+            data = self._strewn(data, garbage.amount)
+        if late is None and not self._on_the_way:
+            return data
+        self._on_the_way.append((now_s + (0.0 if late is None else late.amount), data))
+        return b""
+
+    def _thinned(self, data: bytes, chance: float) -> bytes:
+        kept = self._rng.random(len(data)) >= chance
+        return np.frombuffer(data, np.uint8)[kept].tobytes()
+
+    def _strewn(self, data: bytes, chance: float) -> bytes:
+        after = np.flatnonzero(self._rng.random(len(data)) < chance) + 1
+        return np.insert(np.frombuffer(data, np.uint8), after, self._rng.integers(0, 256, len(after))).tobytes()
+
+    def _flood(self, now_s: float) -> bytes:
+        flood = self._there("flood", now_s)
+        if flood is None:
+            self._flooded_s = None
+            return b""
+        since = now_s if self._flooded_s is None else self._flooded_s
+        size = min(int((now_s - since) * flood.amount), LARGEST_FLOOD)
+        if size or self._flooded_s is None:
+            self._flooded_s = now_s
+        return self._rng.integers(0x20, 0x7F, size, dtype=np.uint8).tobytes()

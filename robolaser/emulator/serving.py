@@ -1,0 +1,150 @@
+"""An emulated cell as a process: one line of JSON says where arm and camera are, then it serves until it is ended."""
+
+import argparse
+import json
+import os
+import selectors
+import signal
+import stat
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self, final
+
+from robolaser.errors import EmulatorSilent
+
+STARTING_S = 60.0
+"""Longest that an emulator may take to come up: numba may compile first."""
+ENDING_S = 5.0
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Say what can be given to an emulator."""
+    parser.add_argument("cell", metavar="CELL", type=Path, help="folder with cell.toml, dataset.toml and the URDF")
+    parser.add_argument("--world", metavar="WORLD.toml", type=Path, help="what the camera sees; without it, no camera")
+    parser.add_argument("--hurry", metavar="N", type=_positive, default=1.0, help="its clock runs N times faster")
+    parser.add_argument("--seed", metavar="N", type=int, default=1, help="of noise and faults; default: 1")
+    parser.add_argument(
+        "--fault",
+        metavar="KIND[:AMOUNT][@WHEN]",
+        action="append",
+        default=[],
+        help="for example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again",
+    )
+    parser.add_argument("--camera-port", metavar="N", type=int, default=0, help="default: any that is free")
+    parser.add_argument("--socket", action="store_true", help="serve the arm as socket://, not as a pseudo terminal")
+
+
+def serve(args: argparse.Namespace) -> None:
+    """Serve until killed, or until the pipe at standard input closes.
+
+    Raises:
+        RobolaserError: Cell, world or faults cannot be emulated.
+    """
+    from robolaser.emulator.running import Running  # noqa: PLC0415 - `--help` must not pay for physics
+
+    ended: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda which, frame: ended.append(which))
+    running = Running(
+        args.cell,
+        world=args.world,
+        hurry=args.hurry,
+        seed=args.seed,
+        faults=args.fault,
+        camera_port=args.camera_port,
+        over_socket=args.socket,
+    )
+    print(json.dumps({"arm": running.arm, "camera": running.camera}), flush=True)
+    try:
+        while not ended and not _hung_up():
+            running.turn()
+    finally:
+        running.close()
+
+
+@final
+class Emulated:
+    """An emulator in its own process, for as long as a `with` lasts.
+
+    Attributes:
+        arm: What pyserial opens to speak with the arm.
+        camera: What OpenCV's VideoCapture opens; None without a world.
+    """
+
+    def __init__(
+        self,
+        cell: Path,
+        *,
+        world: Path | None = None,
+        hurry: float = 1.0,
+        faults: Sequence[str] = (),
+        seed: int = 1,
+    ) -> None:
+        self._cell = cell
+        self._asked = [str(cell), "--hurry", str(hurry), "--seed", str(seed)]
+        self._asked += [word for fault in faults for word in ("--fault", fault)]
+        self._asked += [] if world is None else ["--world", str(world)]
+        self.arm = ""
+        self.camera: str | None = None
+
+    def __enter__(self) -> Self:
+        """Start it and wait until it serves.
+
+        Raises:
+            EmulatorSilent: It said no, or nothing for a minute.
+        """
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "robolaser.emulator", *self._asked],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        line = self._first_line()
+        if not line:
+            self._process.kill()
+            raise EmulatorSilent(self._cell, self._process.communicate()[1])
+        said = json.loads(line)
+        self.arm, self.camera = said["arm"], said["camera"]
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End it."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.communicate(timeout=ENDING_S)
+        self._process.kill()
+        self._process.communicate()
+
+    def _first_line(self) -> str:
+        assert self._process.stdout is not None
+        with selectors.DefaultSelector() as ready:
+            ready.register(self._process.stdout, selectors.EVENT_READ)
+            return self._process.stdout.readline() if ready.select(STARTING_S) else ""
+
+
+def _hung_up() -> bool:
+    """Whether standard input is a pipe whose other end is closed."""
+    try:
+        if not stat.S_ISFIFO(os.fstat(0).st_mode):
+            return False
+        with selectors.DefaultSelector() as ready:
+            ready.register(0, selectors.EVENT_READ)
+            return bool(ready.select(0)) and not os.read(0, 1024)
+    except OSError:
+        return False
+
+
+def _positive(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number <= 1000:
+        raise argparse.ArgumentTypeError(f"{text}, expected a number above 0, up to 1000")
+    return number

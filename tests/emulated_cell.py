@@ -1,0 +1,72 @@
+"""A small cell to emulate: a SCORBOT or a servo arm with the paper's scanner."""
+
+from pathlib import Path
+
+from robolaser.robots import find_robot
+
+DATASET = """
+format = "robolaser-dataset/1"
+name = "emulated"
+
+[robot]
+urdf = "robot.urdf"
+flange = "flange"
+joints = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5"]
+
+[sensor]
+kind = "stripe"
+stripe_axis = "u"
+
+[scanner]
+bracket_quat = [0, 0, 0, 1]
+
+[image]
+width_px = 640
+height_px = 480
+
+[board]
+columns = 9
+rows = 7
+square_m = 0.012
+
+[target]
+placed = false
+
+[parameters]
+f = { nominal = 8e-3, lower = 6e-3, upper = 10e-3 }
+s_u = { nominal = 7.4e-6, lower = 5e-6, upper = 1e-4 }
+s_v = { nominal = 7.4e-6, lower = 5e-6, upper = 1e-4 }
+u_0 = { nominal = 320, lower = 290, upper = 340 }
+v_0 = { nominal = 240, lower = 200, upper = 250 }
+k = { nominal = 0, lower = 0, upper = 1e5 }
+b = { nominal = 0.14, lower = 0.1, upper = 0.2 }
+theta = { nominal = 0.43633, lower = 0, upper = 0.785398 }
+w = { nominal = 0, lower = -0.0872665, upper = 0.0872665 }
+phi = { nominal = 0, lower = -0.0872665, upper = 0.0872665 }
+psi = { nominal = 0, lower = -0.0872665, upper = 0.0872665 }
+t_x = { nominal = 0.07, lower = 0.05, upper = 0.1 }
+t_y = { nominal = -0.005, lower = -0.01, upper = 0 }
+t_z = { nominal = -0.065, lower = -0.1, upper = -0.05 }
+"""
+ARMS = {
+    "acl": 'kind = "acl"\nport = "/dev/ttyUSB0"\nbaud = 9600\nreference_rad = [0, 0, 0, -1.5707963267948966, 0]\n'
+    "direction = [1, -1, 1, 1, -1]",
+    "lss": 'kind = "lss"\nport = "/dev/ttyUSB0"\nbaud = 115200\nreference_rad = [0, 0, 0.2, 0, 0]\n'
+    "direction = [1, 1, -1, 1, 1]",
+}
+LASER = {"acl": "[laser]\noutput = 1\n", "lss": ""}
+
+
+def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
+    """Write a cell whose arm speaks "acl" or "lss", and say where it is."""
+    folder = tmp_path / f"cell-{kind}"
+    folder.mkdir()
+    (folder / "robot.urdf").write_text(find_robot("scorbot_er7").urdf, encoding="utf-8")
+    (folder / "dataset.toml").write_text(DATASET, encoding="utf-8")
+    (folder / "cell.toml").write_text(
+        f'format = "robolaser-cell/1"\n\n[arm]\n{ARMS[kind]}\n\n'
+        '[camera]\nsource = "tcp://127.0.0.1:5001"\nsettle_s = 0.3\n\n'
+        f"{LASER[kind]}[limits]\nfloor_m = 0.02\nspeed_rad_s = 0.3\n",
+        encoding="utf-8",
+    )
+    return folder
