@@ -10,11 +10,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.emulator.cartesian import NAMES, place, reach
 from robolaser.emulator.controller import Blow, Controller
 from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.homing import Homing
 from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
+from robolaser.emulator.positions import BAD_COORDINATE, NOT_ASSIGNED, OK, Positions, number
 from robolaser.robot import Robot
 
 FASTEST_RAD_S = 1.0
@@ -23,13 +23,7 @@ OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
 PROMPT, BOOT = b">", b"\r\n>_"
-OK = ["O.K."]
 UNKNOWN = ["*** UNKNOWN COMMAND"]
-NO_POSITION = ["*** ERROR 303: NO POSITION ASSIGNED"]
-DISABLED = "*** ERROR 304: AXIS DISABLED"
-BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
-BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
-BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
 
 
 @final
@@ -37,10 +31,9 @@ class Acl(Controller):
     """One terminal, one group of axes; homed, motors on, at home when it begins."""
 
     def __init__(self, robot: Robot, encoders: Encoders) -> None:
-        self._robot = robot
         self._encoders = encoders
         self._axes = [Axis(float(angle)) for angle in encoders.home]
-        self._positions: dict[str, Ints | None] = {}
+        self._positions = Positions(robot, encoders)
         self._disabled: set[int] = set()
         self._outputs: set[int] = set()
         self._homing: Homing | None = None
@@ -145,28 +138,14 @@ class Acl(Controller):
         return _lines(lines) + (b"" if waits else PROMPT)
 
     def _listpv(self, rest: list[str], now_s: float) -> list[str]:
-        if rest == ["POSITION"]:
-            counts = self._encoders.counts(self.motor(now_s))
-        elif len(rest) != 1 or rest[0] not in self._positions:
-            return [_undefined(rest)]
-        else:
-            stored = self._positions[rest[0]]
-            if stored is None:
-                return NO_POSITION
-            counts = stored
-        where = place(self._robot, self._encoders.angles(counts))
-        return [
-            " ".join(f"{i}:{count:<7d}" for i, count in enumerate(counts, 1)).rstrip(),
-            " ".join(f"{name}:{value:<7d}" for name, value in zip(NAMES, where, strict=True)).rstrip(),
-        ]
+        found = self._counts(now_s) if rest == ["POSITION"] else self._positions.find(rest)
+        return found if isinstance(found, list) else self._positions.show(found)
 
     def _show(self, rest: list[str], now_s: float) -> list[str]:
         if rest == ["SPEED"]:
             return [f"SPEED {self._speed}"]
-        number = _number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
-        if number is None:
-            return UNKNOWN
-        return [f"PAR {number} = {self._encoders.par.get(number, 0)}"]
+        which = number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
+        return UNKNOWN if which is None else [f"PAR {which} = {self._encoders.par.get(which, 0)}"]
 
     def _let(self, rest: list[str], now_s: float) -> list[str]:
         said = re.fullmatch(r"PAR(\d+)=(-?\d+)", "".join(rest))
@@ -176,87 +155,45 @@ class Acl(Controller):
         return OK
 
     def _defp(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) != 1 or not re.fullmatch(r"[A-Z][A-Z0-9_]*", rest[0]) or rest[0] == "POSITION":
-            return BAD_COORDINATE
-        if rest[0] in self._positions:
-            return [f"*** POSITION {rest[0]} ALREADY DEFINED"]
-        self._positions[rest[0]] = None
-        return OK
+        return self._positions.define(rest)
 
     def _delp(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) != 1 or rest[0] not in self._positions:
-            return [_undefined(rest)]
+        found = self._positions.find(rest)
+        if isinstance(found, list) and found is not NOT_ASSIGNED:
+            return found
         self._asked = rest[0]
         return ["DELETE POINT? (YES/NO)"]
 
     def _delete(self, line: str) -> list[str]:
         name, self._asked = self._asked, None
-        if line.strip().upper() != "YES" or name is None:
+        if name is None or line.strip().upper() != "YES":
             return ["POINT NOT DELETED"]
-        del self._positions[name]
-        return OK
+        return self._positions.forget(name)
 
     def _here(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) != 1 or rest[0] not in self._positions:
-            return [_undefined(rest)]
-        self._positions[rest[0]] = self._encoders.counts(self.motor(now_s))
-        return OK
+        return self._positions.store(rest, self._counts(now_s))
 
     def _setpv(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) != 3 or rest[0] not in self._positions:
-            return [_undefined(rest)]
-        stored, axis, counts = self._positions[rest[0]], _number(rest[1]), _number(rest[2])
-        if stored is None:
-            return NO_POSITION
-        if axis is None or not 1 <= axis <= len(stored):
-            return BAD_AXIS
-        if counts is None:
-            return BAD_COORDINATE
-        changed = stored.copy()
-        changed[axis - 1] = counts
-        self._positions[rest[0]] = changed
-        return OK
+        return self._positions.set_counts(rest)
 
     def _setpvc(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) != 3 or rest[0] not in self._positions:
-            return [_undefined(rest)]
-        stored, value = self._positions[rest[0]], _number(rest[2])
-        if stored is None:
-            return NO_POSITION
-        if rest[1] not in NAMES or value is None:
-            return BAD_COORDINATE
-        q = self._encoders.angles(stored)
-        wanted = place(self._robot, q)
-        wanted[NAMES.index(rest[1])] = value
-        reached = reach(self._robot, wanted, q, self._encoders.lower, self._encoders.upper)
-        if reached is None:
-            return BAD_CARTESIAN
-        self._positions[rest[0]] = self._encoders.counts(reached)
-        return OK
+        return self._positions.set_cartesian(rest)
 
     def _move(self, rest: list[str], now_s: float) -> list[str]:
-        if len(rest) not in (1, 2) or rest[0] not in self._positions:
-            return [_undefined(rest)]
-        counts, hundredths = self._positions[rest[0]], _number(rest[1]) if len(rest) == 2 else 0
-        if counts is None:
-            return NO_POSITION
-        if hundredths is None or hundredths < 0:
+        counts = self._positions.find(rest)
+        if isinstance(counts, list):
+            return counts
+        hundredths = number(rest[1]) if len(rest) == 2 else 0
+        if hundredths is None or hundredths < 0 or len(rest) > 2:
             return BAD_COORDINATE
-        if self._disabled:
-            return [f"{DISABLED} {min(self._disabled)}"]
-        if self._homing is not None:
-            return ["*** HOMING IN PROGRESS"]
+        if self._disabled or self._homing is not None:
+            return self._unable()
         goal = self._encoders.angles(counts)
         outside = self._encoders.outside(goal)
         if outside:
             self._give_up(f"*** OUT OF RANGE axis {outside[0]}", outside[0], now_s)
             return []
-        way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
-        share = 1.0 if hundredths else self._speed / 100
-        seconds = max(hundredths / 100, least_seconds(way, FASTEST_RAD_S * share))
-        begins_s = max(now_s, rest_s(self._axes))
-        for axis, angle in zip(self._axes, goal, strict=True):
-            axis.queue(float(angle), begins_s, seconds)
+        self._go(goal, hundredths / 100, now_s)
         return OK
 
     def _moved(self, rest: list[str], now_s: float) -> list[str]:
@@ -267,20 +204,21 @@ class Acl(Controller):
         return []
 
     def _set_speed(self, rest: list[str], now_s: float) -> list[str]:
-        speed = _number(rest[0]) if len(rest) == 1 else None
+        speed = number(rest[0]) if len(rest) == 1 else None
         if speed is None or not 1 <= speed <= 100:
             return BAD_COORDINATE
         self._speed = speed
         return OK
 
     def _home(self, rest: list[str], now_s: float) -> list[str]:
-        if rest:
-            return UNKNOWN
-        if self._disabled:
-            return [f"{DISABLED} {min(self._disabled)}"]
+        if self._disabled or self._homing is not None:
+            return self._unable()
         self._stop(now_s)
         self._homing = Homing(self._axes, self._encoders, frozenset(self._homeless), now_s)
         return ["WAIT!! HOMING..."]
+
+    def _unable(self) -> list[str]:
+        return [f"*** ERROR 304: AXIS DISABLED {min(self._disabled)}" if self._disabled else "*** HOMING IN PROGRESS"]
 
     def _set(self, rest: list[str], now_s: float) -> list[str]:
         said = re.fullmatch(r"OUT\[(\d+)\]=([01])", "".join(rest))
@@ -316,6 +254,18 @@ class Acl(Controller):
         self._stop(now_s)
         return OK
 
+    def _counts(self, now_s: float) -> Ints:
+        return self._encoders.counts(self.motor(now_s))
+
+    def _go(self, goal: Array, seconds: float, now_s: float) -> None:
+        """Queue a movement, in the time asked for or, for 0, at the speed set, but never faster than the axes can."""
+        way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
+        share = 1.0 if seconds else self._speed / 100
+        seconds = max(seconds, least_seconds(way, FASTEST_RAD_S * share))
+        begins_s = max(now_s, rest_s(self._axes))
+        for axis, angle in zip(self._axes, goal, strict=True):
+            axis.queue(float(angle), begins_s, seconds)
+
     def _stop(self, now_s: float) -> None:
         self._homing = None
         for axis in self._axes:
@@ -330,7 +280,7 @@ class Acl(Controller):
     def _reboot(self, now_s: float) -> None:
         self._stop(now_s)
         self._encoders.lose(self.motor(now_s))
-        self._positions.clear()
+        self._positions.forget_all()
         self._outputs.clear()
         self._unsaid = BOOT
         self._line.clear()
@@ -341,11 +291,3 @@ class Acl(Controller):
 
 def _lines(lines: list[str]) -> bytes:
     return b"\r\n" + b"".join(line.encode() + b"\r\n" for line in lines)
-
-
-def _number(text: str) -> int | None:
-    return int(text) if re.fullmatch(r"[+-]?\d{1,9}", text) else None
-
-
-def _undefined(rest: list[str]) -> str:
-    return f"*** UNDEFINED POSITION {' '.join(rest[:1])}".rstrip()

@@ -17,14 +17,15 @@ NEAR = 1.0
 
 def place(robot: Robot, q: Array) -> Ints:
     """X Y Z P R at joint angles, (j,) -> (5,)."""
-    return np.rint(_place(robot, q) * TENTHS).astype(np.int64)
+    where: Ints = np.rint(_place(robot, q) * TENTHS).astype(np.int64)
+    return where
 
 
 def reach(robot: Robot, wanted: Ints, near: Array, lower: Array, upper: Array) -> Array | None:
     """Joint angles, (j,) [rad], within (j,) limits, for X Y Z P R, (5,); None: out of reach. Looks near (j,) first."""
 
     def miss(q: Array) -> Array:
-        off = _place(robot, q) - wanted / TENTHS
+        off: Array = _place(robot, q) - wanted / TENTHS
         off[3:] = np.sin(off[3:] / 2)
         return off
 

@@ -47,12 +47,14 @@ class Encoders:
 
     def counts(self, q: Array) -> Ints:
         """What the counters show at joint angles, (j,) -> (j,)."""
-        return np.rint(self._true(q) - self._shift).astype(np.int64)
+        counts: Ints = np.rint(self._true(q) - self._shift).astype(np.int64)
+        return counts
 
     def angles(self, counts: Ints) -> Array:
         """Joint angles at which the counters show this, (j,) -> (j,) [rad]."""
         turned = counts + self._shift - self._at_reference
-        return self._reference + self._direction * turned * (np.pi / 2) / self._quarter
+        q: Array = self._reference + self._direction * turned * (np.pi / 2) / self._quarter
+        return q
 
     def lose(self, q: Array) -> None:
         """Come on anew: count from zero here."""
@@ -68,5 +70,5 @@ class Encoders:
         return [int(i) + 1 for i in np.flatnonzero((q < self.lower - slack) | (q > self.upper + slack))]
 
     def _true(self, q: Array) -> Array:
-        turned: Array = self._direction * self._quarter * (q - self._reference) / (np.pi / 2)
-        return self._at_reference + turned
+        true: Array = self._at_reference + self._direction * self._quarter * (q - self._reference) / (np.pi / 2)
+        return true

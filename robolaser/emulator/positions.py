@@ -1,0 +1,99 @@
+"""The positions that an ACL controller keeps by name, and what it answers about them."""
+
+import re
+from typing import final
+
+from robolaser.arrays import Ints
+from robolaser.emulator.cartesian import NAMES, place, reach
+from robolaser.emulator.encoders import Encoders
+from robolaser.robot import Robot
+
+OK = ["O.K."]
+NOT_ASSIGNED = ["*** ERROR 303: NO POSITION ASSIGNED"]
+BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
+BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
+BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
+
+
+@final
+class Positions:
+    """Names, defined or with counts; each method takes the words after a command and gives the lines of the answer."""
+
+    def __init__(self, robot: Robot, encoders: Encoders) -> None:
+        self._robot = robot
+        self._encoders = encoders
+        self._kept: dict[str, Ints | None] = {}
+
+    def find(self, rest: list[str]) -> Ints | list[str]:
+        """The counts of the position that is named first, (j,); or lines that say why there are none."""
+        if not rest or rest[0] not in self._kept:
+            return [f"*** UNDEFINED POSITION {' '.join(rest[:1])}".rstrip()]
+        counts = self._kept[rest[0]]
+        return NOT_ASSIGNED if counts is None else counts
+
+    def define(self, rest: list[str]) -> list[str]:
+        """DEFP name."""
+        if len(rest) != 1 or not re.fullmatch(r"[A-Z][A-Z0-9_]*", rest[0]) or rest[0] == "POSITION":
+            return BAD_COORDINATE
+        if rest[0] in self._kept:
+            return [f"*** POSITION {rest[0]} ALREADY DEFINED"]
+        self._kept[rest[0]] = None
+        return OK
+
+    def forget(self, name: str) -> list[str]:
+        """DELP name, after YES."""
+        del self._kept[name]
+        return OK
+
+    def forget_all(self) -> None:
+        """As after a failure of the power."""
+        self._kept.clear()
+
+    def store(self, rest: list[str], counts: Ints) -> list[str]:
+        """HERE name."""
+        found = self.find(rest)
+        if found is not NOT_ASSIGNED and isinstance(found, list):
+            return found
+        self._kept[rest[0]] = counts
+        return OK
+
+    def set_counts(self, rest: list[str]) -> list[str]:
+        """SETPV name axis counts."""
+        stored = self.find(rest)
+        if isinstance(stored, list):
+            return stored
+        axis, counts = (number(word) for word in (*rest[1:3], "", "")[:2])
+        if axis is None or not 1 <= axis <= len(stored):
+            return BAD_AXIS
+        if counts is None or len(rest) != 3:
+            return BAD_COORDINATE
+        changed = stored.copy()
+        changed[axis - 1] = counts
+        return self.store(rest, changed)
+
+    def set_cartesian(self, rest: list[str]) -> list[str]:
+        """SETPVC name coordinate value."""
+        stored = self.find(rest)
+        if isinstance(stored, list):
+            return stored
+        value = number(rest[2]) if len(rest) == 3 else None
+        if value is None or rest[1] not in NAMES:
+            return BAD_COORDINATE
+        q = self._encoders.angles(stored)
+        wanted = place(self._robot, q)
+        wanted[NAMES.index(rest[1])] = value
+        reached = reach(self._robot, wanted, q, self._encoders.lower, self._encoders.upper)
+        return BAD_CARTESIAN if reached is None else self.store(rest, self._encoders.counts(reached))
+
+    def show(self, counts: Ints) -> list[str]:
+        """What LISTPV says of counts, (j,)."""
+        where = place(self._robot, self._encoders.angles(counts))
+        return [
+            " ".join(f"{i}:{count:<7d}" for i, count in enumerate(counts, 1)).rstrip(),
+            " ".join(f"{name}:{value:<7d}" for name, value in zip(NAMES, where, strict=True)).rstrip(),
+        ]
+
+
+def number(word: str) -> int | None:
+    """A whole number as typed; None: it is none."""
+    return int(word) if re.fullmatch(r"[+-]?\d{1,9}", word) else None
