@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.challenge.worlds.eye import Eye as Built
+from robolaser.emulator.rendering.vectors import unit
 
 TURNS = 30  # of the fixed point that takes the lens's distortion off: far below a millionth of a pixel
 
@@ -44,7 +45,8 @@ class Eye:
     @cached_property
     def lens(self) -> Array:
         """OpenCV's k1 k2 p1 p2 k3, (5,)."""
-        return self._built.lens + np.array(self.lens_error)
+        lens: Array = self._built.lens + np.array(self.lens_error)
+        return lens
 
     @property
     def matrix(self) -> Array:
@@ -68,8 +70,7 @@ class Eye:
         x, y = _undistorted(shown[..., 0], shown[..., 1], self.lens)
         one = np.ones_like(x)
         ray = np.stack([y, -x, one] if self.stripe_axis == "u" else [x, y, one], axis=-1)
-        unit: Array = ray / np.linalg.norm(ray, axis=-1, keepdims=True)
-        return unit
+        return unit(ray)
 
     @cached_property
     def all_rays(self) -> Array:

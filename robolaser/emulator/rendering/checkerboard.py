@@ -38,7 +38,7 @@ class Checkerboard(Solid):
     def grid(self) -> Array:
         """Its inner corners in the base frame, (rows, columns, 3) [m]."""
         x, y = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
-        return self._placed(self.square_m * np.stack([x, y, np.zeros_like(x)], axis=-1))
+        return self._placed(self.square_m * np.stack([x, y, 0.0 * x], axis=-1, dtype=np.float64))
 
     def hit(self, origin: Array, direction: Array) -> Array:
         """From either side."""
@@ -46,8 +46,9 @@ class Checkerboard(Solid):
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = (t - origin) @ R[:, 2] / (direction @ R[:, 2])
             place = (origin + distance[..., None] * direction - t) @ R[:, :2]
-        low, high = self._ends
-        on = (distance > 0) & ((place >= low) & (place <= high)).all(axis=-1)
+        on = distance > 0
+        for i, (low, high) in enumerate(zip(*self._ends, strict=True)):
+            on &= (place[..., i] >= low) & (place[..., i] <= high)
         return np.where(on, distance, np.inf)
 
     def normal(self, point: Array) -> Array:
@@ -56,15 +57,15 @@ class Checkerboard(Solid):
 
     def albedo(self, point: Array, footprint: Array) -> Array:
         """Paper and ink, mixed where a pixel sees both."""
-        place = (point - self.T_base_board[:3, 3]) @ self.T_base_board[:3, :2] / self.square_m
-        breadth = (footprint / self.square_m)[..., None]
-        inner = np.array([self.columns, self.rows]) - 1.0
-        line = np.clip(np.rint(place), 0.0, inner)
-        side = np.clip(2.0 * (place - line) / breadth, -1.0, 1.0)
-        dark = 0.5 + 0.5 * side.prod(axis=-1) * (1.0 - 2.0 * (line.sum(axis=-1) % 2))
-        edge = inner / 2 + 1.0 - np.abs(place - inner / 2)
-        printed = np.clip(edge / breadth + 0.5, 0.0, 1.0).prod(axis=-1)
-        mixed: Array = self.white + (self.black - self.white) * dark * printed
+        place = (point - self.T_base_board[:3, 3]) @ (self.T_base_board[:3, :2] / self.square_m)
+        sharp = self.square_m / footprint
+        side, printed = np.ones(footprint.shape), np.ones(footprint.shape)
+        for i, last in enumerate((self.columns - 1, self.rows - 1)):
+            x = place[..., i]
+            line = np.clip(np.rint(x), 0.0, last)
+            side *= np.clip(2.0 * (x - line) * sharp, -1.0, 1.0) * (1.0 - 2.0 * (line % 2))
+            printed *= np.clip((last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5, 0.0, 1.0)
+        mixed: Array = self.white + (self.black - self.white) * (0.5 + 0.5 * side) * printed
         return mixed
 
     def corners(self) -> Array:

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.emulator.rendering.vectors import dot
 
 
 @final
@@ -47,12 +48,12 @@ class Sheet:
         ray = point - self.source
         out: Array = ray @ self.normal
         if self.curvature:
-            spread = np.sqrt(np.maximum((ray**2).sum(axis=-1) - out**2, 0.0))
+            spread = np.sqrt(np.maximum(dot(ray, ray) - out**2, 0.0))
             out = out - np.tan(self.curvature) * spread
         return out
 
     def grey(self, point: Array) -> Array:
         """Grey of white paper at points of the camera frame that faces the projector, (..., 3) -> (...,)."""
-        away = np.linalg.norm(point - self.source, axis=-1)
+        away = np.sqrt(dot(point - self.source, point - self.source))
         grey: Array = self.power * self.distance_m / away * np.exp(-0.5 * (self.off(point) / self.width_m) ** 2)
         return grey

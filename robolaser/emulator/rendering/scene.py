@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.vectors import dot
 
 AWAY_M = 1e-7  # from the surface that a ray leaves
 TIE_M = 1e-9  # nearer together than this the solid listed later is in front
@@ -40,9 +41,9 @@ class Scene:
     def reaches(self, point: Array, normal: Array, source: Array) -> Bools:
         """Whether light from a source reaches points of surfaces with these normals, (n, 3) -> (n,)."""
         towards = source - point
-        far = np.linalg.norm(towards, axis=-1)
+        far = np.sqrt(dot(towards, towards))
         direction = towards / far[:, None]
-        free: Bools = (direction * normal).sum(axis=-1) > 0
+        free: Bools = dot(direction, normal) > 0
         start = point + AWAY_M * normal
         for solid in self.solids:
             free = free & (solid.hit(start, direction) > far - 2 * AWAY_M)

@@ -5,6 +5,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.scene import AWAY_M
+from robolaser.emulator.rendering.vectors import dot, unit
 from robolaser.emulator.rendering.view import Hits, View
 
 LAMP = np.array([0.30, 0.20, 0.93])
@@ -48,14 +49,14 @@ def mirrored(view: View, sheet: Sheet, hits: Hits) -> Array:
     own = hits.take(rows)
     point, direction = view.outside(own.seen), own.ray @ view.turn.T
     normal = view.scene.normals(point, own.solid)
-    direction = direction - 2.0 * (direction * normal).sum(axis=-1, keepdims=True) * normal
+    direction = direction - 2.0 * dot(direction, normal)[:, None] * normal
     distance, solid = view.scene.cast(point + AWAY_M * normal, direction)
     met = np.flatnonzero(solid >= 0)
     there = point[met] + direction[met] * distance[met, None]
     inside = (there - view.place) @ view.turn
     strength = sheet.grey(inside)
     bright = np.flatnonzero(strength > DARKEST_GREY)
-    far = np.linalg.norm(inside[bright], axis=-1)
+    far = np.sqrt(dot(inside[bright], inside[bright]))
     second = Hits(inside[bright] / far[:, None], far, solid[met][bright])
     light = strength[bright] * _thrown(view, sheet, there[bright], second, -direction[met][bright])
     out[rows[met[bright]]] = shine[own.solid[met[bright]]] * light
@@ -66,16 +67,15 @@ def _thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array) 
     """Share of the projector's light that points throw towards an eye: to all sides, and as a glint."""
     normal = view.scene.normals(point, hits.solid)
     source = view.outside(sheet.source)
-    to_source = source - point
-    to_source /= np.linalg.norm(to_source, axis=-1, keepdims=True)
-    cosine = np.maximum((to_source * normal).sum(axis=-1), 0.0)
+    to_source = unit(source - point)
+    cosine = np.maximum(dot(to_source, normal), 0.0)
     albedo = view.scene.albedo(point, hits.solid, hits.distance * view.eye.pixel_rad)
     shine = view.scene.shine[hits.solid]
     share = (1.0 - shine) * albedo * cosine
     glossy = shine > 0
     if glossy.any():
-        mirror = 2.0 * (to_source * normal).sum(axis=-1, keepdims=True) * normal - to_source
-        lobe = np.maximum((mirror * towards).sum(axis=-1), 0.0) ** GLOSS
+        mirror = 2.0 * dot(to_source, normal)[:, None] * normal - to_source
+        lobe = np.maximum(dot(mirror, towards), 0.0) ** GLOSS
         share = share + shine * cosine * lobe
     reached = view.scene.reaches(point, normal, source)
     lit: Array = np.where(reached, share, 0.0)

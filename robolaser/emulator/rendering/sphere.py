@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.vectors import dot
 
 
 @final
@@ -30,8 +31,9 @@ class Sphere(Solid):
     def hit(self, origin: Array, direction: Array) -> Array:
         """From outside."""
         towards = self.centre - origin
-        along = (direction * towards).sum(axis=-1)
-        miss2 = ((towards - along[..., None] * direction) ** 2).sum(axis=-1)
+        along = dot(direction, towards)
+        beside = towards - along[..., None] * direction
+        miss2 = dot(beside, beside)
         half = np.sqrt(np.maximum(self.radius**2 - miss2, 0.0))
         distance = along - half
         return np.where((miss2 < self.radius**2) & (distance > 0), distance, np.inf)
