@@ -46,3 +46,45 @@ class EmulatorSilent(RobolaserError):
 
     def __init__(self, folder: Path, said: str) -> None:
         super().__init__(f"The emulator of {folder} did not start. It said: {said.strip() or 'nothing'}")
+
+
+class WorldKeyUnknown(RobolaserError):
+    """A key that no world has."""
+
+    def __init__(self, file: str, section: str, key: str, known: Iterable[str]) -> None:
+        where = f"[{section}] " if section else ""
+        super().__init__(f"{file}, {where}{key}: there is no such key.{near(key, known)}")
+
+
+class DepartureUnknown(RobolaserError):
+    """An effect that an emulated world cannot have."""
+
+    def __init__(self, file: str, name: str, known: Iterable[str]) -> None:
+        super().__init__(f"{file}, [[effect]] name: an emulated world cannot have '{name}'.{near(name, known)}")
+
+
+class DepartureNowhere(RobolaserError):
+    """An effect at a place that cannot have it."""
+
+    def __init__(self, file: str, name: str, where: str, known: Iterable[str]) -> None:
+        super().__init__(f"{file}, [[effect]] where: {name} cannot sit at '{where}'.{near(where, known)}")
+
+
+class NoScannerToEmulate(RobolaserError):
+    """A world for a cell without arm or camera."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__(
+            f"{file} is a world that a camera on an arm looks at, but dataset.toml has no [robot], or its sensor is no"
+            " stripe scanner with an [image]. Emulate this cell without --world."
+        )
+
+
+class BoardNotDrawn(RobolaserError):
+    """A world with a board whose pattern nobody says."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__(
+            f"{file} has a [board], but dataset.toml has none, so its corners and squares are not known: add [board]"
+            " with columns, rows and square_m there."
+        )
