@@ -15,13 +15,18 @@ from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.faults import ARM, Fault, read_fault
 from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.line import MOST_PENDING, Line, Socket, Terminal
+from robolaser.emulator.lss import Lss
+from robolaser.emulator.stream import Moment, Stream
+from robolaser.emulator.world import load_world
 from robolaser.errors import AxisMissing, ControllerUnknown, NoArmToEmulate
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
+LOOKS_A_S, MOST_LOOKS = 50.0, 400
+"""How often, on its own clock, the arm is looked at; how often at most after a long moment."""
 BITS_A_BYTE = 10
 """Start, eight, stop."""
-KINDS = ("acl",)
+KINDS = ("acl", "lss")
 
 
 def controller_of(cell: Cell) -> Controller:
@@ -36,6 +41,8 @@ def controller_of(cell: Cell) -> Controller:
         raise NoArmToEmulate(cell.description.folder or Path())
     if arm.kind == "acl":
         return Acl(robot, Encoders(robot, arm.reference_rad, arm.direction))
+    if arm.kind == "lss":
+        return Lss(robot, arm.ids, arm.reference_rad, arm.direction)
     raise ControllerUnknown(arm.kind, KINDS)
 
 
@@ -67,11 +74,22 @@ class Running:
         self._line: Line = Socket() if over_socket else Terminal(cell.arm.baud, line)
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._hurry = hurry
-        self._began = time.monotonic()
         self._told_s = 0.0
         self._pending = b""
+        self._laser = cell.laser_output
+        self._watched_s = 0.0
         self.arm = self._line.address
-        self.camera: str | None = None
+        self._stream = None
+        if world is not None:
+            self._stream = Stream(
+                load_world(world, cell.description),
+                self._moment(0.0),
+                wanted,
+                np.random.default_rng([seed, 2]),
+                camera_port,
+            )
+        self.camera = None if self._stream is None else self._stream.address
+        self._began = time.monotonic()
 
     def turn(self) -> None:
         """Listen for a moment, answer, and move on."""
@@ -80,6 +98,8 @@ class Running:
         if self._controller.cut(now_s):
             self._line.pull()
             time.sleep(TICK_S)
+        if self._stream is not None:
+            self._stream.tell(self._moment(now_s))
         said = self._controller.hear(self._line.take(), now_s) + self._controller.speak(now_s)
         self._pending = (self._pending + said)[:MOST_PENDING]
         self._tell(now_s)
@@ -87,6 +107,16 @@ class Running:
     def close(self) -> None:
         """Let go of line and camera."""
         self._line.pull()
+        if self._stream is not None:
+            self._stream.close()
+
+    def _moment(self, now_s: float) -> Moment:
+        """How the arm went since it was last looked at, in steps so small that gears feel every turn."""
+        steps = max(1, min(round((now_s - self._watched_s) * LOOKS_A_S), MOST_LOOKS))
+        path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
+        self._watched_s = now_s
+        lit = self._laser is None or self._laser in self._controller.outputs(now_s)
+        return Moment(path, lit, now_s, self._controller.heard)
 
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""

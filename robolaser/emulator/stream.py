@@ -1,0 +1,130 @@
+"""The camera: a server that sends what it sees, picture after picture, to whoever connects."""
+
+import socket
+import socketserver
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import cv2
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.faults import Fault
+from robolaser.emulator.spoilt import Spoilt
+from robolaser.emulator.world import World
+
+FRAMES_A_S = 15.0
+BUFFER_BYTES = 65536
+"""What waits at most in the system for a slow client: a fraction of a frame."""
+
+
+@final
+@dataclass(frozen=True)
+class Moment:
+    """Where the arm went, and how things were at the end of it."""
+
+    path: Sequence[Array]
+    """Joint angles that the encoders saw, (j,) each."""
+    lit: bool
+    now_s: float
+    heard: int
+    """Commands that the controller heard."""
+
+
+@final
+class Stream:
+    """A camera in a world. One thread draws, one for each client sends; a client that is slow misses frames."""
+
+    def __init__(
+        self, world: World, begin: Moment, faults: Sequence[Fault], rng: np.random.Generator, port: int
+    ) -> None:
+        self._world, self._rng = world, rng
+        self._spoilt = Spoilt(faults)
+        self._moments: deque[Moment] = deque([begin])
+        self._frame, self._count = b"", 0
+        self._fresh = threading.Condition()
+        self._watched = 0
+        self._ended = False
+        self._draw(begin)
+        self._server = _server(port, self._send_frames)
+        self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
+        self._threads = [
+            threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True),
+            threading.Thread(target=self._watch, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def tell(self, moment: Moment) -> None:
+        """Say how the arm went on."""
+        self._moments.append(moment)
+
+    def close(self) -> None:
+        """Stop, and let go of everyone."""
+        with self._fresh:
+            self._ended = True
+            self._fresh.notify_all()
+        self._server.shutdown()
+        for thread in self._threads:
+            thread.join()
+        self._server.server_close()
+
+    def _send_frames(self, client: socket.socket) -> None:
+        with self._fresh:
+            sent = self._count
+            self._watched += 1
+        try:
+            while not self._ended:
+                with self._fresh:
+                    while self._count == sent and not self._ended:
+                        self._fresh.wait()
+                    frame, sent = self._frame, self._count
+                client.sendall(frame)
+        except OSError:
+            return
+        finally:
+            with self._fresh:
+                self._watched -= 1
+
+    def _watch(self) -> None:
+        moment = self._moments[-1]
+        while not self._ended:
+            began = time.monotonic()
+            while self._moments:
+                moment = self._moments.popleft()
+                for motor in moment.path:
+                    self._world.follow(motor)
+            if self._spoilt.gone(moment.now_s, moment.heard):
+                with self._fresh:
+                    self._ended = True
+                    self._fresh.notify_all()
+            elif self._watched:
+                self._draw(moment)
+            time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
+
+    def _draw(self, moment: Moment) -> None:
+        for motor in moment.path[-1:]:
+            self._world.follow(motor)
+        image = self._world.photograph(self._rng, lit=moment.lit).image
+        spoilt = self._spoilt.frame(image, moment.now_s, moment.heard, time.monotonic())
+        if spoilt is None:
+            return
+        frame = cv2.imencode(".pgm", spoilt)[1].tobytes()
+        with self._fresh:
+            self._frame, self._count = frame, self._count + 1
+            self._fresh.notify_all()
+
+
+def _server(port: int, frames_to: Callable[[socket.socket], None]) -> socketserver.ThreadingTCPServer:
+    class Client(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+            frames_to(self.request)
+
+    server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Client)
+    server.daemon_threads = True
+    return server
