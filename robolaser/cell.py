@@ -97,6 +97,16 @@ class Cell:
     limits: Limits
     warnings: tuple[str, ...] = ()
 
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
+        assert self.description.folder is not None  # it was read from there
+        return self.description.folder
+
+    def beside(self, path: str) -> Path:
+        """A path that cell.toml names, absolute or from the cell's folder."""
+        return self.folder / path
+
 
 def load_cell(folder: str | Path) -> Cell:
     """Read and check a cell.

@@ -15,10 +15,20 @@ from robolaser.commands.compare import Compare
 from robolaser.commands.diagnose import Diagnose
 from robolaser.commands.extract import Extract
 from robolaser.commands.listing import List
+from robolaser.commands.record import Record
 from robolaser.commands.simulate import Simulate
 from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
 
-COMMANDS: tuple[Command, ...] = (Calibrate(), Diagnose(), Compare(), Extract(), Simulate(), Challenge(), List())
+COMMANDS: tuple[Command, ...] = (
+    Calibrate(),
+    Diagnose(),
+    Compare(),
+    Extract(),
+    Simulate(),
+    Record(),
+    Challenge(),
+    List(),
+)
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 

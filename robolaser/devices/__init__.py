@@ -1,1 +1,1 @@
-"""Machines of a cell: arms on a line, cameras, and the recorder that leads them."""
+"""The machines of a cell: arms on a line, cameras, and the recording of what they do. Importing opens nothing."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from robolaser.errors.base import RobolaserError, near
+from robolaser.errors.base import RobolaserError, WrongUsage, near
 
 
 class ArmUnknown(RobolaserError):
@@ -93,8 +93,8 @@ class ArmDiffers(RobolaserError):
 
     def __init__(self, kind: str, joints: int, most: int) -> None:
         super().__init__(
-            f"cell.toml, [arm] kind '{kind}' moves up to {most} joints, but dataset.toml, [robot] joints lists {joints}."
-            " List the joints that this controller moves, base first."
+            f"cell.toml, [arm] kind '{kind}' moves up to {most} joints, but dataset.toml, [robot] joints lists"
+            f" {joints}. List the joints that this controller moves, base first."
         )
 
 
@@ -123,7 +123,8 @@ class Strayed(RobolaserError):
     def __init__(self, place: str, joint: str, stands: str, start: str, goal: str) -> None:
         super().__init__(
             f"On the way to {place}, {joint} is at {stands}, which does not lie between {start} and {goal}:"
-            " the arm does not go where it was sent. Check [arm] direction and reference_rad in cell.toml, and the line."
+            " the arm does not go where it was sent."
+            " Check [arm] direction and reference_rad in cell.toml, and the line."
         )
 
 
@@ -225,4 +226,20 @@ class RecordingStopped(RobolaserError):
     def __init__(self, cause: str, standing: str, folder: object, done: int, planned: int) -> None:
         super().__init__(
             f"{cause}\n{standing}\n{done} of {planned} poses are in {folder}. Go on with the next by --resume."
+        )
+
+
+class NowhereToGo(WrongUsage):
+    """A recording without poses."""
+
+    def __init__(self) -> None:
+        super().__init__("Say where the arm is to go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
+
+
+class NothingMoved(WrongUsage):
+    """A recording was asked for, but no motion."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "Nothing was moved and no port opened: this is what would be done. Let the arm move with --move."
         )

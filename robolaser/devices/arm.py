@@ -1,0 +1,70 @@
+"""An arm that can be told where to go and asked where it is, whatever language its controller speaks."""
+
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Self
+
+from robolaser.arrays import Array
+
+
+class Arm(ABC):
+    """One arm on one line.
+
+    Angles are in the order of the joints of the cell's robot.
+
+    Raises (every method): LineLost, LineFlooded, AnswerUnclear, ArmRefused, ArmAlarm, ArmRestarted.
+    """
+
+    step: Array
+    """The smallest difference of angles that it can tell, (j,) [rad or m]."""
+
+    @abstractmethod
+    def read(self) -> Array:
+        """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
+
+    @abstractmethod
+    def watch(self) -> None:
+        """Ask or listen whether a joint is in trouble.
+
+        Raises:
+            ArmAlarm: One is.
+        """
+
+    @abstractmethod
+    def go(self, q: Array, seconds: float) -> None:
+        """Set out to angles, (j,), to be there after about so many seconds. Returns at once.
+
+        Never is more than one motion under way: an arm whose line is cut rests where it was going.
+        """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop where it is and forget what it was told. Says so at once and waits for no answer."""
+
+    @abstractmethod
+    def home(self) -> None:
+        """Search its home, and return when it is found.
+
+        Raises:
+            HomeNotFound: It was not.
+        """
+
+    @abstractmethod
+    def light(self, output: int) -> None:
+        """Switch a digital output on."""
+
+    @abstractmethod
+    def dark(self, output: int) -> None:
+        """Switch a digital output off."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the line."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,88 @@
+"""A camera that can be asked for one picture of what is there now."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robolaser.errors import CameraSize, CameraUnusable, Overexposed
+
+Image = NDArray[np.uint8]
+Warn = Callable[[str], None]
+
+WHITE = 250
+"""Grey from which on a pixel tells nothing."""
+MOSTLY = 0.5
+MUCH = 0.1
+"""Shares of white pixels: with the first an image is lost; a stripe alone never reaches the second."""
+DARK = 12
+"""Grey that some pixel exceeds in any image that shows something."""
+
+
+class Camera(ABC):
+    """Grey images of one size, (h, w) uint8."""
+
+    @abstractmethod
+    def shot(self, settle_s: float) -> Image:
+        """What is there from now on: exposed after so many seconds [s] from now.
+
+        Raises:
+            CameraLost: No image comes.
+            CameraFrozen: They are all the same.
+            CameraSize, Overexposed: The image is of no use.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of it."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def grey(source: object, frame: Any) -> Image:
+    """Any image as OpenCV delivers it, as (h, w) uint8; sixteen bits keep their upper eight.
+
+    Raises:
+        CameraUnusable: It is no image.
+    """
+    import cv2  # noqa: PLC0415 - importing devices loads nothing heavy
+
+    plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
+    if plain.dtype != np.uint8:
+        raise CameraUnusable(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
+    if plain.ndim == 3 and plain.shape[2] > 1:
+        plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
+    return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
+
+
+def see_to(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
+    """Look whether an image is fit to be kept.
+
+    Args:
+        source: What messages call the camera.
+        image: (h, w).
+        size: Width and height that it should have [px].
+        warn: Is told what is odd.
+
+    Raises:
+        CameraSize: It has another size.
+        Overexposed: Most of it is white.
+    """
+    if image.shape[::-1] != size:
+        raise CameraSize(source, (image.shape[1], image.shape[0]), size)
+    white = float((image >= WHITE).mean())
+    if white > MOSTLY:
+        raise Overexposed(source, white)
+    if white > MUCH:
+        warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
+    if image.max(initial=0) < DARK:
+        warn(f"camera {source}: the image is dark all over. Is the lens covered, is there light?")

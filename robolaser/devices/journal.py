@@ -1,0 +1,220 @@
+"""A recording as it grows: a whole data set on the disk after every pose, whatever happens next."""
+
+import csv
+import io
+import os
+import time
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self, final
+
+import cv2
+
+from robolaser.arrays import Array
+from robolaser.cell import Cell
+from robolaser.devices.camera import Image
+from robolaser.devices.route import Visit, read_route, write_route
+from robolaser.errors import FileUnwritable, NothingToResume, OutputExists, PlanDiffers
+from robolaser.robot import Robot
+from robolaser.tables import read_text, write_together
+
+DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
+FROM_A_RECORDING = ("points.csv", "stripes.npy")
+"""What is extracted from a recording, and no longer true of another."""
+IMAGE_OFF = "image_off"
+PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
+LEAST_PAUSE_S = 1.0
+"""Between the last pose before an interruption and the first after it, where the disk's clock says less."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stay:
+    """A place where the arm was.
+
+    Attributes:
+        name: Of the pose.
+        time_s: Since the recording began [s].
+        q: As read, (j,) [rad or m].
+        images: By column of poses.csv; none where the arm only came through.
+    """
+
+    name: str
+    time_s: float
+    q: Array
+    images: Mapping[str, Image] = field(default_factory=dict)
+
+
+@final
+class Journal:
+    """The folder of a recording."""
+
+    def __init__(self, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int) -> None:
+        self.folder = folder
+        self.visits = tuple(visits)
+        self.shots = shots
+        self.time_s = 0.0
+        """Since when the next entry counts from."""
+        self._cell = cell
+        self._robot = robot
+        self._rows: list[dict[str, str]] = []
+
+    @classmethod
+    def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
+        """Begin a recording.
+
+        Args:
+            cell: Where it is taken.
+            robot: The cell's.
+            folder: Created where it is not there.
+            visits: The poses.
+            shots: At each pose, with the laser on.
+            force: Throw away a recording that is there.
+
+        Raises:
+            OutputExists: There is one.
+            FileUnwritable: The disk or the rights say no.
+        """
+        there = [folder / file for file in (DATASET, POSES, PLAN, *FROM_A_RECORDING) if (folder / file).exists()]
+        if there and not force:
+            raise OutputExists(there[0])
+        journal = cls(cell, robot, folder, visits, shots)
+        try:
+            for file in there:
+                file.unlink()
+            (folder / IMAGES).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileUnwritable(folder, error.strerror or str(error)) from None
+        write_route(folder / PLAN, robot, visits, shots)
+        return journal
+
+    @classmethod
+    def resume(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit] | None, shots: int | None) -> Self:
+        """Go on with a recording that was interrupted. What an interruption left half done is done again.
+
+        Args:
+            cell: Where it is taken.
+            robot: The cell's.
+            folder: Of the recording.
+            visits: The poses; None: those it was begun with.
+            shots: Likewise.
+
+        Raises:
+            NothingToResume: None was begun there.
+            PlanDiffers: It was begun with other poses or shots.
+        """
+        if not (folder / PLAN).is_file():
+            raise NothingToResume(folder)
+        planned, planned_shots = read_route(folder / PLAN, robot)
+        if shots is not None and shots != planned_shots:
+            raise PlanDiffers(folder, f"{planned_shots} shots a pose, not {shots}")
+        if visits is not None and not _same(visits, planned):
+            raise PlanDiffers(folder, f"its {len(planned)} poses are not the {len(visits)} asked for")
+        journal = cls(cell, robot, folder, planned, planned_shots)
+        (folder / IMAGES).mkdir(exist_ok=True)
+        for left in (*folder.glob(".*.csv.*"), *(folder / IMAGES).glob(".*.png.*")):
+            left.unlink(missing_ok=True)  # what a power cut left of a file
+        if (folder / POSES).is_file():
+            journal._take_up(folder / POSES)
+        return journal
+
+    @property
+    def remaining(self) -> tuple[Visit, ...]:
+        """Poses that are still to be visited."""
+        done = {row["pose"] for row in self._rows if row["image"]}
+        return tuple(visit for visit in self.visits if visit.name not in done)
+
+    @property
+    def done(self) -> int:
+        """How many poses are on the disk."""
+        return len(self.visits) - len(self.remaining)
+
+    def unused(self, name: str) -> str:
+        """A name that no pose bears: the one given, or with a number after it."""
+        taken = {row["pose"] for row in self._rows} | {visit.name for visit in self.visits}
+        number = 1
+        while (free := name if number == 1 else f"{name}_{number}") in taken:
+            number += 1
+        return free
+
+    def add(self, stays: Sequence[Stay]) -> None:
+        """Write where the arm was: the images first, then the table that names them, all or nothing.
+
+        Raises:
+            FileUnwritable: The disk is full; the recording is as it was before.
+        """
+        files: dict[Path, bytes] = {}
+        rows = list(self._rows)
+        for stay in stays:
+            row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
+            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, stay.q, strict=True)}
+            for column, image in stay.images.items():
+                path = f"{IMAGES}/{self._stem(stay.name)}{column.removeprefix('image')}.png"
+                files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
+                row[column] = path
+            rows.append(row)
+        files[self.folder / POSES] = self._table(rows)
+        if not (self.folder / DATASET).exists():
+            files |= self._description()
+        write_together(files)
+        self._rows = rows
+
+    def _stem(self, name: str) -> str:
+        """A file's name for a pose, whatever the pose is called."""
+        plain = name.replace("_", "").replace("-", "")
+        number = next((i for i, visit in enumerate(self.visits) if visit.name == name), 0)
+        return name if plain.isascii() and plain.isalnum() else f"visit-{number:04d}"
+
+    def _columns(self) -> list[str]:
+        switched = [IMAGE_OFF] if self._cell.laser_output is not None else []
+        joints = [f"q_{joint}" for joint in self._robot.joints]
+        return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
+
+    def _table(self, rows: Sequence[Mapping[str, str]]) -> bytes:
+        text = io.StringIO(newline="")
+        writer = csv.DictWriter(text, self._columns(), restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue().encode()
+
+    def _description(self) -> dict[Path, bytes]:
+        """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
+        text = read_text(self._cell.folder / DATASET)
+        urdf = tomllib.loads(text)["robot"]["urdf"]
+        files: dict[Path, bytes] = {}
+        if (self._cell.folder / urdf).is_file():
+            (self.folder / urdf).parent.mkdir(parents=True, exist_ok=True)
+            files[self.folder / urdf] = (self._cell.folder / urdf).read_bytes()
+        return {**files, self.folder / DATASET: text.encode()}
+
+    def _take_up(self, table: Path) -> None:
+        """Read the rows that are whole and whose images are; the others' poses are visited again."""
+        columns = self._columns()
+        for cells in csv.DictReader(io.StringIO(read_text(table), newline="")):
+            row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
+            images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
+            if len(row) == len(columns) and all(_whole(self.folder / image) for image in images):
+                self._rows.append(row)
+                self.time_s = max(self.time_s, float(row["time_s"]))
+        again = {visit.approach_name for visit in self.remaining}
+        self._rows = [row for row in self._rows if row["pose"] not in again]
+        pause_s = time.time() - os.stat(table).st_mtime
+        self.time_s += max(LEAST_PAUSE_S, pause_s)
+
+
+def _same(visits: Sequence[Visit], planned: Sequence[Visit]) -> bool:
+    def text(visit: Visit) -> tuple[object, ...]:
+        return visit.name, visit.q.tolist(), None if visit.approach is None else visit.approach.tolist()
+
+    return [text(visit) for visit in visits] == [text(visit) for visit in planned]
+
+
+def _whole(image: Path) -> bool:
+    """Whether a PNG file is there from its first byte to its last."""
+    try:
+        data = image.read_bytes()
+    except OSError:
+        return False
+    return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)

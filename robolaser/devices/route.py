@@ -1,0 +1,148 @@
+"""Where an arm is to go: the poses of a recording, in order, each with the side it is approached from."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import FileUnreadable, PosesUnusable, RowTwice
+from robolaser.robot import Robot
+from robolaser.tables import read_table, read_text, write_table
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Visit:
+    """One pose.
+
+    Attributes:
+        name: Of the pose, unique.
+        q: Joint values to go to, (j,) [rad or m].
+        approach: Where to come from, (j,); None: from wherever the arm is.
+    """
+
+    name: str
+    q: Array
+    approach: Array | None = None
+
+    @property
+    def approach_name(self) -> str:
+        """What poses.csv calls the place it is approached from."""
+        return f"{self.name}_from"
+
+
+def numbered(q: Array) -> tuple[Visit, ...]:
+    """Poses (n, j) under the names p001, p002, ..."""
+    digits = max(3, len(str(len(q))))
+    return tuple(Visit(f"p{i:0{digits}d}", row) for i, row in enumerate(q, start=1))
+
+
+def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
+    """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
+
+    Rows whose column `image` is empty are places that an arm only went through: they are left out.
+
+    Raises:
+        PosesUnusable: It has none.
+        RobolaserError: The file cannot be read, or row and column of what is wrong.
+    """
+    columns = [f"q_{joint}" for joint in robot.joints]
+    table = read_table(path, columns)
+    q = table.numbers(columns)
+    visits = numbered(q)
+    if "pose" in table:
+        names = table.texts("pose")
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise RowTwice(table.file, table.lines[i], table.lines[names.index(name)], f"pose {name}")
+        visits = tuple(Visit(name, row) for name, row in zip(names, q, strict=True))
+    images = table.columns.get("image", ())
+    if any(images):
+        visits = tuple(visit for visit, image in zip(visits, images, strict=True) if image)
+    if not visits:
+        raise PosesUnusable(path.name, "it has a header and no rows")
+    return visits
+
+
+def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
+    """The poses that a diagnosis asks for next.
+
+    Raises:
+        FileUnreadable: No JSON.
+        PosesUnusable: It asks for none, or for those of another robot.
+    """
+    try:
+        said = json.loads(read_text(path))
+        wanted = said["next_poses"]
+        q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
+    except ValueError as error:
+        raise FileUnreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
+    except KeyError as error:
+        raise PosesUnusable(path.name, f"it does not say {error}") from None
+    except TypeError:
+        raise PosesUnusable(path.name, "next_poses is no list of joint values by name") from None
+    if not q or not np.isfinite(q).all():
+        raise PosesUnusable(path.name, "next_poses is empty: the diagnosis needs no more")
+    return numbered(np.array(q))
+
+
+def both_ways(visits: Sequence[Visit], run_up: float) -> tuple[Visit, ...]:
+    """Each pose twice: with all joints coming from below, then from above.
+
+    Args:
+        visits: The poses.
+        run_up: How far below and above each joint begins [rad or m].
+    """
+    return tuple(
+        Visit(f"{visit.name}_{way}", visit.q, visit.q + sign * run_up)
+        for visit in visits
+        for way, sign in (("up", -1), ("down", 1))
+    )
+
+
+def way(visits: Sequence[Visit]) -> tuple[tuple[str, ...], Array]:
+    """All places in the order in which the arm comes to them: their names, and joint values (m, j)."""
+    places = [
+        place
+        for visit in visits
+        for place in ((visit.approach_name, visit.approach), (visit.name, visit.q))
+        if place[1] is not None
+    ]
+    return tuple(name for name, _ in places), np.array([q for _, q in places])
+
+
+def write_route(path: Path, robot: Robot, visits: Sequence[Visit], shots: int) -> None:
+    """Keep a route, and how many shots each pose gets, as a table that people can read."""
+    header = ["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)]
+    rows: list[list[object]] = []
+    for visit in visits:
+        if visit.approach is not None:
+            rows.append([visit.name, "approach", 0, *map(repr, visit.approach.tolist())])
+        rows.append([visit.name, "pose", shots, *map(repr, visit.q.tolist())])
+    write_table(path, header, rows)
+
+
+def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
+    """What `write_route` wrote.
+
+    Raises:
+        RobolaserError: File, row and column of what is wrong.
+    """
+    table = read_table(path)
+    q = table.numbers([f"q_{joint}" for joint in robot.joints])
+    shots = table.numbers(["shots"])[:, 0]
+    visits: list[Visit] = []
+    approach: Array | None = None
+    for name, kind, row in zip(table.texts("pose"), table.texts("kind"), q, strict=True):
+        if kind == "approach":
+            approach = row
+        else:
+            visits.append(Visit(name, row, approach))
+            approach = None
+    if not visits:
+        raise PosesUnusable(path.name, "it has no row of kind 'pose'")
+    return tuple(visits), int(shots.max())

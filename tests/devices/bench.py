@@ -1,0 +1,141 @@
+"""A cell on the bench: emulated controllers on a fake wire, a fake camera, and a clock that jumps."""
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from emulated_cell import cell_folder
+
+from robolaser.arrays import Array
+from robolaser.cell import Cell, load_cell
+from robolaser.devices.acl import Acl
+from robolaser.devices.arm import Arm
+from robolaser.devices.camera import Camera, Image
+from robolaser.devices.clock import Clock
+from robolaser.devices.line import TICK_S, Line
+from robolaser.devices.lss import Lss
+from robolaser.emulator.controller import Controller
+from robolaser.emulator.faults import read_fault
+from robolaser.emulator.faulty import Faulty
+from robolaser.emulator.running import controller_of
+from robolaser.errors import CameraLost
+
+BYTES_A_S = 960.0
+
+
+class Jumping(Clock):
+    """Time goes by when somebody waits for it."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+        self.at: list[tuple[float, Callable[[], None]]] = []
+
+    def now(self) -> float:
+        return self.time_s
+
+    def wait(self, seconds: float) -> None:
+        self.time_s += seconds
+        due = [event for event in self.at if event[0] <= self.time_s]
+        self.at = [event for event in self.at if event[0] > self.time_s]
+        for _, event in due:
+            event()
+
+
+class Bench:
+    """A wire to an emulated controller, as pyserial would open it."""
+
+    def __init__(self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1) -> None:
+        self.clock = clock
+        self.controller = Faulty(controller, [read_fault(text) for text in faults], np.random.default_rng(seed))
+        self.coming = b""
+        self.sent = b""
+
+    def motor(self) -> Array:
+        return self.controller.motor(self.clock.now())
+
+    def _listen(self) -> None:
+        self.coming += self.controller.speak(self.clock.now())
+        if self.controller.cut(self.clock.now()):
+            raise OSError("device disconnected")
+
+    @property
+    def in_waiting(self) -> int:
+        self._listen()
+        return len(self.coming)
+
+    def read(self, size: int) -> bytes:
+        self._listen()
+        if not self.coming:
+            self.clock.wait(TICK_S)
+            self._listen()
+        data, self.coming = self.coming[:size], self.coming[size:]
+        self.clock.wait(len(data) / BYTES_A_S)
+        return data
+
+    def write(self, data: bytes) -> int:
+        self._listen()
+        self.sent += data
+        self.clock.wait(len(data) / BYTES_A_S)
+        self.coming += self.controller.hear(data, self.clock.now())
+        return len(data)
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+class Painted(Camera):
+    """A camera that shows where the arm is, in grey, and whether the laser is on."""
+
+    def __init__(self, bench: Bench, clock: Jumping, size: tuple[int, int], breaks_at: int | None = None) -> None:
+        self._bench = bench
+        self._clock = clock
+        self._size = size
+        self._left = breaks_at
+        self._rng = np.random.default_rng(3)
+
+    def shot(self, settle_s: float) -> Image:
+        self._clock.wait(settle_s + 0.1)
+        if self._left is not None:
+            self._left -= 1
+            if self._left < 0:
+                raise CameraLost("painted", "it was unplugged")
+        image = self._rng.integers(20, 40, self._size[::-1], dtype=np.uint8)
+        if self._bench.controller.outputs(self._clock.now()):
+            image[3] = 200
+        return image
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+def cell(tmp_path: Path, kind: str = "acl") -> Cell:
+    """A cell with small images."""
+    folder = cell_folder(tmp_path, kind)
+    said = (folder / "dataset.toml").read_text()
+    said = said.replace("width_px = 640", "width_px = 24").replace("height_px = 480", "height_px = 16")
+    (folder / "dataset.toml").write_text(said)
+    return load_cell(folder)
+
+
+def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
+    """An emulated controller that the cell's arm would have."""
+    return Bench(controller_of(cell), Jumping(), faults, seed)
+
+
+def arm_on(bench: Bench, cell: Cell) -> Arm:
+    """The arm as the package drives it."""
+    line = Line(bench, "bench", bench.clock)
+    robot = cell.description.robot
+    assert robot is not None
+    return (Acl if cell.arm.kind == "acl" else Lss)(line, cell.arm, robot.joints)
+
+
+def at_home(cell: Cell, home: bool) -> Cell:
+    """The same cell, which searches its home first or not."""
+    return replace(cell, arm=replace(cell.arm, home=home))
+
+
+def nothing_said() -> io.StringIO:
+    return io.StringIO()
