@@ -13,6 +13,7 @@ from robolaser.commands.challenge import Challenge
 from robolaser.commands.command import Command
 from robolaser.commands.compare import Compare
 from robolaser.commands.diagnose import Diagnose
+from robolaser.commands.emulate import Emulate
 from robolaser.commands.extract import Extract
 from robolaser.commands.listing import List
 from robolaser.commands.record import Record
@@ -26,6 +27,7 @@ COMMANDS: tuple[Command, ...] = (
     Extract(),
     Simulate(),
     Record(),
+    Emulate(),
     Challenge(),
     List(),
 )

@@ -54,6 +54,20 @@ ARMS = {
     "lss": 'kind = "lss"\nport = "/dev/ttyUSB0"\nbaud = 115200\nreference_rad = [0, 0, 0.2, 0, 0]\n'
     "direction = [1, 1, -1, 1, 1]",
 }
+WORLD = """
+format = "robolaser-world/1"
+
+[floor]
+height_m = 0.0
+
+[board]
+origin_m = [0.52, -0.05, 0.001]
+
+[[effect]]
+name = "backlash"
+where = "joint_2"
+size = 0.003
+"""
 LASER = {"acl": "[laser]\noutput = 1\n", "lss": ""}
 
 
@@ -70,3 +84,10 @@ def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
         encoding="utf-8",
     )
     return folder
+
+
+def world_file(folder: Path) -> Path:
+    """Write a world with a board on the floor, and say where it is."""
+    path = folder / "world.toml"
+    path.write_text(WORLD, encoding="utf-8")
+    return path
