@@ -58,10 +58,10 @@ WORLD = """
 format = "robolaser-world/1"
 
 [floor]
-height_m = 0.0
+height_m = -0.03
 
 [board]
-origin_m = [0.52, -0.05, 0.001]
+origin_m = [0.58, 0.0, -0.029]
 
 [[effect]]
 name = "backlash"
