@@ -126,8 +126,7 @@ class Talk:
 
     def settle(self) -> None:
         """Let pass what is still being said."""
-        while self._line.until(NOTHING, PAUSE_S)[0]:
-            pass
+        self._line.until(NOTHING, PAUSE_S)
 
     def _typed(self, command: str) -> bool:
         """Type a command without entering it; whether it was heard right. A misheard one is spoilt and thrown away."""

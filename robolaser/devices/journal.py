@@ -123,7 +123,7 @@ class Journal:
     @property
     def remaining(self) -> tuple[Visit, ...]:
         """Poses that are still to be visited."""
-        done = {row["pose"] for row in self._rows if row["image"]}
+        done = {row["pose"] for row in self._rows if row.get("image")}
         return tuple(visit for visit in self.visits if visit.name not in done)
 
     @property

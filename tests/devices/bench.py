@@ -1,6 +1,5 @@
 """A cell on the bench: emulated controllers on a fake wire, a fake camera, and a clock that jumps."""
 
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,10 @@ from robolaser.devices.arm import Arm
 from robolaser.devices.camera import Camera, Image
 from robolaser.devices.clock import Clock
 from robolaser.devices.line import TICK_S, Line
+from robolaser.devices.journal import Journal
 from robolaser.devices.lss import Lss
+from robolaser.devices.route import Visit, numbered
+from robolaser.devices.session import Session
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.faulty import Faulty
@@ -88,9 +90,9 @@ class Bench:
 class Painted(Camera):
     """A camera that shows where the arm is, in grey, and whether the laser is on."""
 
-    def __init__(self, bench: Bench, clock: Jumping, size: tuple[int, int], breaks_at: int | None = None) -> None:
+    def __init__(self, bench: Bench, size: tuple[int, int], breaks_at: int | None = None) -> None:
         self._bench = bench
-        self._clock = clock
+        self._clock = bench.clock
         self._size = size
         self._left = breaks_at
         self._rng = np.random.default_rng(3)
@@ -111,11 +113,13 @@ class Painted(Camera):
 
 
 def cell(tmp_path: Path, kind: str = "acl") -> Cell:
-    """A cell with small images."""
+    """A cell with small images, on a high stand."""
     folder = cell_folder(tmp_path, kind)
     said = (folder / "dataset.toml").read_text()
     said = said.replace("width_px = 640", "width_px = 24").replace("height_px = 480", "height_px = 16")
     (folder / "dataset.toml").write_text(said)
+    limits = (folder / "cell.toml").read_text().replace("floor_m = 0.02", "floor_m = -0.5")
+    (folder / "cell.toml").write_text(limits)
     return load_cell(folder)
 
 
@@ -137,5 +141,34 @@ def at_home(cell: Cell, home: bool) -> Cell:
     return replace(cell, arm=replace(cell.arm, home=home))
 
 
-def nothing_said() -> io.StringIO:
-    return io.StringIO()
+def poses(cell: Cell, count: int) -> tuple[Visit, ...]:
+    """Postures near home that break no limit."""
+    robot = cell.description.robot
+    assert robot is not None
+    home = controller_of(cell).motor(0.0)
+    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(robot.joints)))
+    return numbered(home + offsets)
+
+
+def session(cell: Cell, bench: Bench, journal: Journal, camera: Camera | None = None) -> Session:
+    """A recording on the bench, ready to run."""
+    robot = cell.description.robot
+    size = cell.description.image_px
+    assert robot is not None
+    assert size is not None
+    eye = camera or Painted(bench, size)
+    return Session(cell, robot, arm_on(bench, cell), eye, journal, bench.clock, lambda said: None)
+
+
+def begun(cell: Cell, folder: Path, visits: Sequence[Visit], shots: int = 1) -> Journal:
+    """A recording that has not gone anywhere yet."""
+    robot = cell.description.robot
+    assert robot is not None
+    return Journal.begin(cell, robot, folder, visits, shots, force=False)
+
+
+def resumed(cell: Cell, folder: Path) -> Journal:
+    """The recording in a folder, taken up again."""
+    robot = cell.description.robot
+    assert robot is not None
+    return Journal.resume(cell, robot, folder, None, None)

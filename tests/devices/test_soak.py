@@ -1,0 +1,132 @@
+"""Hundreds of bad days: whatever goes wrong, the arm stands, the recording is whole, and it can be gone on with."""
+
+import csv
+import errno
+from pathlib import Path
+from typing import Any
+
+import bench
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.devices.route import Visit, both_ways
+from robolaser.emulator.running import controller_of
+from robolaser.errors import RecordingStopped, RobolaserError
+
+DAYS = 520
+BATCH = 40
+POSES = 3
+LASTS_S = 20.0
+"""Of the clock on the bench: longer than any motion, and anything that comes late."""
+LINE = ("garbage:0.02", "garbage:0.2", "lost:0.02", "lost:0.2", "misheard:0.02", "misheard:0.2", "late:0.5", "late:1.5",
+        "late:3", "late:30", "silent", "flood", "flood:200", "cut")  # fmt: skip
+AXES = ("impact", "stall", "thermic", "reboot")
+OTHERS = ("camera", "disk", "hand")
+
+
+class Day:
+    """What goes wrong, and when."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.seed = seed
+        self.kind = "acl" if rng.random() < 0.7 else "lss"
+        self.both_ways = rng.random() < 0.4
+        self.fault, self.other = "", ""
+        self.moment_s = rng.uniform(0.5, 35.0)
+        self.shot = int(rng.integers(0, 2 * POSES))
+        pick = rng.integers(0, 10)
+        when = f"@{rng.integers(1, 250)}" if rng.random() < 0.5 else f"@>{rng.uniform(0.1, 35):.1f}s"
+        if pick < 5:
+            self.fault = f"{rng.choice(LINE)}{when}"
+        elif pick < 8:
+            self.fault = f"{rng.choice(AXES)}:{rng.integers(1, 6)}{when}"
+            self.fault = self.fault.replace("reboot:", "reboot:")
+        else:
+            self.other = str(rng.choice(OTHERS))
+
+    def __repr__(self) -> str:
+        return f"seed {self.seed}: {self.kind} {self.fault or self.other} {'both ways' if self.both_ways else ''}"
+
+
+def full_disk(*_: Any, **__: Any) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def names_on_disk(folder: Path) -> set[str]:
+    with (folder / "poses.csv").open(newline="") as file:
+        return {row["pose"] for row in csv.DictReader(file) if row["image"]}
+
+
+def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
+    """One day: what was said at its end."""
+    told: list[str] = []
+    journal = bench.begun(cell, folder, visits)
+    rig = bench.bench_for(cell, [day.fault] if day.fault else [], day.seed)
+    camera = bench.Painted(rig, cell.description.image_px, day.shot if day.other == "camera" else None)
+    patched = pytest.MonkeyPatch()
+
+    def by_hand() -> None:
+        raise KeyboardInterrupt
+
+    if day.other == "hand":
+        rig.clock.at.append((day.moment_s, by_hand))
+    if day.other == "disk":
+        rig.clock.at.append((day.moment_s, lambda: patched.setattr("os.fsync", full_disk)))
+    said = ""
+    try:
+        bench.session(cell, rig, journal, camera).run(lambda visit: told.append(visit.name))
+    except RobolaserError as error:
+        said = str(error)
+        assert isinstance(error, RecordingStopped) or not told, day
+    except KeyboardInterrupt:
+        assert not told, day  # before the session had begun
+    finally:
+        patched.undo()
+    stood = rig.motor()
+    rig.clock.at.clear()
+    rig.clock.time_s += LASTS_S
+    moved = float(np.abs(rig.motor() - stood).max())
+    assert moved < 1e-9 or "could not be seen to stop" in said, (day, moved, said)
+    if (folder / "dataset.toml").exists():
+        assert len(robolaser.load(folder).poses) >= len(told), day
+        assert names_on_disk(folder) == set(told), day
+    else:
+        assert not told, day
+    return said
+
+
+def go_on(cell: Any, folder: Path, visits: tuple[Visit, ...]) -> None:
+    """The next day nothing is wrong."""
+    rig = bench.Bench(controller_of(cell), bench.Jumping())
+    journal = bench.resumed(cell, folder)
+    bench.session(cell, rig, journal).run(lambda visit: None)
+    assert names_on_disk(folder) == {visit.name for visit in visits}
+    poses = robolaser.load(folder).poses
+    assert poses.time_s is not None
+    assert (np.diff(poses.time_s) > 0).all()
+    assert poses.image is not None
+    assert all((folder / image).is_file() for image in poses.image if image)
+    assert poses.q is not None
+    for visit in visits:
+        assert np.abs(poses.q[poses.names.index(visit.name)] - visit.q).max() < 0.01
+
+
+@pytest.mark.parametrize("batch", range(DAYS // BATCH))
+def test_after_any_bad_day_the_arm_stands_and_the_recording_is_whole(batch: int, tmp_path: Path) -> None:
+    cells = {}
+    for kind in ("acl", "lss"):
+        (tmp_path / kind).mkdir()
+        cells[kind] = bench.cell(tmp_path / kind, kind)
+    stopped = 0
+    for seed in range(BATCH * batch, BATCH * (batch + 1)):
+        day = Day(seed)
+        cell = cells[day.kind]
+        visits = bench.poses(cell, POSES)
+        visits = both_ways(visits[:2], 0.05) if day.both_ways else visits
+        folder = tmp_path / f"recording-{seed}"
+        said = run(day, cell, folder, visits)
+        stopped += bool(said)
+        go_on(cell, folder, visits)
+    assert stopped > BATCH // 4
