@@ -11,10 +11,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import Board, Image, find_board
+from robolaser.vision.centres import Axis, Centres
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.places import jumps, on_plane, spread
-from robolaser.vision.stripe import Axis, Centres, stripe_centres
+from robolaser.vision.stripe import stripe_centres
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""

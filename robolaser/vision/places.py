@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.vision.stripe import Centres
+from robolaser.vision.centres import Centres
 
 GATE_PX = 3.0
 """Distance [px] within which a middle speaks for a line, while lines are still being tried."""

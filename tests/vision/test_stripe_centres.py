@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser.vision.stripe import stripe_centres, strongest
+from robolaser.vision.centres import strongest
+from robolaser.vision.stripe import stripe_centres
 
 HEIGHT, WIDTH = 300, 640
 ROW = np.arange(HEIGHT)

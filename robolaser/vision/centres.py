@@ -1,0 +1,50 @@
+"""Middles of a stripe in an image, and what is known of each."""
+
+from dataclasses import dataclass, fields
+from typing import Literal, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+
+Axis = Literal["u", "v"]
+
+
+@final
+@dataclass(frozen=True)
+class Centres:
+    """Middles of bright runs, several to a line of pixels where light is double.
+
+    Attributes:
+        line: Row (column, where the stripe runs along u) of each middle, (n,).
+        pixel: The middle, (n, 2) [px] as (u, v).
+        std: Standard deviation of the middle along its line of pixels, by the image's noise, (n,) [px].
+        width: Between the flanks, (n,) [px].
+        light: Grey above the background, summed over the run, (n,).
+        peak: Brightest grey of the run, (n,).
+        ground: Grey beside the run, (n,).
+        lopsided: Middle near the foot against middle near the top, (n,) [px].
+    """
+
+    line: Ints
+    pixel: Array
+    std: Array
+    width: Array
+    light: Array
+    peak: Array
+    ground: Array
+    lopsided: Array
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    def at(self, kept: Bools | Ints) -> "Centres":
+        """Give some of them, by mask or index."""
+        return Centres(**{item.name: getattr(self, item.name)[kept] for item in fields(self)})
+
+
+def strongest(centres: Centres) -> Centres:
+    """Keep one middle to a line, the one with the most light."""
+    order = np.lexsort((-centres.light, centres.line))
+    _, first = np.unique(centres.line[order], return_index=True)
+    return centres.at(order[first])

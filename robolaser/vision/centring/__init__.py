@@ -1,0 +1,17 @@
+"""Ways from a stripe's profile to its middle: each takes runs and their profiles, and gives middle and deviation."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from robolaser.arrays import Array
+from robolaser.vision.centring.gauss import gauss
+from robolaser.vision.centring.mass import Profiles, mass
+from robolaser.vision.centring.steger import steger
+from robolaser.vision.runs import Runs
+
+Centring = Callable[[Runs, Profiles], tuple[Array, Array]]
+
+CENTRINGS: Mapping[str, Centring] = MappingProxyType({"mass": mass, "gauss": gauss, "steger": steger})
+"""Each by the name it is chosen by."""
+DEFAULT = "gauss"
+"""Near what noise allows where the profile is a bell, and the centre of mass where it is glare."""

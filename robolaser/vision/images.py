@@ -1,0 +1,40 @@
+"""Image files as arrays of grey, and what a laser alone lights in them."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.vision.board import Image
+
+PEDESTAL = 16
+"""Grey that a difference starts from, so that noise below nothing is not cut off."""
+FULL = 255
+"""Grey at which a pixel says no more than that it was at least as bright."""
+
+
+def read_grey(path: Path, width_px: int, height_px: int) -> Image:
+    """Read an image, (height, width).
+
+    Raises:
+        ImageUnreadable: It is missing or no image.
+        ImageSize: It has another size.
+    """
+    try:
+        coded = np.fromfile(path, dtype=np.uint8)
+    except OSError as error:
+        raise ImageUnreadable(path, error.strerror or "cannot be opened") from None
+    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE) if len(coded) else None
+    if image is None:
+        raise ImageUnreadable(path, "not an image of a known format, or damaged")
+    if image.shape != (height_px, width_px):
+        raise ImageSize(path, (image.shape[1], image.shape[0]), (width_px, height_px))
+    return np.asarray(image, dtype=np.uint8)
+
+
+def laser_alone(lit: Image, unlit: Image) -> Image:
+    """What the laser adds to an image, on a ground of PEDESTAL; what was saturated stays so."""
+    added = cv2.addWeighted(lit, 1.0, unlit, -1.0, PEDESTAL)
+    _, saturated = cv2.threshold(lit, FULL - 1, FULL, cv2.THRESH_BINARY)
+    return np.asarray(cv2.max(added, saturated), dtype=np.uint8)

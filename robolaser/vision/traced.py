@@ -1,0 +1,36 @@
+"""One stripe traced through one image of anything, as a scan keeps it."""
+
+import numpy as np
+
+from robolaser.stripes import STRIPE, Stripes
+from robolaser.vision.board import Image
+from robolaser.vision.centres import Axis
+from robolaser.vision.centring import DEFAULT
+from robolaser.vision.course import one_stripe
+from robolaser.vision.images import laser_alone
+from robolaser.vision.stripe import stripe_centres
+
+
+def trace(image: Image, axis: Axis, off: Image | None = None, centring: str = DEFAULT) -> Stripes:
+    """Find the stripe in an image, one middle at most in each line of pixels.
+
+    A middle's standard deviation is what the image's noise makes of it, or what the scatter along the stripe shows
+    where that is more (speckle, rough surfaces).
+
+    Args:
+        image: Grey image with the laser on, (height, width).
+        axis: Image axis that the stripe runs along.
+        off: The same view with the laser off; what both show is no stripe.
+        centring: Name of the way to the middle, one of CENTRINGS.
+
+    Returns:
+        The middles, (n,) of STRIPE, along the stripe; their pose is 0.
+    """
+    centres = stripe_centres(image if off is None else laser_alone(image, off), axis, centring)
+    chosen, excess = one_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
+    found = centres.at(chosen)
+    stripes = np.zeros(len(found), STRIPE)
+    stripes["u"], stripes["v"] = found.pixel.T
+    stripes["std"] = excess * found.std
+    stripes["intensity"] = found.peak - found.ground
+    return stripes
