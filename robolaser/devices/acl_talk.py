@@ -118,7 +118,7 @@ class Talk:
 
     def listen(self) -> None:
         """Hear what the controller has said by itself."""
-        self._mind(self._line.drop(), "")
+        self._mind(self._line.drop())
 
     def abort(self) -> None:
         """Stop all motion, now."""
@@ -130,15 +130,15 @@ class Talk:
 
     def _typed(self, command: str) -> bool:
         """Type a command without entering it; whether it was heard right. A misheard one is spoilt and thrown away."""
-        self._mind(self._line.drop(), command)
+        self._mind(self._line.drop())
         text = self._mixed(command)
         self._line.send(text)
         heard, echo = self._line.until(re.compile(re.escape(text), 0 if self._mixing else re.IGNORECASE), QUIET_S)
-        self._mind(heard, command)
+        self._mind(heard)
         if echo:
             return True
         self._line.send(SPOIL + ENTER)
-        self._mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0]), command)
+        self._mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0]))
         return False
 
     def _entered(self, command: str) -> str:
@@ -165,8 +165,8 @@ class Talk:
             raise LineLost(self._line.port, f"no answer for {2 * QUIET_S:.1f} s")
         return heard
 
-    def _mind(self, text: str, command: str) -> None:
-        """Look through what came for what the controller says by itself, or against the command."""
+    def _mind(self, text: str, command: str = "") -> None:
+        """Look through what came for what the controller says by itself, or against a command that it heard right."""
         if not self._begun:
             return
         if ">_" in self._unfinished[-1:] + text:
@@ -185,7 +185,7 @@ class Talk:
                 joint = self._joints[number - 1] if 0 < number <= len(self._joints) else "no joint is named"
                 raise ArmAlarm(self._line.port, joint, line, advice)
         numbered = NUMBERED.search(line)
-        if numbered:
+        if numbered and command:
             raise ArmRefused(self._line.port, command, line, MEANING.get(int(numbered[1]), ""))
 
     def _unclear(self, command: str, answer: str) -> AnswerUnclear:

@@ -30,8 +30,8 @@ class Lss(Arm):
         if not joints:
             raise ArmDiffers("lss", 0, EVERYBODY - 1)
         self._line = line
-        self._joints = tuple(joints)
         self._ids = arm.ids or tuple(range(1, len(joints) + 1))
+        self._servos = tuple(zip(self._ids, joints, strict=True))
         self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
         self._direction = np.array(arm.direction or [1.0] * len(joints))
         self.step = np.full(len(joints), STEP)
@@ -56,23 +56,31 @@ class Lss(Arm):
     def read(self) -> Array:
         """Where it is now, (j,)."""
         tenths = np.empty(len(self._ids))
-        for i, (servo, joint) in enumerate(zip(self._ids, self._joints, strict=True)):
+        for i, (servo, joint) in enumerate(self._servos):
             tenths[i] = self._ask(servo, joint, "QD")
         angles: Array = self._reference + self._direction * tenths * STEP
         return angles
 
     def watch(self) -> None:
         """Whether a joint is in trouble."""
-        for servo, joint in zip(self._ids, self._joints, strict=True):
+        for servo, joint in self._servos:
             status = self._ask(servo, joint, "Q")
             if status in TROUBLE:
                 raise ArmAlarm(self._line.port, joint, f"*{servo}Q{status}: {TROUBLE[status]}", ADVICE)
 
     def go(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,)."""
+        """Set out to angles, (j,); a servo that misheard its goal is told again at once."""
         tenths = np.rint(self._direction * (q - self._reference) / STEP).astype(np.int64)
-        for servo, goal in zip(self._ids, tenths.tolist(), strict=True):
-            self._line.send(f"#{servo}D{goal}T{max(1, round(1000 * seconds))}\r")
+        wanted = dict(zip(self._ids, tenths.tolist(), strict=True))
+        for _ in range(TRIES):
+            for servo, goal in wanted.items():
+                self._line.send(f"#{servo}D{goal}T{max(1, round(1000 * seconds))}\r")
+            heard = {servo: self._ask(servo, joint, "QDT") for servo, joint in self._servos if servo in wanted}
+            wanted = {servo: goal for servo, goal in wanted.items() if heard[servo] != goal}
+            if not wanted:
+                return
+        servo, goal = next(iter(wanted.items()))
+        raise AnswerUnclear(self._line.port, f"#{servo}D{goal}", str(heard[servo]), TRIES)
 
     def stop(self) -> None:
         """Stop where it is."""

@@ -57,7 +57,7 @@ class Session:
         except PlanUnsafe:
             raise
         except BaseException as error:
-            standing = self._stopped()
+            standing = self._stopped(error)
             raise self._why(error, standing) from None
 
     def _run(self, told: Callable[[Visit], None]) -> None:
@@ -117,16 +117,17 @@ class Session:
                 shown(self._robot, joint, float(moved[joint])),
             )
 
-    def _stopped(self) -> str:
+    def _stopped(self, cause: BaseException) -> str:
         """Stop the arm, then the laser, and say where the arm is."""
         try:
             self._at = self._mover.halt()
             said = f"The arm was stopped. It stands at {posture(self._robot, self._at)}."
         except (RobolaserError, KeyboardInterrupt) as error:
-            last = "" if self._at is None else f" It was last seen at rest at {posture(self._robot, self._at)}."
+            why = "" if isinstance(error, type(cause)) else f" {error or 'Interrupted again.'}"
+            last = "" if self._at is None else f" It last rested at {posture(self._robot, self._at)}."
             said = (
-                f"The arm could not be seen to stop ({error or 'interrupted again'}).{last} It goes no further than to"
-                " the pose it was on its way to; keep clear of it, and press its emergency button."
+                f"The arm could not be seen to stop.{why}{last} It goes no further than to the place it was on its way"
+                " to; keep clear of it, and press its emergency button."
             )
         if self._cell.laser_output is not None:
             with suppress(RobolaserError, KeyboardInterrupt):

@@ -13,8 +13,8 @@ from robolaser.devices.acl import Acl
 from robolaser.devices.arm import Arm
 from robolaser.devices.camera import Camera, Image
 from robolaser.devices.clock import Clock
-from robolaser.devices.line import TICK_S, Line
 from robolaser.devices.journal import Journal
+from robolaser.devices.line import TICK_S, Line
 from robolaser.devices.lss import Lss
 from robolaser.devices.route import Visit, numbered
 from robolaser.devices.session import Session
