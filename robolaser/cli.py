@@ -17,6 +17,7 @@ from robolaser.commands.emulate import Emulate
 from robolaser.commands.extract import Extract
 from robolaser.commands.listing import List
 from robolaser.commands.record import Record
+from robolaser.commands.scan import Scan
 from robolaser.commands.simulate import Simulate
 from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
 
@@ -28,6 +29,7 @@ COMMANDS: tuple[Command, ...] = (
     Simulate(),
     Record(),
     Emulate(),
+    Scan(),
     Challenge(),
     List(),
 )

@@ -10,11 +10,15 @@ from robolaser.se3 import from_angles, from_quaternion, pose
 from robolaser.seams import Bend, Seam
 
 
+def in_image(pixel: Array, values: Values, bend: Bend) -> Array:
+    """Metric image points of pixels (c or 1, m, 2), distortion taken off, (c, m, 2) [m]. Eqs. 2-4."""
+    read = bend(Seam.PIXELS, pixel)
+    return bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
+
+
 def in_camera(pixel: Array, values: Values, bend: Bend, stripe_axis: str) -> Array:
     """Points on the sheet that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
-    read = bend(Seam.PIXELS, pixel)
-    flat = bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
-    ray = optics.rays(flat, values["f"], stripe_axis)
+    ray = optics.rays(in_image(pixel, values, bend), values["f"], stripe_axis)
     return bend(Seam.LIGHT, optics.cut(ray, bend(Seam.SHEET, optics.sheet(values))))
 
 

@@ -1,0 +1,64 @@
+"""What a scan gave, in lines of a few words and numbers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.report.digits import measured, millimetres, plain
+from robolaser.scan import Scan
+from robolaser.scan.quality import LEVEL, Measured, Quality
+
+BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
+
+
+@final
+@dataclass(frozen=True)
+class Line:
+    """One figure of a scan: what it is, its value with unit, and how to read it."""
+
+    what: str
+    value: str
+    remark: str
+
+
+def heading(scan: Scan) -> str:
+    """What was scanned with what."""
+    tally, source = scan.cloud.tally, scan.cloud.source.what
+    poses = len(scan.recording.poses)
+    return f"{tally.points} points from {source} of {poses} poses, calibrated from {scan.calibrated.name}"
+
+
+def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
+    """Scatter, error of the calibration, and the bodies that were measured."""
+    tally = scan.cloud.tally
+    known = quality.scatter_m == quality.scatter_m  # not NaN
+    yield Line(
+        "scatter",
+        millimetres(quality.scatter_m if known else None),
+        f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
+        if known
+        else "neither stripes nor calibration say how noisy the middles are",
+    )
+    yield Line(
+        "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
+    )
+    for body in quality.bodies:
+        yield Line(BODIES[body.what], _size(body), _remark(body))
+    left = tally.middles - tally.points
+    if left:
+        yield Line("left out", f"{left}", f"of {tally.middles} middles: no point of the sheet in front of the camera")
+
+
+def _size(body: Measured) -> str:
+    if body.size_m is None:
+        return millimetres(body.rms_m)
+    return measured(body.size_m, body.std_m or 0.0, "m")
+
+
+def _remark(body: Measured) -> str:
+    promised = f"promised {millimetres(body.promised_m)}" if body.promised_m == body.promised_m else "none promised"
+    if body.error_m is None or body.known_m is None:
+        return f"root mean square; {promised}; {body.points} of the points looked at"
+    sign = "+" if body.error_m >= 0 else "−"
+    error = f"known {plain(body.known_m, 'm')}: off by {sign}{millimetres(abs(body.error_m))}"
+    return f"{error}; scatter {millimetres(body.rms_m)}, {promised}; {body.points} points"

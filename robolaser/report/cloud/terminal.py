@@ -1,0 +1,30 @@
+"""A cloud in a few lines on the terminal."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from robolaser.report.cloud.lines import figures, heading
+from robolaser.scan import Scan
+from robolaser.scan.quality import Quality
+
+WIDE = 160  # of text that goes to a file
+
+
+def print_cloud(scan: Scan, quality: Quality, *written: Path, console: Console | None = None) -> None:
+    """Print what a scan gave.
+
+    Args:
+        scan: Done.
+        quality: Of its cloud.
+        written: Where it is to be found.
+        console: Where to print; standard output by default.
+    """
+    out = console or Console(highlight=False)
+    if not out.is_terminal:
+        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+    out.print(Text(f"{scan.recording.name}: {heading(scan)}", style="bold"))
+    for line in figures(scan, quality):
+        out.print(Text(f"  {line.what:<15} {line.value:>18}   ") + Text(line.remark, style="dim"))
+    out.print(Text(f"Wrote {' and '.join(map(str, written))}"))

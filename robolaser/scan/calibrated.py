@@ -1,0 +1,189 @@
+"""A scanner as a calibration left it: what calibration.json and the robot.urdf beside it say."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser import effects as library
+from robolaser.calibration import FORMAT
+from robolaser.dataset import Dataset, Poses
+from robolaser.effects.effect import Effect, Suspect
+from robolaser.effects.run import Run
+from robolaser.errors import CalibrationUnreadable, EffectForeign, FormatUnknown, ScannerDiffers
+from robolaser.folder import GRAVITY, inside
+from robolaser.parameters import Parameter, Values
+from robolaser.robot import Robot
+from robolaser.scan.entries import Entries
+from robolaser.sensors.chain import SCANNER
+from robolaser.settings import unit_of
+from robolaser.tables import read_text
+
+FILE = "calibration.json"
+SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")
+
+
+@final
+@dataclass(frozen=True)
+class Calibrated:
+    """A scanner on its arm, with the effects that were found.
+
+    Attributes:
+        name: Of the data set that it was calibrated from.
+        parameters: The paper's fourteen, as they were before the calibration.
+        values: The fourteen and the numbers of the effects as they were found, (1,) each.
+        suspects: The effects, in their order.
+        robot: The nominal arm; None where flange poses were measured.
+        stripe_axis: Image axis that the stripe runs along.
+        bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
+        angles: Order of the hand-eye angles.
+        image_px: Width and height of its images [px].
+        noise: Standard deviation of each source of error, by name [px, m or rad].
+        rms_m: Error of the calibration points, on new poses where that is known [m].
+        run: The run that it was calibrated from; None where an older file does not say.
+    """
+
+    name: str
+    parameters: Mapping[str, Parameter]
+    values: Values
+    suspects: tuple[Suspect, ...]
+    robot: Robot | None
+    stripe_axis: str
+    bracket_quat: tuple[float, float, float, float]
+    angles: str
+    image_px: tuple[int, int]
+    noise: Mapping[str, float]
+    rms_m: float | None
+    run: Run | None
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects with their numbers."""
+        return tuple(suspect.at(self.values) for suspect in self.suspects)
+
+    def fitted_to(self, recording: Dataset) -> Dataset:
+        """The recording as if the calibrated scanner and its arm were described in it.
+
+        Raises:
+            ScannerDiffers: Sensor, image, arm or joints are of another scanner.
+        """
+        same = (
+            ("kind of sensor", recording.kind, "stripe"),
+            ("stripe_axis", recording.stripe_axis, self.stripe_axis),
+            ("image size", recording.image_px, self.image_px),
+            ("poses", _kind_of_poses(recording.robot), _kind_of_poses(self.robot)),
+        )
+        for what, found, expected in same:
+            if found != expected:
+                raise ScannerDiffers(what, found, expected)
+        return replace(
+            recording,
+            robot=self.robot,
+            poses=self._posed(recording.poses, recording.robot),
+            parameters=self.parameters,
+            bracket_quat=self.bracket_quat,
+            angles=self.angles,
+        )
+
+    def _posed(self, poses: Poses, robot: Robot | None) -> Poses:
+        if robot is None or self.robot is None or poses.q is None:
+            return poses
+        if set(robot.joints) != set(self.robot.joints):
+            raise ScannerDiffers("joints", ", ".join(robot.joints), ", ".join(self.robot.joints))
+        order = [robot.joints.index(joint) for joint in self.robot.joints]
+        qd = None if poses.qd is None else np.ascontiguousarray(poses.qd[:, order])
+        return replace(poses, q=np.ascontiguousarray(poses.q[:, order]), qd=qd)
+
+
+def read_calibration(path: Path) -> Calibrated:
+    """Read calibration.json.
+
+    Args:
+        path: The file, or the folder that it is in.
+
+    Raises:
+        CalibrationUnreadable: It lacks something, or is no calibration of a stripe scanner.
+        FormatUnknown: It is of another format.
+        EffectForeign: An effect is not known here.
+        FileUnreadable, UrdfError: It or the robot beside it cannot be read.
+    """
+    path = path / FILE if path.is_dir() else path
+    try:
+        whole = json.loads(read_text(path))
+    except ValueError as error:
+        raise CalibrationUnreadable(path, f"it is no JSON ({error})") from None
+    file = Entries(path, "", whole)
+    found = file.text("format")
+    if found != FORMAT:
+        raise FormatUnknown(path.name, found, FORMAT)
+    model, numbers = file.part("model"), file.part("parameters")
+    if model.text("sensor") != "stripe":
+        raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
+    robot = _robot(path, model)
+    values = {name: np.array([numbers.part(name).number("value")]) for name in SCANNER}
+    suspects = tuple(_suspect(part, robot) for part in file.parts("effects"))
+    for suspect, part in zip(suspects, file.parts("effects"), strict=True):
+        for key in suspect.parameters.names:
+            values[key] = np.array([part.part("parameters").part(key.rsplit(".", 1)[-1]).number("value")])
+    quat, size = model.numbers("bracket_quat", 4), model.numbers("image", 2)
+    errors = [file.number(key) for key in ("held_out_rms_m", "rms_m") if file.has(key)]
+    return Calibrated(
+        name=file.text("dataset"),
+        parameters={name: _parameter(name, numbers.part(name)) for name in SCANNER},
+        values=values,
+        suspects=suspects,
+        robot=robot,
+        stripe_axis=model.one_of("stripe_axis", ("u", "v")),
+        bracket_quat=(quat[0], quat[1], quat[2], quat[3]),
+        angles=model.one_of("angles", ("xyz", "zyz")),
+        image_px=(int(size[0]), int(size[1])),
+        noise={key: file.part("noise").number(key) for key in file.part("noise").keys} if file.has("noise") else {},
+        rms_m=errors[0] if errors else None,
+        run=_run(file.part("run")) if file.has("run") else None,
+    )
+
+
+def _parameter(name: str, part: Entries) -> Parameter:
+    nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
+    return Parameter(name, unit_of(name), nominal, lower, upper)
+
+
+def _robot(path: Path, model: Entries) -> Robot | None:
+    if not model.has("robot"):
+        return None
+    urdf = inside(path.parent, model.text("robot"), f"{path.name}, model.robot")
+    return Robot.from_urdf(
+        read_text(urdf),
+        flange=model.text("flange"),
+        joints=model.texts("joints") if model.has("joints") else None,
+        gravity=model.numbers("gravity", 3) if model.has("gravity") else GRAVITY,
+        source=str(urdf),
+    )
+
+
+def _suspect(part: Entries, robot: Robot | None) -> Suspect:
+    kinds = {kind.name: kind for kind in library.EFFECTS}
+    name, where = part.text("effect"), part.text("where")
+    if name not in kinds:
+        raise EffectForeign(part.path, name, kinds)
+    if where not in (*SITES, *(robot.joints if robot else ())):
+        raise CalibrationUnreadable(part.path, f"its {name} sits at '{where}', which is no joint or part of it")
+    return Suspect(kinds[name], where)
+
+
+def _run(part: Entries) -> Run:
+    x, y, z = part.numbers("middle_m", 3)
+    low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
+    return Run(
+        poses=int(part.number("poses")),
+        sha256=part.text("sha256"),
+        middle_m=(x, y, z),
+        temperature_c=(low, high) if part.has("temperature_c") else None,
+    )
+
+
+def _kind_of_poses(robot: Robot | None) -> str:
+    return "measured flange poses" if robot is None else "joint angles"

@@ -1,0 +1,163 @@
+"""From the stripes of a recording to points in the base frame, piece by piece on all cores.
+
+`std` of a point is the root-mean-square distance by which its noise moves it: the middle's standard deviation across
+the stripe, carried through ray and sheet, and the noise of the joints' readings, carried through the arm. It is the
+scatter of a point against its neighbours. Errors of the calibration are shared by all points and not in it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import islice
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.compiled import available, cores, share_out
+from robolaser.errors import NothingMet
+from robolaser.scan.calibrated import Calibrated
+from robolaser.scan.lever import levers
+from robolaser.scan.ply import VERTEX, Vertices, places_of
+from robolaser.scan.sight import FARTHEST_M, Sight
+from robolaser.scan.sources import Source, as_points, check_poses
+from robolaser.se3 import apply, carry
+from robolaser.seams import Seam
+from robolaser.search import Progress
+from robolaser.sensors.head import in_image
+from robolaser.stripes import Stripes
+
+PIECES_AT_ONCE = 8  # for each core, before they are handed on in order
+CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
+
+
+@final
+@dataclass
+class Tally:
+    """How many middles were looked at."""
+
+    middles: int = 0
+    points: int = 0
+
+
+@final
+@dataclass(frozen=True)
+class Cloud:
+    """The points that a sight shows of a source.
+
+    Attributes:
+        sight: What the scanner sees.
+        source: The stripes.
+        arm: Scatter from the noise of the joints' readings at each pose, (n,) [m].
+        tally: Counts what passes.
+    """
+
+    sight: Sight
+    source: Source
+    arm: Array
+    tally: Tally = field(default_factory=Tally)
+
+    def pieces(self, progress: Progress | None = None) -> Iterator[Vertices]:
+        """The points in the order of the middles; those that the sheet does not show are left out.
+
+        Args:
+            progress: Is told how far it is.
+
+        Raises:
+            StripesStray: Middles are of poses that the recording does not have.
+            NothingMet: No middle gave a point.
+            RobolaserError: A file or an image cannot be read.
+        """
+        waiting, done = iter(self.source.pieces), 0
+        self.tally.middles = self.tally.points = 0
+        while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
+            found: dict[int, tuple[int, Vertices]] = {}
+            share_out(partial(self._put, found, i, read) for i, read in enumerate(batch))
+            for i in range(len(batch)):
+                middles, piece = found[i]
+                self.tally.middles += middles
+                self.tally.points += len(piece)
+                yield piece
+            done += len(batch)
+            if progress is not None:
+                progress("scanning", done / len(self.source.pieces))
+        if self.tally.points == 0:
+            raise NothingMet(self.tally.middles)
+
+    def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:
+        stripes = read()
+        check_poses(stripes, self.sight.dataset)
+        whole = self.source.points is not None or not available()
+        found[place] = len(stripes), self._in_numpy(stripes) if whole else self._compiled(stripes)
+
+    def _compiled(self, stripes: Stripes) -> Vertices:
+        if self.sight.bends(Seam.LIGHT):
+            return self._lit(stripes)
+        return self._shown(stripes, self.sight.camera, packed=True)
+
+    def _lit(self, stripes: Stripes) -> Vertices:
+        """Points that an effect slides along their rays; their scatter is that of the rays that it found."""
+        stand = np.broadcast_to(np.eye(4), self.sight.camera.shape)
+        out = self._shown(stripes, np.ascontiguousarray(stand), packed=False)
+        bend, pose = self.sight.bend(as_points(stripes)), stripes["pose"].astype(np.int64)
+        places: Array = carry(self.sight.camera[None], pose, bend(Seam.LIGHT, places_of(out)[None]))[0]
+        out["x"], out["y"], out["z"] = places.T
+        return out[np.isfinite(places).all(axis=1)]
+
+    def _shown(self, stripes: Stripes, T_base_camera: Array, *, packed: bool) -> Vertices:
+        from robolaser.compiled.cloud import vertices  # noqa: PLC0415 - numba takes a third of a second to load
+
+        camera = np.array([self.sight.values[name][0] for name in CAMERA])
+        stripes = np.ascontiguousarray(stripes)
+        if self.sight.bends(Seam.PIXELS, Seam.IMAGE):
+            stripes = self._flat(stripes)
+            camera[:5] = 0.0, 0.0, 1.0, 1.0, 0.0  # takes metric points as they are
+        out = np.empty(len(stripes), VERTEX)
+        count = vertices(
+            stripes.view("<f4").reshape(len(stripes), -1),
+            stripes.view("<u4").reshape(len(stripes), -1),
+            camera,
+            self.sight.dataset.stripe_axis == "u",
+            self.sight.sheet,
+            T_base_camera,
+            self.arm,
+            FARTHEST_M,
+            packed,
+            out.view("<f4").reshape(len(stripes), -1),
+            out.view("<u4").reshape(len(stripes), -1),
+        )
+        return out[:count]
+
+    def _flat(self, stripes: Stripes) -> Stripes:
+        """Metric image points without distortion in the place of pixels, their scatter in metres too."""
+        sight, points = self.sight, as_points(stripes)
+        flat = stripes.copy()
+        assert points.pixel is not None  # stripes have pixels
+        flat["u"], flat["v"] = in_image(points.pixel[None], sight.values, sight.bend(points))[0].T
+        flat["std"] *= sight.values["s_v" if sight.dataset.stripe_axis == "u" else "s_u"][0]
+        return flat
+
+    def _in_numpy(self, stripes: Stripes) -> Vertices:
+        points = self.source.points or as_points(stripes)
+        places = self.sight.in_base(points)
+        across = stripes["std"] * self.sight.slope(points)
+        out = np.empty(len(stripes), VERTEX)
+        out["x"], out["y"], out["z"] = places.T
+        out["std"] = np.hypot(across, self.arm[points.pose])
+        out["pose"], out["intensity"] = stripes["pose"], stripes["intensity"]
+        return out[np.isfinite(places).all(axis=1)]
+
+
+def arm_scatter(sight: Sight, calibrated: Calibrated) -> Array:
+    """Scatter of a pose's points from the noise of joint readings, or of measured flange poses, (n,) [m].
+
+    Taken where the optical axis meets the sheet. Zeros where the calibration knows of no such noise.
+    """
+    poses, robot = sight.dataset.poses, sight.dataset.robot
+    if robot is None or poses.q is None:
+        return np.full(len(poses), np.sqrt(3.0) * calibrated.noise.get("flange", 0.0))
+    sigma = calibrated.noise.get("joint", 0.0)
+    axis = replace(sight, effects=tuple(one for one in sight.effects if one.seam is not Seam.PIXELS))
+    seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's place
+    arms = levers(robot, poses.q, apply(sight.camera, seen))
+    return np.asarray(sigma * np.linalg.norm(arms, axis=1))

@@ -1,0 +1,116 @@
+"""Point clouds on disk: binary PLY, written piece by piece, whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robolaser.arrays import Array
+from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
+
+VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<u4"), ("intensity", "<f4")])
+"""Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
+Vertices = NDArray[np.void]
+
+_TYPES = {"<f4": "float", "<u4": "uint"}
+_DIGITS = 20  # of the largest count
+LONGEST = 200  # of a comment
+MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
+
+
+def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *, overwrite: bool = False) -> int:
+    """Write a cloud as it comes.
+
+    Args:
+        path: The file; what was there stays until all is written.
+        pieces: Vertices, each (n,) of VERTEX.
+        comments: Lines for people at the head of the file.
+        overwrite: Replace a file that is there.
+
+    Returns:
+        How many vertices were written.
+
+    Raises:
+        OutputExists: There is a file.
+        FileUnwritable: The disk or the rights say no.
+    """
+    if path.exists() and not overwrite:
+        raise OutputExists(path)
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                count = _written(file, pieces, comments)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise FileUnwritable(path, error.strerror or str(error)) from None
+    return count
+
+
+def map_ply(path: Path) -> Vertices:
+    """Map a cloud that `write_ply` wrote into memory, (n,) of VERTEX.
+
+    Raises:
+        CloudUnreadable: It is no such file, or cut off.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(MOST_HEADER)
+        size = path.stat().st_size
+    except OSError as error:
+        raise CloudUnreadable(path, error.strerror or str(error)) from None
+    lines, end, _ = head.partition(b"end_header\n")
+    said = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
+    counts = [line.split()[-1] for line in said if line.startswith("element vertex ")]
+    if not end or said != _head(counts[0] if counts else "0"):
+        raise CloudUnreadable(path, "its header is not that of such a cloud")
+    count, start = int(counts[0]), len(lines) + len(end)
+    if size != start + count * VERTEX.itemsize:
+        raise CloudUnreadable(path, f"its header promises {count} points, but it is cut off or longer")
+    return np.memmap(path, VERTEX, mode="r", offset=start, shape=(count,)) if count else np.empty(0, VERTEX)
+
+
+def places_of(vertices: Vertices) -> Array:
+    """The places of vertices, (n, 3) [m]."""
+    return np.stack([vertices[axis] for axis in "xyz"], axis=-1).astype(np.float64)
+
+
+def _written(file: BinaryIO, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
+    """Count what is written; the header has room for every count and is written last."""
+    file.write(_header(0, comments))
+    count = 0
+    for piece in pieces:
+        file.write(np.ascontiguousarray(piece).data.cast("B"))
+        count += len(piece)
+    file.seek(0)
+    file.write(_header(count, comments))
+    file.flush()
+    os.fsync(file.fileno())
+    return count
+
+
+def _head(count: str) -> list[str]:
+    """The header's lines but for comments and its end."""
+    fields = [f"property {_TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
+    return ["ply", "format binary_little_endian 1.0", f"element vertex {count}", *fields]
+
+
+def _header(count: int, comments: Sequence[str]) -> bytes:
+    """The header, as long for one count as for any other: a comment makes up for its digits."""
+    first, second, *rest = _head(str(count))
+    said = [f"comment {_plain(line)}" for line in comments]
+    rest[0:0] = [f"comment {'.' * (_DIGITS - len(str(count)))}"]
+    return ("\n".join([first, second, *said, *rest, "end_header"]) + "\n").encode("ascii")
+
+
+def _plain(text: str) -> str:
+    """One short line of ASCII."""
+    shown = "".join(letter if letter.isprintable() else " " for letter in text)
+    return shown.encode("ascii", "replace").decode("ascii")[:LONGEST]

@@ -1,0 +1,153 @@
+"""Where the stripes of a recording come from: stripes.npy, points.csv or the images themselves, piece by piece."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Ints
+from robolaser.dataset import Dataset, Points
+from robolaser.errors import FileUnreadable, NothingToScan, StripesStray
+from robolaser.folder import inside
+from robolaser.stripes import FILE, STRIPE, Stripes, open_stripes
+
+AT_ONCE = 1 << 16  # middles that a core takes at a time: they and their points stay in its cache
+IMAGE_OFF = "image_off"
+PROBES = 2000  # middles by which the sizes of doubts are told
+
+
+@final
+@dataclass(frozen=True)
+class Source:
+    """The stripes of a recording.
+
+    Attributes:
+        what: Where they come from, for people.
+        pieces: Each gives some middles when called, from any thread, (n,) of STRIPE.
+        points: The rows of points.csv, where these are the only piece; else None.
+    """
+
+    what: str
+    pieces: Sequence[Callable[[], Stripes]]
+    points: Points | None = None
+
+
+def source_of(recording: Dataset, pixel_px: float) -> Source:
+    """The best there is: stripes.npy, else points.csv, else images.
+
+    Args:
+        recording: On disk.
+        pixel_px: Standard deviation of a middle where its own is not known [px].
+
+    Raises:
+        NothingToScan: There is none of them.
+        FileUnreadable, StripesForeign: stripes.npy is broken.
+    """
+    folder, images = recording.folder, recording.poses.image
+    if folder is not None and (folder / FILE).exists():
+        return _from_file(folder / FILE)
+    if len(recording.points):
+        return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
+    if folder is None or images is None or not any(images):
+        raise NothingToScan(folder)
+    off = recording.poses.extra.get(IMAGE_OFF, ("",) * len(images))
+    return Source(
+        "images",
+        [
+            partial(
+                _from_image,
+                recording,
+                row,
+                inside(folder, lit, "poses.csv, column image"),
+                inside(folder, dark, f"poses.csv, column {IMAGE_OFF}") if dark else None,
+            )
+            for row, (lit, dark) in enumerate(zip(images, off, strict=True))
+            if lit
+        ],
+    )
+
+
+def probe(source: Source, recording: Dataset) -> Points:
+    """Some middles, evenly taken from the whole recording; from images none are known yet, so places in the image."""
+    n = len(recording.poses)
+    if source.what == "images":
+        assert recording.image_px is not None  # a stripe's data set has a size
+        grid = np.linspace(0.2, 0.8, 3)
+        places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
+        poses = np.unique(np.linspace(0, n - 1, PROBES // len(places)).astype(np.int64))
+        return Points(poses.repeat(len(places)), (), pixel=np.tile(places, (len(poses), 1)))
+    if source.points is not None:
+        return source.points.take(_spread(len(source.points)))
+    assert recording.folder is not None  # stripes.npy lies in it
+    stripes = open_stripes(recording.folder / FILE)
+    return as_points(_checked(stripes[_spread(len(stripes))], recording))
+
+
+def as_points(stripes: Stripes) -> Points:
+    """Middles as rows of a data set; they have no names."""
+    pixel = np.stack([stripes["u"], stripes["v"]], axis=-1).astype(np.float64)
+    return Points(stripes["pose"].astype(np.int64), (), pixel=pixel)
+
+
+def check_poses(stripes: Stripes, recording: Dataset) -> None:
+    """See that all middles are of poses that there are.
+
+    Raises:
+        StripesStray: They are not.
+    """
+    last = int(stripes["pose"].max(initial=0))
+    if len(stripes) and last >= len(recording.poses):
+        raise StripesStray(recording.folder, last, len(recording.poses))
+
+
+def _checked(stripes: Stripes, recording: Dataset) -> Stripes:
+    check_poses(stripes, recording)
+    return stripes
+
+
+def _spread(count: int) -> Ints:
+    return np.unique(np.linspace(0, max(count - 1, 0), min(count, PROBES)).astype(np.int64))
+
+
+def _from_file(path: Path) -> Source:
+    """Pieces of a file, each read when it is its turn: mapped memory would seem to grow with the scan."""
+    stripes = open_stripes(path)
+    start = stripes.offset if isinstance(stripes, np.memmap) else 0
+    firsts = range(0, len(stripes), AT_ONCE)
+    count = len(stripes)
+    return Source(FILE, [partial(_read, path, start, first, min(AT_ONCE, count - first)) for first in firsts])
+
+
+def _read(path: Path, start: int, first: int, count: int) -> Stripes:
+    try:
+        with path.open("rb", buffering=0) as file:
+            piece = os.pread(file.fileno(), count * STRIPE.itemsize, start + first * STRIPE.itemsize)
+    except OSError as error:
+        raise FileUnreadable(path, error.strerror or str(error)) from None
+    if len(piece) < count * STRIPE.itemsize:
+        raise FileUnreadable(path, "it became shorter while it was read")
+    return np.frombuffer(piece, STRIPE)
+
+
+def _from_points(points: Points, pixel_px: float) -> Stripes:
+    assert points.pixel is not None  # a stripe's points have pixels
+    stripes = np.empty(len(points), STRIPE)
+    stripes["pose"], stripes["std"], stripes["intensity"] = points.pose, pixel_px, np.nan
+    stripes["u"], stripes["v"] = points.pixel.T
+    return stripes
+
+
+def _from_image(recording: Dataset, row: int, lit: Path, dark: Path | None) -> Stripes:
+    from robolaser.vision.images import read_grey  # noqa: PLC0415 - OpenCV is slow to load
+    from robolaser.vision.traced import trace  # noqa: PLC0415
+
+    size = recording.image_px
+    assert size is not None  # a stripe's data set has one
+    off = None if dark is None else read_grey(dark, *size)
+    stripes = np.asarray(trace(read_grey(lit, *size), "u" if recording.stripe_axis == "u" else "v", off))
+    stripes["pose"] = row
+    return stripes

@@ -1,0 +1,84 @@
+"""Recordings and calibrations of made-up cells, on disk."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from robolaser.calibration import Calibration, json_text
+from robolaser.dataset import Noise, Points
+from robolaser.effects import suspects
+from robolaser.export import robot_urdf
+from robolaser.folder import load
+from robolaser.robots import find_robot
+from robolaser.saving import save
+from robolaser.scanner import Model
+from robolaser.simulate import simulate
+from robolaser.stripes import FILE, STRIPE, write_stripes
+
+ROBOT = "scorbot_er7"
+
+
+def dataset(*, poses=20, points=8, seed=1, robot=ROBOT):
+    """A calibration's data set, nominal and with a little noise, of an arm with a known path."""
+    made = simulate(find_robot(robot), poses=poses, points=points, noise=Noise(pixel_px=0.1), seed=seed).dataset
+    where = made.poses
+    if where.time_s is None:
+        where = replace(where, time_s=np.arange(len(where), dtype=float))
+    return replace(made, poses=where)
+
+
+def calibrated(data, effects=(), numbers=None):
+    """A calibration of a data set: nominal values but for what `numbers` says by name."""
+    model = Model(data, suspects(effects, data))
+    names, x = model.parameters.names, model.parameters.nominal.copy()
+    for name, value in (numbers or {}).items():
+        x[names.index(name)] = value
+    return Calibration(
+        model=model,
+        algorithm="made up",
+        weights="plain",
+        seed=1,
+        x=x,
+        std=np.full(len(x), np.nan),
+        on_bound=np.zeros(len(x), dtype=bool),
+        unidentifiable=(),
+        residuals=model.residuals(x[None])[0],
+        held_out=None,
+        noise={"pixel": 0.1, "joint": 1e-5},
+        history=None,
+        evaluations=1,
+        seconds=0.0,
+        warnings=(),
+    )
+
+
+def written(calibration, folder: Path) -> Path:
+    """calibration.json and what is beside it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "calibration.json").write_text(json_text(calibration), encoding="utf-8")
+    if calibration.model.dataset.robot is not None:
+        (folder / "robot.urdf").write_text(robot_urdf(calibration), encoding="utf-8")
+    return folder
+
+
+def recorded(data, folder: Path, stripes=None):
+    """A recording on disk, with its points or else with stripes."""
+    if stripes is None:
+        save(data, folder)
+    else:
+        save(replace(data, points=Points(np.empty(0, np.int64), ())), folder)
+        write_stripes(folder / FILE, [stripes])
+    return load(folder)
+
+
+def middles(data, *, per_pose, seed=3, std=0.1):
+    """Middles all over the image, as many in each pose."""
+    rng = np.random.default_rng(seed)
+    n = len(data.poses) * per_pose
+    stripes = np.empty(n, STRIPE)
+    stripes["pose"] = np.arange(len(data.poses)).repeat(per_pose)
+    width, height = data.image_px
+    stripes["u"], stripes["v"] = rng.uniform(0, width - 1, n), rng.uniform(0, height - 1, n)
+    stripes["std"], stripes["intensity"] = std, rng.uniform(20, 250, n)
+    return stripes
