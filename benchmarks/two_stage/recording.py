@@ -14,6 +14,7 @@ from robolaser.vision.board import find_board
 from robolaser.vision.extract import extract_points
 from robolaser.vision.layings import settle_by_robot
 from robolaser.vision.lens import find_lens
+from robolaser.vision.shots import Shots
 
 
 @final
@@ -33,7 +34,7 @@ def measure(folder: Path) -> Recording:
         raise SystemExit(f"{folder}: not a recording of a board with flange poses.")
     images = [(name, folder / file) for name, file in zip(dataset.poses.names, dataset.poses.image, strict=True)]
     found = extract_points(
-        images,
+        [Shots(name, (file,)) for name, file in images],
         columns=board.columns,
         rows=board.rows,
         square_m=board.square_m,

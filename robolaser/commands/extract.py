@@ -1,8 +1,8 @@
-"""robolaser extract: from images to points."""
+"""robolaser extract: from images to points, or to the stripe's middles where there is no board."""
 
 import argparse
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
@@ -12,8 +12,10 @@ from robolaser.errors import FileUnwritable, OutputExists
 
 if TYPE_CHECKING:
     from robolaser.dataset import Dataset
+    from robolaser.stripes import Stripes
 
-POINTS = "points.csv"
+POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
+CENTRES = ("mass", "gauss", "steger")
 
 
 @final
@@ -25,45 +27,92 @@ class Extract(Command):
 
     def declare(self, parser: argparse.ArgumentParser) -> None:
         """Say what can be given to it."""
+        parser.description = (
+            "Finds checkerboard and laser stripe in each image of a recording and writes points.csv. A recording "
+            "without [board] is one to scan: the stripe's middles in every image go to stripes.npy. Images with the laser off "
+            "(column image_off of poses.csv) take away what else is bright."
+        )
         parser.add_argument(
             "recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images"
         )
-        parser.add_argument(
-            "--output", metavar="DATASET", type=Path, help="new data set; default: points.csv in RECORDING"
-        )
+        parser.add_argument("--output", metavar="DATASET", type=Path, help="new data set; default: into RECORDING")
         parser.add_argument("--step", metavar="LINES", type=count, help="lines of pixels from point to point")
+        parser.add_argument(
+            "--centre",
+            choices=CENTRES,
+            default="gauss",
+            help="the stripe's middle is that of the best Gaussian (default), the centre of mass, or Steger's ridge, "
+            "which smooths along the stripe",
+        )
         parser.add_argument("--force", action="store_true", help="overwrite points that are there")
 
     def run(self, args: argparse.Namespace) -> None:
         """Extract, write, and say what became of each image."""
         from robolaser.folder import load  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.recording import points_from_images  # noqa: PLC0415
-        from robolaser.saving import save, save_points  # noqa: PLC0415
 
-        folder: Path = args.output or args.recording
-        if (folder / POINTS).exists() and not args.force:
-            raise OutputExists(folder / POINTS)
         recording = load(args.recording)
-        with progress_bar() as progress:
-            found, dataset = points_from_images(recording, step=args.step, progress=progress)
-        print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
-        for frame in found.frames:
-            if frame.skipped:
-                print(f"{frame.pose:<16}   skipped: {frame.skipped}")
-            else:
-                print(f"{frame.pose:<16} {frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}")
-        if not found.lens.known:
-            warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
-        if args.output is None:
-            save_points(dataset, folder)
+        to_scan = recording.board is None and recording.poses.image is not None
+        result = STRIPES if to_scan else POINTS
+        new = () if args.output is None else (SETTINGS,)
+        for file in (result, *new):
+            path = (args.output or args.recording) / file
+            if path.exists() and not args.force:
+                raise OutputExists(path)
+        if to_scan:
+            _stripes(recording, args)
         else:
-            _copy_images(args.recording, folder, dataset.poses.image or ())
-            save(_with_noise_stated(dataset, found.pixel_noise_px), folder, overwrite=args.force)
-        skipped = sum(bool(frame.skipped) for frame in found.frames)
-        print(
-            f"{len(found)} points from {len(found.frames) - skipped} images, {skipped} skipped; "
-            f"stripe noise {found.pixel_noise_px:.2f} px. Wrote {folder / POINTS}"
-        )
+            _points(recording, args)
+
+
+def _points(recording: "Dataset", args: argparse.Namespace) -> None:
+    from robolaser.recording import points_from_images  # noqa: PLC0415
+    from robolaser.saving import save, save_points  # noqa: PLC0415
+
+    with progress_bar() as progress:
+        found, dataset = points_from_images(recording, step=args.step, centring=args.centre, progress=progress)
+    print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
+    for frame in found.frames:
+        if frame.skipped:
+            print(f"{frame.pose:<16}   skipped: {frame.skipped}")
+        else:
+            print(f"{frame.pose:<16} {frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}")
+    if not found.lens.known:
+        warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
+    if args.output is None:
+        save_points(dataset, args.recording)
+    else:
+        _copy_images(recording, args.recording, args.output)
+        save(_with_noise_stated(dataset, found.pixel_noise_px), args.output, overwrite=args.force)
+    skipped = sum(bool(frame.skipped) for frame in found.frames)
+    print(
+        f"{len(found)} points from {len(found.frames) - skipped} images, {skipped} skipped; "
+        f"stripe noise {found.pixel_noise_px:.2f} px. Wrote {(args.output or args.recording) / POINTS}"
+    )
+
+
+def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
+    from robolaser.recording import stripes_from_images  # noqa: PLC0415
+    from robolaser.saving import save  # noqa: PLC0415
+    from robolaser.stripes import write_stripes  # noqa: PLC0415
+
+    folder: Path = args.output or args.recording
+    images = blank = 0
+
+    def counted(blocks: "Iterator[Stripes]") -> "Iterator[Stripes]":
+        nonlocal images, blank
+        for block in blocks:
+            images += 1
+            blank += not len(block)
+            yield block
+
+    make_folder(folder)
+    with progress_bar() as progress:
+        blocks = stripes_from_images(recording, step=args.step, centring=args.centre, progress=progress)
+        middles = write_stripes(folder / STRIPES, counted(blocks), overwrite=args.force)
+    if args.output is not None:
+        _copy_images(recording, args.recording, folder)
+        save(recording, folder, overwrite=args.force)
+    print(f"{middles} middles from {images - blank} images, {blank} without a stripe. Wrote {folder / STRIPES}")
 
 
 def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
@@ -73,11 +122,15 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
     return replace(dataset, noise=replace(dataset.noise, pixel_px=pixel_px))
 
 
-def _copy_images(source: Path, folder: Path, images: Sequence[str]) -> None:
-    for image in images:
-        if image:
-            make_folder((folder / image).parent)
-            try:
-                shutil.copyfile(source / image, folder / image)
-            except OSError as error:
-                raise FileUnwritable(folder / image, error.strerror or str(error)) from None
+def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
+    from robolaser.recording import image_columns  # noqa: PLC0415
+
+    poses = recording.poses
+    for column in image_columns(poses):
+        for image in (poses.image or ()) if column == "image" else poses.extra[column]:
+            if image:
+                make_folder((folder / image).parent)
+                try:
+                    shutil.copyfile(source / image, folder / image)
+                except OSError as error:
+                    raise FileUnwritable(folder / image, error.strerror or str(error)) from None

@@ -39,6 +39,17 @@ class NothingExtracted(RobolaserError):
         )
 
 
+class NoStripes(RobolaserError):
+    """No image shows a stripe."""
+
+    def __init__(self, images: int, axis: str) -> None:
+        lines = "rows" if axis == "v" else "columns"
+        super().__init__(
+            f"None of {images} images shows a stripe that crosses the {lines} of pixels. Check that the laser is on, "
+            f"the exposure, and [sensor] stripe_axis, which is '{axis}'."
+        )
+
+
 class NoCamera(RobolaserError):
     """A camera's file was asked for, from a sensor that has none."""
 

@@ -2,19 +2,18 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import final
 
-import cv2
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.errors import ImageSize, ImageUnreadable
-from robolaser.vision.board import Board, Image, find_board
+from robolaser.arrays import Array, Ints
+from robolaser.vision.board import Board, find_board
 from robolaser.vision.centres import Axis, Centres
+from robolaser.vision.centring import DEFAULT
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.places import jumps, on_plane, spread
+from robolaser.vision.shots import Shots
 from robolaser.vision.stripe import stripe_centres
 
 POINTS_PER_IMAGE = 170
@@ -28,12 +27,12 @@ FEWEST_LINES = 20
 @final
 @dataclass(frozen=True)
 class Frame:
-    """What became of one image.
+    """What became of the images of one pose.
 
     Attributes:
-        pose: Its pose.
-        skipped: Why it gave no points; empty if it did.
-        points: Points it gave.
+        pose: Its name.
+        skipped: Why they gave no points; empty if they did.
+        points: Points they gave.
         corner_rms_px: Corners of the board against its pattern [px]; NaN without a board.
         line_rms_px: Stripe against a straight line, all its lines of pixels that were kept [px]; NaN without.
         share_kept: Lines of pixels kept among those that show light; what is missing lay off the plane.
@@ -54,16 +53,18 @@ class Extraction:
 
     Attributes:
         pose: Pose of each.
-        point: Name of each, unique within its pose: the line of pixels it was found in.
+        point: Name of each, unique within its image: the line of pixels it was found in.
+        repeat: Number of the image at its pose, from 1, (m,).
         pixel: u and v as seen, lens distortion included, (m, 2) [px].
         place: x, y and z in the board's frame, (m, 3) [m].
-        frames: What became of each image, in the order given.
+        frames: What became of each pose, in the order given.
         lens: The lens that was taken off before planes were laid.
         pixel_noise_px: Scatter of the stripe's middle about its smooth course [px]; NaN without points.
     """
 
     pose: tuple[str, ...]
     point: tuple[str, ...]
+    repeat: Ints
     pixel: Array
     place: Array
     frames: tuple[Frame, ...]
@@ -78,11 +79,11 @@ class Extraction:
 @dataclass(frozen=True)
 class _Seen:
     board: Board | None
-    centres: Centres
+    centres: tuple[Centres, ...]
 
 
 def extract_points(
-    images: Sequence[tuple[str, Path]],
+    images: Sequence[Shots],
     *,
     columns: int,
     rows: int,
@@ -91,13 +92,16 @@ def extract_points(
     width_px: int,
     height_px: int,
     step: int | None = None,
+    centring: str = DEFAULT,
     R_base_flange: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Extraction:
-    """Find in each image the board and the stripe on its plane, and give the stripe's pixels their places.
+    """Find at each pose the board and the stripe on its plane, and give the stripe's pixels their places.
+
+    Where a pose has an image without the laser, the board is looked for there, and the stripe in what the laser adds.
 
     Args:
-        images: Pose and file of each image, in the order taken.
+        images: Files of each pose, in the order taken.
         columns: Inner corners of the board along its x.
         rows: Inner corners along its y.
         square_m: Side of a square [m].
@@ -106,42 +110,39 @@ def extract_points(
         height_px: Height that every image must have [px].
         step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
             POINTS_PER_IMAGE.
+        centring: Name of the way to the stripe's middle, one of CENTRINGS.
         R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
             several frames; where a pose is missing the frame is followed by sight from image to image.
-        progress: Called with images done and images in all.
+        progress: Called with poses done and poses in all.
 
     Returns:
-        The points, and a word on each image; images without board or stripe give none.
+        The points, and a word on each pose; those without board or stripe give none.
 
     Raises:
         ImageUnreadable: A file is missing or no image.
         ImageSize: An image has another size.
     """
     seen = []
-    for done, (_, path) in enumerate(images, start=1):
-        image = _read(path, width_px, height_px)
-        board = find_board(image, columns=columns, rows=rows)
-        centres = stripe_centres(image, stripe_axis)
-        if board is not None:
-            centres = centres.at(centres.peak > BRIGHTER * board.paper)
-        seen.append(_Seen(board, centres))
+    for done, shots in enumerate(images, start=1):
+        seen.append(_look(shots, (columns, rows), (width_px, height_px), stripe_axis, centring))
         if progress is not None:
             progress(done, len(images))
     boards = {i: one.board.layings for i, one in enumerate(seen) if one.board is not None}
     lens = find_lens([layings[0] for layings in boards.values()], square_m, width_px, height_px)
-    grids = _settle([(images[i][0], layings) for i, layings in boards.items()], R_base_flange, lens)
+    grids = _settle([(images[i].pose, layings) for i, layings in boards.items()], R_base_flange, lens)
     views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
     length = height_px if stripe_axis == "v" else width_px
     every = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
     board_m = (square_m * (columns - 1), square_m * (rows - 1))
     cuts = [
-        _cut(pose, one.centres, views.get(i), lens, board_m, stripe_axis, every)
-        for i, ((pose, _), one) in enumerate(zip(images, seen, strict=True))
+        _cut(shots.pose, one.centres, views.get(i), lens, board_m, stripe_axis, every)
+        for i, (shots, one) in enumerate(zip(images, seen, strict=True))
     ]
     scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
     return Extraction(
         pose=tuple(cut.frame.pose for cut in cuts for _ in cut.point),
         point=tuple(name for cut in cuts for name in cut.point),
+        repeat=np.concatenate([np.zeros(0, dtype=np.int64), *(cut.repeat for cut in cuts)]),
         pixel=np.concatenate([np.zeros((0, 2)), *(cut.pixel for cut in cuts)]),
         place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
         frames=tuple(cut.frame for cut in cuts),
@@ -150,17 +151,18 @@ def extract_points(
     )
 
 
-def _read(path: Path, width_px: int, height_px: int) -> Image:
-    try:
-        coded = np.fromfile(path, dtype=np.uint8)
-    except OSError as error:
-        raise ImageUnreadable(path, error.strerror or "cannot be opened") from None
-    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE) if len(coded) else None
-    if image is None:
-        raise ImageUnreadable(path, "not an image of a known format, or damaged")
-    if image.shape != (height_px, width_px):
-        raise ImageSize(path, (image.shape[1], image.shape[0]), (width_px, height_px))
-    return np.asarray(image, dtype=np.uint8)
+def _look(shots: Shots, corners: tuple[int, int], size_px: tuple[int, int], axis: Axis, centring: str) -> _Seen:
+    ambient = shots.ambient(*size_px)
+    board = None if ambient is None else find_board(ambient, columns=corners[0], rows=corners[1])
+    found: list[Centres] = []
+    for image, light in shots.lights(*size_px, ambient):
+        if board is None and not found:
+            board = find_board(image, columns=corners[0], rows=corners[1])
+        centres = stripe_centres(light, axis, centring)
+        if board is not None and ambient is None:
+            centres = centres.at(centres.peak > BRIGHTER * board.paper)
+        found.append(centres)
+    return _Seen(board, tuple(found))
 
 
 def _settle(
@@ -176,10 +178,11 @@ def _settle(
 @final
 @dataclass(frozen=True)
 class _Cut:
-    """The points of one image."""
+    """The points of one pose."""
 
     frame: Frame
     point: tuple[str, ...] = ()
+    repeat: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     pixel: Array = field(default_factory=lambda: np.zeros((0, 2)))
     place: Array = field(default_factory=lambda: np.zeros((0, 3)))
     scatter: Array = field(default_factory=lambda: np.zeros(0))
@@ -187,7 +190,7 @@ class _Cut:
 
 def _cut(
     pose: str,
-    centres: Centres,
+    shots: tuple[Centres, ...],
     view: View | None,
     lens: Lens,
     board_m: tuple[float, float],
@@ -196,25 +199,43 @@ def _cut(
 ) -> _Cut:
     if view is None:
         return _Cut(Frame(pose, skipped="no board"))
-    if len(centres) == 0:
+    lit = sum(len(np.unique(centres.line)) for centres in shots)
+    if lit == 0:
         return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
-    straight = lens.straighten(centres.pixel)
-    place = view.places(straight)
-    along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
-    kept, off = on_plane(centres, along, across, _nearness(place, board_m))
-    share = float(kept.sum() / len(np.unique(centres.line)))
-    if kept.sum() < FEWEST_LINES:
+    names: list[str] = []
+    pixels, places, repeats, offs, scatter = [], [], [], [], []
+    for number, centres in enumerate(shots, start=1):
+        straight = lens.straighten(centres.pixel)
+        place = view.places(straight)
+        along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
+        kept, off = on_plane(centres, along, across, _nearness(place, board_m))
+        if kept.sum() < FEWEST_LINES:
+            continue
+        taken = np.flatnonzero(kept & (centres.line % step == step // 2))
+        names += [f"{stripe_axis}{line:04d}" for line in centres.line[taken]]
+        pixels.append(centres.pixel[taken])
+        places.append(np.pad(place[taken], ((0, 0), (0, 1))))
+        repeats.append(np.full(len(taken), number))
+        offs.append(off[kept])
+        scatter.append(jumps(off[kept]))
+    share = sum(map(len, offs)) / lit
+    if not offs:
         return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share))
-    taken = np.flatnonzero(kept & (centres.line % step == step // 2))
     frame = Frame(
         pose,
-        points=len(taken),
+        points=len(names),
         corner_rms_px=view.corner_rms_px,
-        line_rms_px=float(np.sqrt(np.mean(off[kept] ** 2))),
+        line_rms_px=float(np.sqrt(np.mean(np.concatenate(offs) ** 2))),
         share_kept=share,
     )
-    names = tuple(f"{stripe_axis}{line:04d}" for line in centres.line[taken])
-    return _Cut(frame, names, centres.pixel[taken], np.pad(place[taken], ((0, 0), (0, 1))), jumps(off[kept]))
+    return _Cut(
+        frame,
+        tuple(names),
+        np.concatenate(repeats),
+        np.concatenate(pixels),
+        np.concatenate(places),
+        np.concatenate(scatter),
+    )
 
 
 def _nearness(place: Array, board_m: tuple[float, float]) -> Array:

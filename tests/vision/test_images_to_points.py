@@ -12,13 +12,15 @@ from scipy.spatial.transform import Rotation
 from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
+from robolaser.vision.shots import Shots
 
 REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
 def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
     setting = {"columns": 7, "rows": 6, "square_m": SQUARE, "stripe_axis": "v"} | changes
-    return extract_points(images, width_px=width, height_px=height, **setting)
+    shots = [Shots(pose, (path,)) for pose, path in images]
+    return extract_points(shots, width_px=width, height_px=height, **setting)
 
 
 def of_pose(found: Extraction, pose: str):
