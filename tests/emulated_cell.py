@@ -27,7 +27,7 @@ height_px = 480
 [board]
 columns = 9
 rows = 7
-square_m = 0.012
+square_m = 0.010
 
 [target]
 placed = false
@@ -61,7 +61,7 @@ format = "robolaser-world/1"
 height_m = -0.03
 
 [board]
-origin_m = [0.58, 0.0, -0.029]
+origin_m = [0.54, 0.0, -0.029]
 
 [[effect]]
 name = "backlash"
