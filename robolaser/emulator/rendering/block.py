@@ -48,9 +48,9 @@ class Block(Solid):
         normal: Array = outward[depth.argmin(axis=-1)]
         return normal
 
-    def albedo(self, point: Array, footprint: Array) -> Array:
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """The same everywhere."""
-        return np.full(footprint.shape, self.tone)
+        return np.full(point.shape[:-1], self.tone)
 
     def corners(self) -> Array:
         """Its eight."""

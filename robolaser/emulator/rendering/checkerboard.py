@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.vectors import dot
 
 
 @final
@@ -55,13 +56,15 @@ class Checkerboard(Solid):
         """Out of the printed side."""
         return np.broadcast_to(-self.T_base_board[:3, 2], point.shape)
 
-    def albedo(self, point: Array, footprint: Array) -> Array:
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """Paper and ink, mixed where a pixel sees both."""
         place = (point - self.T_base_board[:3, 3]) @ (self.T_base_board[:3, :2] / self.square_m)
-        sharp = self.square_m / footprint
+        ray = (point - eye) @ self.T_base_board[:3, :3]
+        footprint = breadth / self.square_m * np.sqrt(dot(ray, ray))
         side, printed = np.ones(footprint.shape), np.ones(footprint.shape)
         for i, last in enumerate((self.columns - 1, self.rows - 1)):
             x = place[..., i]
+            sharp = 1.0 / (footprint * np.sqrt(1.0 + (ray[..., i] / ray[..., 2]) ** 2))
             line = np.clip(np.rint(x), 0.0, last)
             side *= np.clip(2.0 * (x - line) * sharp, -1.0, 1.0) * (1.0 - 2.0 * (line % 2))
             printed *= np.clip((last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5, 0.0, 1.0)

@@ -8,6 +8,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.solid import Solid
 
+UP = np.array([0.0, 0.0, 1.0])
+
 
 @final
 @dataclass(frozen=True)
@@ -32,11 +34,15 @@ class Floor(Solid):
 
     def normal(self, point: Array) -> Array:
         """Up."""
-        return np.broadcast_to([0.0, 0.0, 1.0], point.shape)
+        return np.broadcast_to(UP, point.shape)
 
-    def albedo(self, point: Array, footprint: Array) -> Array:
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """The same everywhere."""
-        return np.full(footprint.shape, self.tone)
+        return np.full(point.shape[:-1], self.tone)
 
     def corners(self) -> None:
         """None: it has no end."""
+
+    def plain(self) -> tuple[Array, float]:
+        """Up, and its tone."""
+        return UP, self.tone

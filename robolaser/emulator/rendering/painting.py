@@ -49,17 +49,17 @@ def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur
         reflections: Whether shiny solids mirror the stripe on others.
         blur_px: Standard deviation of the lens's blur [px].
     """
-    room = shading.of_the_room(view, view.all)
+    room = shading.of_the_room(view, view.all, view.eye.pixel_rad)
     laser = np.zeros(len(room))
     mirrors = reflections and bool((view.scene.shine > 0).any())
     rows = np.union1d(_outlines(view), _near_the_sheet(view, sheet)) if lit else _outlines(view)
     if lit and mirrors:
         rows = np.union1d(rows, _near_mirror_images(view, sheet))
-    fine = view.along(_fine_rays(view.eye, rows))
-    room[rows] = _of_pixels(shading.of_the_room(view, fine))
+    fine, breadth = view.along(_fine_rays(view.eye, rows)), view.eye.pixel_rad / FINE
+    room[rows] = _of_pixels(shading.of_the_room(view, fine, breadth))
     if lit:
-        light = shading.of_the_laser(view, sheet, fine)
-        laser[rows] = _of_pixels(light + shading.mirrored(view, sheet, fine) if mirrors else light)
+        light = shading.of_the_laser(view, sheet, fine, breadth)
+        laser[rows] = _of_pixels(light + shading.mirrored(view, sheet, fine, breadth) if mirrors else light)
     shape = view.eye.height_px, view.eye.width_px
     falling = room.reshape(shape) * _falling_off(shape)
     return Painting(view, sheet, lit, _blurred(falling, blur_px), _blurred(laser.reshape(shape), blur_px))
@@ -101,7 +101,7 @@ def _near_mirror_images(view: View, sheet: Sheet) -> Ints:
     shape = view.eye.height_px, view.eye.width_px
     rows = np.arange(shape[0] * shape[1]).reshape(shape)[::COARSE, ::COARSE].ravel()
     found = np.zeros(shape, dtype=np.uint8)
-    found.ravel()[rows] = shading.mirrored(view, sheet, view.all.take(rows)) > 0
+    found.ravel()[rows] = shading.mirrored(view, sheet, view.all.take(rows), view.eye.pixel_rad) > 0
     return np.flatnonzero(cv2.dilate(found, np.ones((2 * COARSE + 3, 2 * COARSE + 3), np.uint8)))
 
 

@@ -57,12 +57,12 @@ class Scene:
             normal[own] = solid.normal(point[own])
         return normal
 
-    def albedo(self, point: Array, index: Ints, footprint: Array) -> Array:
-        """Share of light thrown back at points of these solids, (n,)."""
+    def albedo(self, point: Array, index: Ints, eye: Array, breadth: float) -> Array:
+        """Share of light thrown back at points of these solids, (n,), see `Solid.albedo`."""
         albedo = np.zeros(len(point))
         for i, solid in enumerate(self.solids):
             own = np.flatnonzero(index == i)
-            albedo[own] = solid.albedo(point[own], footprint[own])
+            albedo[own] = solid.albedo(point[own], eye, breadth)
         return albedo
 
     @property

@@ -5,10 +5,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.scene import AWAY_M
+from robolaser.emulator.rendering.solid import Solid
 from robolaser.emulator.rendering.vectors import dot, unit
 from robolaser.emulator.rendering.view import Hits, View
 
-LAMP = np.array([0.30, 0.20, 0.93])
+LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
 """Where most of the room's light comes from, in the base frame."""
 FROM_ALL_SIDES = 0.55
 """Share of the room's light that comes from everywhere."""
@@ -18,28 +19,28 @@ DARKEST_GREY = 0.02
 """Laser light below this is none."""
 
 
-def of_the_room(view: View, hits: Hits) -> Array:
-    """Share of white paper's grey under the lamp, for what rays met, (n,)."""
-    point = view.outside(hits.seen)
-    normal = view.scene.normals(point, hits.solid)
-    facing = np.maximum(normal @ (LAMP / np.linalg.norm(LAMP)), 0.0)
-    albedo = view.scene.albedo(point, hits.solid, hits.distance * view.eye.pixel_rad)
-    share: Array = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * facing)
+def of_the_room(view: View, hits: Hits, breadth: float) -> Array:
+    """Share of white paper's grey under the lamp, for what rays of some breadth [rad] met, (n,)."""
+    share = np.zeros(len(hits.distance))
+    for i, solid in enumerate(view.scene.solids):
+        own = np.flatnonzero(hits.solid == i)
+        normal, albedo = solid.plain() or _where_met(view, solid, hits.take(own), breadth)
+        share[own] = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * np.maximum(normal @ LAMP, 0.0))
     return share
 
 
-def of_the_laser(view: View, sheet: Sheet, hits: Hits) -> Array:
+def of_the_laser(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     """Grey of what rays met in the projector's direct light, (n,)."""
     out = np.zeros(len(hits.distance))
     rows = np.flatnonzero(hits.solid >= 0)
     strength = sheet.grey(hits.seen[rows])
     rows, strength = rows[strength > DARKEST_GREY], strength[strength > DARKEST_GREY]
     own = hits.take(rows)
-    out[rows] = strength * _thrown(view, sheet, view.outside(own.seen), own, -own.ray @ view.turn.T)
+    out[rows] = strength * _thrown(view, sheet, view.outside(own.seen), own, -own.ray @ view.turn.T, breadth)
     return out
 
 
-def mirrored(view: View, sheet: Sheet, hits: Hits) -> Array:
+def mirrored(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     """Grey of the projector's light that what rays met mirrors from other surfaces, (n,)."""
     out = np.zeros(len(hits.distance))
     shine = view.scene.shine
@@ -58,18 +59,24 @@ def mirrored(view: View, sheet: Sheet, hits: Hits) -> Array:
     bright = np.flatnonzero(strength > DARKEST_GREY)
     far = np.sqrt(dot(inside[bright], inside[bright]))
     second = Hits(inside[bright] / far[:, None], far, solid[met][bright])
-    light = strength[bright] * _thrown(view, sheet, there[bright], second, -direction[met][bright])
+    light = strength[bright] * _thrown(view, sheet, there[bright], second, -direction[met][bright], breadth)
     out[rows[met[bright]]] = shine[own.solid[met[bright]]] * light
     return out
 
 
-def _thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array) -> Array:
+def _where_met(view: View, solid: Solid, hits: Hits, breadth: float) -> tuple[Array, Array]:
+    """Normal and albedo of a solid where rays met it, (n, 3) and (n,)."""
+    point = view.outside(hits.seen)
+    return solid.normal(point), solid.albedo(point, view.place, breadth)
+
+
+def _thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array, breadth: float) -> Array:
     """Share of the projector's light that points throw towards an eye: to all sides, and as a glint."""
     normal = view.scene.normals(point, hits.solid)
     source = view.outside(sheet.source)
     to_source = unit(source - point)
     cosine = np.maximum(dot(to_source, normal), 0.0)
-    albedo = view.scene.albedo(point, hits.solid, hits.distance * view.eye.pixel_rad)
+    albedo = view.scene.albedo(point, hits.solid, view.place, breadth)
     shine = view.scene.shine[hits.solid]
     share = (1.0 - shine) * albedo * cosine
     glossy = shine > 0

@@ -30,12 +30,13 @@ class Solid(ABC):
         """Unit normals, outward, at points of the surface, (..., 3) -> (..., 3)."""
 
     @abstractmethod
-    def albedo(self, point: Array, footprint: Array) -> Array:
-        """Share of light that is thrown back where a pixel sees a patch of the surface.
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
+        """Share of light that is thrown back where rays of some breadth meet the surface.
 
         Args:
-            point: Middle of each patch, (..., 3) [m].
-            footprint: Its breadth, (...,) [m]: edges of a print are blurred over it.
+            point: Where, (..., 3) [m].
+            eye: Where the rays come from, (3,) [m].
+            breadth: Of a ray [rad]: edges of a print are blurred over it.
 
         Returns:
             From 0 to 1, (...,).
@@ -44,3 +45,7 @@ class Solid(ABC):
     @abstractmethod
     def corners(self) -> Array | None:
         """Points whose convex hull holds the body, (k, 3) [m]; None: it has no end."""
+
+    def plain(self) -> tuple[Array, float] | None:
+        """Normal and albedo where both are the same everywhere; None where they are not."""
+        return None

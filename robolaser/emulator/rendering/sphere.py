@@ -43,9 +43,9 @@ class Sphere(Solid):
         normal: Array = (point - self.centre) / self.radius
         return normal
 
-    def albedo(self, point: Array, footprint: Array) -> Array:
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """The same everywhere."""
-        return np.full(footprint.shape, self.tone)
+        return np.full(point.shape[:-1], self.tone)
 
     def corners(self) -> Array:
         """Of the cube around it."""
