@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from robolaser.emulator.serving import declare, serve
-from robolaser.errors import RobolaserError, WrongUsage
+from robolaser.errors import RobolaserError, SystemSaidNo, WrongUsage
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -21,6 +21,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except RobolaserError as error:
         print(f"robolaser: {error}", file=sys.stderr)
         return 2 if isinstance(error, WrongUsage) else 1
+    except OSError as error:
+        print(f"robolaser: {SystemSaidNo(error)}", file=sys.stderr)
+        return 1
     return 0
 
 

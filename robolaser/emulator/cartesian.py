@@ -3,7 +3,6 @@
 from itertools import product
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from robolaser.arrays import Array, Ints
 from robolaser.robot import Robot
@@ -23,6 +22,7 @@ def place(robot: Robot, q: Array) -> Ints:
 
 def reach(robot: Robot, wanted: Ints, near: Array, lower: Array, upper: Array) -> Array | None:
     """Joint angles, (j,) [rad], within (j,) limits, for X Y Z P R, (5,); None: out of reach. Looks near (j,) first."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 - who never asks must not wait for it
 
     def miss(q: Array) -> Array:
         off: Array = _place(robot, q) - wanted / TENTHS
@@ -32,7 +32,7 @@ def reach(robot: Robot, wanted: Ints, near: Array, lower: Array, upper: Array) -
     for turn in product((0.0, 0.5), repeat=2):
         begin = np.clip(near, lower + 1e-6, upper - 1e-6)
         begin[1:3] += np.array(turn) * ((lower + upper) / 2 - begin)[1:3]
-        found = least_squares(miss, begin, bounds=(lower, upper), xtol=1e-14, ftol=1e-14, gtol=1e-14).x
+        found = least_squares(miss, begin, bounds=(lower, upper), xtol=1e-10, max_nfev=60).x
         if np.all(np.abs(miss(found)) * TENTHS < NEAR):
             return np.asarray(found)
     return None

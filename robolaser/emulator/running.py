@@ -4,7 +4,7 @@ import select
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from robolaser.emulator.faults import ARM, Fault, read_fault
 from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.line import MOST_PENDING, Line, Socket, Terminal
 from robolaser.emulator.lss import Lss
-from robolaser.emulator.stream import Moment, Stream
-from robolaser.emulator.world import load_world
+from robolaser.emulator.moment import Moment
 from robolaser.errors import AxisMissing, ControllerUnknown, NoArmToEmulate
+
+if TYPE_CHECKING:
+    from robolaser.emulator.stream import Stream
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
@@ -81,12 +83,8 @@ class Running:
         self.arm = self._line.address
         self._stream = None
         if world is not None:
-            self._stream = Stream(
-                load_world(world, cell.description),
-                self._moment(0.0),
-                wanted,
-                np.random.default_rng([seed, 2]),
-                camera_port,
+            self._stream = _watching(
+                world, cell, self._moment(0.0), wanted, np.random.default_rng([seed, 2]), camera_port
             )
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
@@ -125,6 +123,15 @@ class Running:
             self._told_s = now_s
         if self._pending and fits:
             self._pending = self._pending[self._line.give(self._pending[:fits]) :]
+
+
+def _watching(
+    world: Path, cell: Cell, begin: Moment, faults: Sequence[Fault], rng: np.random.Generator, port: int
+) -> "Stream":
+    from robolaser.emulator.stream import Stream  # noqa: PLC0415 - an arm without a camera must not pay for light
+    from robolaser.emulator.world import load_world  # noqa: PLC0415
+
+    return Stream(load_world(world, cell.description), begin, faults, rng, port)
 
 
 def _check(faults: Sequence[Fault], axes: int) -> None:

@@ -6,33 +6,19 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import final
 
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.emulator.faults import Fault
+from robolaser.emulator.moment import Moment
 from robolaser.emulator.spoilt import Spoilt
 from robolaser.emulator.world import World
 
 FRAMES_A_S = 15.0
 BUFFER_BYTES = 65536
 """What waits at most in the system for a slow client: a fraction of a frame."""
-
-
-@final
-@dataclass(frozen=True)
-class Moment:
-    """Where the arm went, and how things were at the end of it."""
-
-    path: Sequence[Array]
-    """Joint angles that the encoders saw, (j,) each."""
-    lit: bool
-    now_s: float
-    heard: int
-    """Commands that the controller heard."""
 
 
 @final

@@ -1,0 +1,50 @@
+"""The emulated camera: a live stream that OpenCV opens, of the world as it stands."""
+
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import serial
+from emulated_cell import cell_folder, world_file
+
+from robolaser.emulator.serving import Emulated
+
+
+def ask(port: serial.SerialBase, line: str) -> str:
+    port.write(line.encode() + b"\r")
+    return port.read_until(b">").decode(errors="replace")
+
+
+def test_the_camera_sees_the_board_the_laser_and_that_the_arm_moved(tmp_path: Path) -> None:
+    folder = cell_folder(tmp_path)
+    with (
+        Emulated(folder, world=world_file(folder), hurry=20) as emulated,
+        serial.serial_for_url(emulated.arm, 9600, timeout=2) as port,
+    ):
+        camera = cv2.VideoCapture(emulated.camera, cv2.CAP_FFMPEG)
+        try:
+            dark = settled(camera)
+            assert dark.shape == (480, 640)
+            assert cv2.findChessboardCorners(dark, (9, 7))[0]
+            assert dark.max() < 200
+            ask(port, "SET OUT[1]=1")
+            lit = settled(camera)
+            assert lit.max() == 255
+            assert not np.array_equal(lit, settled(camera))
+            for line in ("DEFP P", "HERE P", "SETPV P 1 1000", "MOVE P 100"):
+                ask(port, line)
+            moved = settled(camera)
+            assert np.abs(moved.astype(float) - lit).mean() > 5 * np.abs(settled(camera).astype(float) - moved).mean()
+        finally:
+            camera.release()
+
+
+def settled(camera: cv2.VideoCapture) -> np.ndarray:
+    """A frame from after everything that was told has happened."""
+    until = time.monotonic() + 0.5
+    while True:
+        ok, frame = camera.read()
+        assert ok
+        if time.monotonic() > until:
+            return cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)

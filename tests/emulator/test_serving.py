@@ -1,0 +1,124 @@
+"""The emulator as a process: opened as a serial port, and ended by whoever started it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import serial
+from emulated_cell import cell_folder
+
+from robolaser.emulator.running import Running
+from robolaser.emulator.serving import Emulated
+from robolaser.errors import EmulatorSilent
+
+
+def ask(port: serial.SerialBase, line: str) -> str:
+    port.write(line.encode() + b"\r")
+    return port.read_until(b">").decode(errors="replace")
+
+
+def counts(port: serial.SerialBase) -> str:
+    return ask(port, "LISTPV POSITION").splitlines()[2]
+
+
+def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None:
+    with Emulated(cell_folder(tmp_path), hurry=50) as emulated:
+        assert emulated.camera is None
+        with serial.serial_for_url(emulated.arm, 9600, timeout=2) as port:
+            for line in ("DEFP P", "HERE P", "SETPV P 1 2000", "MOVE P 300"):
+                assert "O.K." in ask(port, line)
+            deadline = time.monotonic() + 5
+            while not counts(port).startswith("1:2000 ") and time.monotonic() < deadline:
+                time.sleep(0.02)
+        with serial.serial_for_url(emulated.arm, 9600, timeout=2) as port:
+            assert counts(port).startswith("1:2000 ")
+
+
+def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
+    with Emulated(cell_folder(tmp_path)) as emulated:
+        with serial.Serial(emulated.arm, 19200, timeout=0.3) as port:
+            port.write(b"LISTPV POSITION\r")
+            assert not port.read(200).isascii()
+        with serial.Serial(emulated.arm, 9600, timeout=2) as port:
+            ask(port, "")
+            assert counts(port).startswith("1:0 ")
+
+
+def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
+    with (
+        Emulated(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
+        serial.Serial(emulated.arm, 9600, timeout=2) as port,
+    ):
+        assert counts(port).startswith("1:0 ")
+        with pytest.raises((serial.SerialException, OSError)):  # noqa: PT012 - which of them notices is up to the system
+            for _ in range(20):
+                ask(port, "LISTPV POSITION")
+
+
+def test_bytes_come_at_the_speed_of_the_line(tmp_path: Path) -> None:
+    with Emulated(cell_folder(tmp_path)) as emulated, serial.Serial(emulated.arm, 9600, timeout=2) as port:
+        began = time.monotonic()
+        answer = ask(port, "LISTPV POSITION")
+        assert time.monotonic() - began > 0.8 * len(answer) / 960
+
+
+def test_a_servo_arm_answers_too(tmp_path: Path) -> None:
+    with (
+        Emulated(cell_folder(tmp_path, "lss"), hurry=50) as emulated,
+        serial.serial_for_url(emulated.arm, 115200, timeout=2) as port,
+    ):
+        port.write(b"#3D100T2000\r")
+        time.sleep(0.2)
+        port.write(b"#3QD\r")
+        assert port.read_until(b"\r") == b"*3QD100\r"
+
+
+def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
+    running = Running(cell_folder(tmp_path), hurry=50, over_socket=True)
+    try:
+        for _ in range(2):
+            with serial.serial_for_url(running.arm, timeout=0.01) as port:
+                port.write(b"SHOW SPEED\r")
+                heard = b""
+                deadline = time.monotonic() + 5
+                while not heard.endswith(b">") and time.monotonic() < deadline:
+                    running.turn()
+                    heard += port.read(100)
+                assert b"SPEED 50" in heard
+    finally:
+        running.close()
+
+
+@pytest.mark.parametrize("end", ["stdin", "term", "interrupt"])
+def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robolaser.emulator", str(cell_folder(tmp_path))],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        said = json.loads(process.stdout.readline())
+        assert os.path.exists(said["arm"])
+        if end != "stdin":
+            process.send_signal(signal.SIGTERM if end == "term" else signal.SIGINT)
+            process.wait(timeout=5)
+        assert process.communicate(timeout=5) == ("", "")
+        assert process.returncode == 0
+        assert not os.path.exists(said["arm"])
+    finally:
+        process.kill()
+
+
+@pytest.mark.parametrize(("fault", "said"), [("lost:9", "more than 1"), ("flod", "Did you mean 'flood'")])
+def test_what_it_cannot_emulate_it_says_in_one_sentence(tmp_path: Path, fault: str, said: str) -> None:
+    with pytest.raises(EmulatorSilent, match=said) as refused, Emulated(cell_folder(tmp_path), faults=[fault]):
+        pass
+    assert "Traceback" not in str(refused.value)
