@@ -27,7 +27,10 @@ class Camera(ABC):
 
     @abstractmethod
     def shot(self, settle_s: float) -> Image:
-        """What is there from now on: exposed after so many seconds [s] from now.
+        """What is there from now on.
+
+        Args:
+            settle_s: Wait so long first [s]; 0: nothing has changed since the last shot.
 
         Raises:
             CameraLost: No image comes.

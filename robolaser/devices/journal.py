@@ -15,14 +15,12 @@ import cv2
 from robolaser.arrays import Array
 from robolaser.cell import Cell
 from robolaser.devices.camera import Image
-from robolaser.devices.route import Visit, read_route, write_route
+from robolaser.devices.route import Visit, read_route, route_text
 from robolaser.errors import FileUnwritable, NothingToResume, OutputExists, PlanDiffers
 from robolaser.robot import Robot
 from robolaser.tables import read_text, write_together
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
-FROM_A_RECORDING = ("points.csv", "stripes.npy")
-"""What is extracted from a recording, and no longer true of another."""
 IMAGE_OFF = "image_off"
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 LEAST_PAUSE_S = 1.0
@@ -57,13 +55,15 @@ class Journal:
         self.shots = shots
         self.time_s = 0.0
         """Since when the next entry counts from."""
+        self.begun = False
+        """Whether anything is on the disk."""
         self._cell = cell
         self._robot = robot
         self._rows: list[dict[str, str]] = []
 
     @classmethod
     def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
-        """Begin a recording.
+        """Begin a recording. Nothing is written before the first entry.
 
         Args:
             cell: Where it is taken.
@@ -75,19 +75,11 @@ class Journal:
 
         Raises:
             OutputExists: There is one.
-            FileUnwritable: The disk or the rights say no.
         """
-        there = [folder / file for file in (DATASET, POSES, PLAN, *FROM_A_RECORDING) if (folder / file).exists()]
+        journal = cls(cell, robot, folder, visits, shots)
+        there = [file for file in journal._files() if file.exists()]
         if there and not force:
             raise OutputExists(there[0])
-        journal = cls(cell, robot, folder, visits, shots)
-        try:
-            for file in there:
-                file.unlink()
-            (folder / IMAGES).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileUnwritable(folder, error.strerror or str(error)) from None
-        write_route(folder / PLAN, robot, visits, shots)
         return journal
 
     @classmethod
@@ -113,6 +105,7 @@ class Journal:
         if visits is not None and not _same(visits, planned):
             raise PlanDiffers(folder, f"its {len(planned)} poses are not the {len(visits)} asked for")
         journal = cls(cell, robot, folder, planned, planned_shots)
+        journal.begun = True
         (folder / IMAGES).mkdir(exist_ok=True)
         for left in (*folder.glob(".*.csv.*"), *(folder / IMAGES).glob(".*.png.*")):
             left.unlink(missing_ok=True)  # what a power cut left of a file
@@ -145,7 +138,7 @@ class Journal:
         Raises:
             FileUnwritable: The disk is full; the recording is as it was before.
         """
-        files: dict[Path, bytes] = {}
+        files: dict[Path, bytes] = {} if self.begun else self._begin()
         rows = list(self._rows)
         for stay in stays:
             row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
@@ -159,7 +152,21 @@ class Journal:
         if not (self.folder / DATASET).exists():
             files |= self._description()
         write_together(files)
-        self._rows = rows
+        self._rows, self.begun = rows, True
+
+    def _files(self) -> list[Path]:
+        """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
+        return [self.folder / name for name in (DATASET, POSES, PLAN, "points.csv", "stripes.npy")]
+
+    def _begin(self) -> dict[Path, bytes]:
+        """Clear away what was there."""
+        try:
+            for file in self._files():
+                file.unlink(missing_ok=True)
+            (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileUnwritable(self.folder, error.strerror or str(error)) from None
+        return {self.folder / PLAN: route_text(self._robot, self.visits, self.shots).encode()}
 
     def _stem(self, name: str) -> str:
         """A file's name for a pose, whatever the pose is called."""

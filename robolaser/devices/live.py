@@ -16,7 +16,7 @@ FIRST_S = 8.0
 """The first image may take longer: streams are looked into, exposures found."""
 MANUAL = 1.0
 """What most drivers (V4L2) call exposure by hand."""
-PASSED_ON = 1
+PASSED_ON = 2
 """Images that may have been exposed before they were wanted, and waited somewhere in between."""
 
 
@@ -50,7 +50,7 @@ class Live(Camera):
         """What is there from now on."""
         self._clock.wait(settle_s)
         with self._news:
-            wanted = self._count + 1 + PASSED_ON
+            wanted = self._count + 1 + (PASSED_ON if settle_s else 0)
         image = self._wait_for(wanted, SILENT_S)
         see_to(self._source, image, self._size, self._warn)
         return image
@@ -108,8 +108,13 @@ def _opened(line: CameraLine, warn: Warn) -> Any:
     import cv2  # noqa: PLC0415 - importing devices loads nothing heavy
 
     if isinstance(line.source, str) and "://" in line.source:
-        patience = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, int(1000 * FIRST_S), cv2.CAP_PROP_READ_TIMEOUT_MSEC, 2000]
-        capture = cv2.VideoCapture(line.source, cv2.CAP_FFMPEG, patience)
+        settings = {
+            cv2.CAP_PROP_OPEN_TIMEOUT_MSEC: int(1000 * FIRST_S),
+            cv2.CAP_PROP_READ_TIMEOUT_MSEC: int(1000 * SILENT_S),
+            cv2.CAP_PROP_N_THREADS: 1,  # each further one holds an image back
+        }
+        pairs = [number for setting in settings.items() for number in setting]
+        capture = cv2.VideoCapture(line.source, cv2.CAP_FFMPEG, pairs)
     else:
         capture = cv2.VideoCapture(line.source)
     if not capture.isOpened():

@@ -1,5 +1,7 @@
 """Where an arm is to go: the poses of a recording, in order, each with the side it is approached from."""
 
+import csv
+import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.errors import FileUnreadable, PosesUnusable, RowTwice
 from robolaser.robot import Robot
-from robolaser.tables import read_table, read_text, write_table
+from robolaser.tables import read_table, read_text
 
 
 @final
@@ -115,19 +117,20 @@ def way(visits: Sequence[Visit]) -> tuple[tuple[str, ...], Array]:
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 
 
-def write_route(path: Path, robot: Robot, visits: Sequence[Visit], shots: int) -> None:
-    """Keep a route, and how many shots each pose gets, as a table that people can read."""
-    header = ["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)]
-    rows: list[list[object]] = []
+def route_text(robot: Robot, visits: Sequence[Visit], shots: int) -> str:
+    """A route, and how many shots each pose gets, as a table that people can read too."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
     for visit in visits:
         if visit.approach is not None:
-            rows.append([visit.name, "approach", 0, *map(repr, visit.approach.tolist())])
-        rows.append([visit.name, "pose", shots, *map(repr, visit.q.tolist())])
-    write_table(path, header, rows)
+            writer.writerow([visit.name, "approach", 0, *map(repr, visit.approach.tolist())])
+        writer.writerow([visit.name, "pose", shots, *map(repr, visit.q.tolist())])
+    return text.getvalue()
 
 
 def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
-    """What `write_route` wrote.
+    """What `route_text` wrote.
 
     Raises:
         RobolaserError: File, row and column of what is wrong.

@@ -19,8 +19,8 @@ from robolaser.devices.route import Visit, way
 from robolaser.errors import FileUnwritable, PlanUnsafe, RecordingStopped, Restless, RobolaserError
 from robolaser.robot import Robot
 
-LIGHT_GREY = 10
-"""By which a laser brightens the brightest pixel at least, if it is seen."""
+LIGHT_GREY = 40
+"""By which a laser brightens some pixel at least, if it is seen: noise alone does by a dozen."""
 
 
 @final
@@ -66,7 +66,7 @@ class Session:
         self._at = self._mover.resting("Before its first motion")
         visits = self._journal.remaining
         self._check(self._at, visits)
-        name = self._journal.unused("resumed" if self._journal.done else "start")
+        name = self._journal.unused("resumed" if self._journal.begun else "start")
         self._journal.add([Stay(name, self._now(), self._at)])
         if self._cell.laser_output is not None:
             self._arm.light(self._cell.laser_output)
@@ -102,9 +102,7 @@ class Session:
         return [*stays, Stay(visit.name, time_s, at, images)]
 
     def _see_light(self, visit: Visit, on: Image, off: Image) -> None:
-        if int(on.max(initial=0)) - int(off.max(initial=0)) < LIGHT_GREY and int((on.astype(int) - off).max()) < (
-            LIGHT_GREY
-        ):
+        if int((on.astype(np.int16) - off).max()) < LIGHT_GREY:
             self._warn(f"{visit.name}: the laser makes no difference to the image. Is it on, and in view?")
 
     def _see_rest(self, visit: Visit, before: Array) -> None:
@@ -143,7 +141,8 @@ class Session:
             cause = str(error)
         else:
             return error
-        return RecordingStopped(cause, standing, self._journal.folder, self._journal.done, len(self._journal.visits))
+        done = self._journal.done if self._journal.begun else None
+        return RecordingStopped(cause, standing, self._journal.folder, done, len(self._journal.visits))
 
     def _now(self) -> float:
         return self._clock.now() - self._began

@@ -223,10 +223,13 @@ class NothingToResume(RobolaserError):
 class RecordingStopped(RobolaserError):
     """A recording that ended before its last pose, and where the robot is."""
 
-    def __init__(self, cause: str, standing: str, folder: object, done: int, planned: int) -> None:
-        super().__init__(
-            f"{cause}\n{standing}\n{done} of {planned} poses are in {folder}. Go on with the next by --resume."
+    def __init__(self, cause: str, standing: str, folder: object, done: int | None, planned: int) -> None:
+        kept = (
+            "Nothing was recorded yet."
+            if done is None
+            else f"{done} of {planned} poses are in {folder}. Go on with the next by --resume."
         )
+        super().__init__(f"{cause}\n{standing}\n{kept}")
 
 
 class NowhereToGo(WrongUsage):

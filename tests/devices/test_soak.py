@@ -101,7 +101,8 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
 def go_on(cell: Any, folder: Path, visits: tuple[Visit, ...]) -> None:
     """The next day nothing is wrong."""
     rig = bench.Bench(controller_of(cell), bench.Jumping())
-    journal = bench.resumed(cell, folder)
+    there = (folder / "plan.csv").exists()
+    journal = bench.resumed(cell, folder) if there else bench.begun(cell, folder, visits)
     bench.session(cell, rig, journal).run(lambda visit: None)
     assert names_on_disk(folder) == {visit.name for visit in visits}
     poses = robolaser.load(folder).poses
