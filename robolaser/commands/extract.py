@@ -29,8 +29,8 @@ class Extract(Command):
         """Say what can be given to it."""
         parser.description = (
             "Finds checkerboard and laser stripe in each image of a recording and writes points.csv. A recording "
-            "without [board] is one to scan: the stripe's middles in every image go to stripes.npy. Images with the laser off "
-            "(column image_off of poses.csv) take away what else is bright."
+            "without [board] is one to scan: the stripe's middles in every image go to stripes.npy. Images with the "
+            "laser off (column image_off of poses.csv) take away what else is bright."
         )
         parser.add_argument(
             "recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images"

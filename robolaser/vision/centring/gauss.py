@@ -26,7 +26,7 @@ LONGEST = (-0.4, 0.6)
 FEWEST = 7
 """Pixels that are needed for five unknowns."""
 FARTHEST = 0.5
-"""Distance of the bell's middle from the centre of mass, in widths, beyond which it is no fit."""
+"""Distance of the bell's middle from the centre of mass, and its deviation, in widths, beyond which it is no fit."""
 
 
 def gauss(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
@@ -56,7 +56,8 @@ def gauss(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
     if available():
         from robolaser.compiled.bells import fit  # noqa: PLC0415 - only where there is a compiler
     fit(runs.across, runs.line[at], low, high, origin, start, full, runs.noise**2, middle, variance)
-    fits = (variance > 0) & (np.abs(middle - start[:, 1]) <= FARTHEST * profiles.width[at])
+    farthest = FARTHEST * profiles.width[at]
+    fits = (variance > 0) & (variance <= farthest**2) & (np.abs(middle - start[:, 1]) <= farthest)
     found, std = profiles.middle.copy(), profiles.std.copy()
     found[at[fits]] = (origin + middle)[fits]
     std[at[fits]] = np.sqrt(variance[fits])

@@ -6,6 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.compiled import available
+from robolaser.vision.board import Image
 from robolaser.vision.images import FULL
 from robolaser.vision.runs import Runs, grey_at
 
@@ -53,9 +55,33 @@ def measure(runs: Runs) -> Profiles:
     Integrated over heights, the centre of mass above a level is the mean of the midpoints between the flanks, so it
     serves peaks and saturated plateaus alike.
     """
-    across, line, first, last = runs.across, runs.line, runs.first, runs.last
+    before, after = runs.room()
+    margin = 3 + (runs.last - runs.first) // 4
+    left = np.maximum(runs.first - margin, (before + runs.first) // 2)
+    right = np.minimum(runs.last + margin, (after + runs.last + 1) // 2)
+    ground = 0.5 * (grey_at(runs, left) + grey_at(runs, right))
+    reach = int((runs.last - runs.first).max(initial=0)) // 2 + 12
+    told = np.empty((len(runs), 10))
+    measured = _measured
+    if available():
+        from robolaser.compiled.profiles import measured  # noqa: PLC0415 - only where there is a compiler
+    measured(runs.across, runs.line, runs.first, runs.last, ground, reach, told)
+    middle, width, light, hung, low, foot, _, _, peak, full = told.T
+    std = np.hypot(runs.noise * np.sqrt(hung) / light, np.where(full > 0, FLANK_PX, 0.0))
+    return Profiles(middle, std, width, foot, light, peak, ground, full.astype(np.int64), low - middle)
+
+
+def _measured(
+    across: Image,
+    line: Ints,
+    first: Ints,
+    last: Ints,
+    ground: Array,
+    reach: int,
+    told: Array,
+) -> None:
+    """The twin of `compiled.profiles.measured`, which says what it takes."""
     length = across.shape[1]
-    reach = int((last - first).max(initial=0)) // 2 + 12
     centre = (first + last) // 2
     column = centre[:, None] + np.arange(-reach, reach + 1)
     grey = across[line[:, None], np.clip(column, 0, length - 1)].astype(np.float64)
@@ -64,13 +90,10 @@ def measure(runs: Runs) -> Profiles:
     peak = np.where(own, grey, 0.0).max(axis=1)
     brightest = own & (grey == peak[:, None])
     seat = (brightest.argmax(axis=1) + 2 * reach - brightest[:, ::-1].argmax(axis=1)) // 2
-    margin = 3 + (last - first) // 4
-    ground = 0.5 * (grey_at(runs, first - margin) + grey_at(runs, last + margin))
-    middle, width, light, told = _mass_above(ground + LEVEL * (peak - ground), grey, seat)
-    low, foot, _, _ = _mass_above(ground + FOOT * (peak - ground), grey, seat)
-    full = (own & (grey == FULL)).sum(axis=1)
-    std = np.hypot(runs.noise * np.sqrt(told) / light, np.where(full > 0, FLANK_PX, 0.0))
-    return Profiles(centre - reach + middle, std, width, foot, light, peak, ground, full, low - middle)
+    for level, at in ((LEVEL, 0), (FOOT, 4)):
+        told[:, at : at + 4] = np.stack(_mass_above(ground + level * (peak - ground), grey, seat), axis=-1)
+        told[:, at] += centre - reach
+    told[:, 8], told[:, 9] = peak, (own & (grey == FULL)).sum(axis=1)
 
 
 def _mass_above(level: Array, grey: Array, seat: Ints) -> tuple[Array, Array, Array, Array]:
