@@ -1,0 +1,101 @@
+"""The stream behind the emulated camera, in a world of numbered frames."""
+
+import socket
+import time
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from robolaser.emulator.faults import read_fault
+from robolaser.emulator.moment import Moment
+from robolaser.emulator.stream import Stream
+
+SHAPE = (480, 640)
+HEADER = len(b"P5\n640 480\n255\n")
+FRAME = HEADER + SHAPE[0] * SHAPE[1]
+
+
+class Numbered:
+    """A world that draws its number of pictures as grey, and remembers where the arm went."""
+
+    def __init__(self) -> None:
+        self.went: list[float] = []
+        self.drawn = 0
+
+    def follow(self, motor: np.ndarray) -> None:
+        self.went.append(float(motor[0]))
+
+    def photograph(self, rng: np.random.Generator, *, lit: bool) -> SimpleNamespace:
+        self.drawn += 1
+        return SimpleNamespace(image=np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8))
+
+
+def moment(*path: float, heard: int = 0) -> Moment:
+    return Moment([np.array([angle]) for angle in path], lit=False, now_s=0.0, heard=heard)
+
+
+@pytest.fixture
+def world() -> Numbered:
+    return Numbered()
+
+
+@pytest.fixture
+def stream(world: Numbered) -> Iterator[Stream]:
+    made = Stream(world, moment(0.0), [read_fault("camera_gone@9")], np.random.default_rng(1), 0)
+    yield made
+    made.close()
+
+
+def watch(stream: Stream) -> socket.socket:
+    host, port = stream.address.removeprefix("tcp://").split(":")
+    return socket.create_connection((host, int(port)), timeout=3)
+
+
+def grey(client: socket.socket) -> int:
+    frame = b""
+    while len(frame) < FRAME:
+        frame += client.recv(FRAME - len(frame))
+    return frame[-1]
+
+
+def test_the_world_follows_every_turn_though_no_one_watches(stream: Stream, world: Numbered) -> None:
+    path = [0.1, 0.2, 0.3, 0.2, 0.1, 0.0, 0.1]
+    for angle in path:
+        stream.tell(moment(angle, angle + 0.05))
+    time.sleep(0.3)
+    assert [angle for angle in world.went if angle in path][-len(path) :] == path
+    assert world.drawn == 1
+
+
+def test_frames_come_one_after_the_other(stream: Stream) -> None:
+    with watch(stream) as client:
+        seen = [grey(client) for _ in range(5)]
+    assert np.all(np.diff(seen) >= 1)
+
+
+def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: Stream, world: Numbered) -> None:
+    with watch(stream) as client:
+        grey(client)
+        time.sleep(1.2)
+        waiting = [grey(client) for _ in range(12)]
+        assert world.drawn - waiting[-1] <= 2
+    assert np.diff(waiting).max() > 1
+
+
+def test_several_clients_watch_at_once(stream: Stream) -> None:
+    with watch(stream) as one, watch(stream) as other:
+        assert grey(one) > 0
+        assert grey(other) > 0
+
+
+def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: Stream) -> None:
+    with watch(stream) as client:
+        grey(client)
+        stream.tell(moment(0.0, heard=9))
+        client.settimeout(3)
+        while client.recv(FRAME):
+            pass
+    with watch(stream) as client:
+        assert client.recv(1) == b""
