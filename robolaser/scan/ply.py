@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from robolaser.arrays import Array
 from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
 
-VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<u4"), ("intensity", "<f4")])
+VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
 Vertices = NDArray[np.void]
 
-_TYPES = {"<f4": "float", "<u4": "uint"}
+_TYPES = {"<f4": "float", "<i4": "int"}
 _DIGITS = 20  # of the largest count
 LONGEST = 200  # of a comment
 MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import SolidNotFound
 from robolaser.scan.ply import Vertices, places_of
-from robolaser.scan.solids import Plane, Sphere, find_plane, find_sphere
+from robolaser.scan.solids import Plane, Sphere, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
 LEVEL = 0.9  # share of points whose scatter is below what is told beside the median
@@ -119,17 +119,19 @@ def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Ge
     """The other plane, parallel to the first, about as far off as is known."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
     found = find_plane(xyz[there], std[there], rng, plane.normal)
-    if found is None:
+    if found is not None:
+        on = np.zeros(len(xyz), dtype=bool)
+        on[np.flatnonzero(there)[found.on]] = True
+        off = xyz @ found.normal - found.offset
+    if found is None or not stands_out(off[~plane.on], on[~plane.on]):
         reason = f"too few points lie on a plane about {1e3 * height:.3g} mm off the largest one"
         raise SolidNotFound("step", reason)
-    on = np.zeros(len(xyz), dtype=bool)
-    on[np.flatnonzero(there)[found.on]] = True
-    return Plane(found.normal, found.offset, found.offset_std, on, xyz @ found.normal - found.offset)
+    return Plane(found.normal, found.offset, found.offset_std, on, off)
 
 
 def _sphere(xyz: Array, std: Array, left: Bools, radius: float, rng: np.random.Generator) -> Sphere:
     found = find_sphere(xyz[left], std[left], radius, rng)
-    if found is None:
+    if found is None or not stands_out(found.distance, found.on):
         reason = f"of {int(left.sum())} points beside the planes too few lie on one of radius {1e3 * radius:.3g} mm"
         raise SolidNotFound("sphere", reason)
     return found

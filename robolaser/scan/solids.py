@@ -14,6 +14,7 @@ LEAST_NEAR_M = 2e-4  # the same where points promise less: calibrations leave as
 ROUNDS = 10  # of fitting and leaving out
 FEWEST = 30  # points that tell a solid
 FLOOR = 0.2  # of the median scatter: no point counts as if it had less
+CLEAR = 0.75  # of the points within three times as far: a body stands out, a cut through another one does not
 RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be taken for it
 
 
@@ -140,7 +141,8 @@ def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator)
         return None
     apart = np.linalg.norm(centres[fits][:, None] - xyz[some], axis=-1)
     best = int(np.minimum(np.abs(apart - radii[fits][:, None]) / near[some], 1.0).sum(axis=1).argmin())
-    return _refined_sphere(xyz, std, centres[fits][best], float(radii[fits][best]))
+    found = _refined_sphere(xyz, std, centres[fits][best], float(radii[fits][best]))
+    return found if found is not None and abs(found.radius - radius) < RADIUS_SLACK * radius else None
 
 
 def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sphere | None:
@@ -163,6 +165,16 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sph
     J, w = _towards(xyz[on], centre), weight[on]
     back = np.linalg.pinv(J.T @ (w[:, None] * J)) @ (w[:, None] * J).T
     return Sphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
+
+
+def stands_out(distance: Array, on: Bools) -> bool:
+    """Whether the points on a body are most of those about it.
+
+    Args:
+        distance: From the body, of all points that might have been on it, (n,) [m].
+        on: Those that are, (n,).
+    """
+    return bool(on.sum() > CLEAR * (np.abs(distance) < 3 * np.abs(distance[on]).max(initial=0.0)).sum())
 
 
 def _towards(xyz: Array, centre: Array) -> Array:

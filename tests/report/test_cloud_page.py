@@ -1,0 +1,88 @@
+"""What the page of a cloud promises to whoever opens it."""
+
+import sys
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
+from rich.console import Console
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
+
+from scanned import calibrated, dataset, middles, recorded, written
+
+from robolaser.report.cloud import page, print_cloud
+from robolaser.scan import prepare, read_calibration
+from robolaser.scan.ply import VERTEX
+from robolaser.scan.quality import measure
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    data = replace(dataset(poses=6), name=HOSTILE.replace("\x07", ""))
+    scanner = read_calibration(written(calibrated(data), folder / "calibration"))
+    made = prepare(scanner, recorded(data, folder / "recording", middles(data, per_pose=50)))
+    for _ in made.cloud.pieces():
+        pass
+    return replace(made, warnings=("<b>beware</b>",))
+
+
+def flat(count=2000):
+    rng = np.random.default_rng(0)
+    out = np.zeros(count, VERTEX)
+    out["x"], out["y"], out["z"] = rng.uniform(0, 0.2, (3, count)) * [[1], [1], [0]] + rng.normal(0, 1e-4, (3, count))
+    out["std"] = 1e-4
+    return out
+
+
+@pytest.fixture(
+    params={
+        "flat": lambda: measure(flat(), wanted=("plane",)),
+        "unmeasured": lambda: measure(flat()),
+        "unknown scatter": lambda: measure(without_std(flat())),
+        "one point": lambda: measure(flat(1)),
+    }.items(),
+    ids=lambda item: item[0],
+)
+def quality(request):
+    return request.param[1]()
+
+
+def without_std(vertices):
+    vertices["std"] = np.nan
+    return vertices
+
+
+def test_the_page_needs_nothing_from_elsewhere(scan, quality):
+    needs_nothing_from_elsewhere(page(scan, quality, command=HOSTILE))
+
+
+def test_every_element_is_closed_and_every_id_its_own(scan, quality):
+    is_closed_and_its_ids_are_its_own(page(scan, quality))
+
+
+def test_every_picture_is_sound_and_says_what_it_shows(scan):
+    assert len(sound_pictures(page(scan, measure(flat(), wanted=("plane",))))) == 3
+    assert len(sound_pictures(page(scan, measure(flat())))) == 2
+
+
+def test_names_from_data_stay_text(scan, quality):
+    read = Reader(page(scan, quality, command=HOSTILE))
+    assert not [tag for tag, _ in read.tags if tag in ("script", "b")]
+    assert "<b>beware</b>" in "".join(read.texts)
+
+
+def test_the_same_cloud_gives_the_same_page(scan, quality):
+    assert page(scan, quality) == page(scan, quality)
+
+
+def test_the_terminal_says_what_the_page_says(scan, quality):
+    out = StringIO()
+    print_cloud(scan, quality, Path("cloud.ply"), console=Console(file=out))
+    assert "scatter" in out.getvalue()
+    assert f"{scan.cloud.tally.points} points" in out.getvalue()
+    assert "nan" not in out.getvalue()

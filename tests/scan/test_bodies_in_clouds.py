@@ -1,0 +1,87 @@
+"""Planes, steps and spheres are found among strangers, and measured as well as their points allow."""
+
+import numpy as np
+import pytest
+
+from robolaser.errors import SolidNotFound
+from robolaser.scan.ply import VERTEX
+from robolaser.scan.quality import measure
+from robolaser.se3 import exp_so3
+
+STEP, RADIUS = 0.01, 0.018
+
+
+def scene(rng, *, noise=1e-4, strangers=500, step=STEP, radius=RADIUS):
+    """A floor, a block on it and a sphere beside it, somewhere in space, seen from above."""
+    floor = np.column_stack([rng.uniform(-0.1, 0.1, (6000, 2)), np.zeros(6000)])
+    block = np.column_stack([rng.uniform(0.02, 0.06, (1500, 2)), np.full(1500, step)])
+    way = rng.normal(size=(1500, 3))
+    way[:, 2] = np.abs(way[:, 2])
+    ball = np.array([-0.04, -0.03, radius]) + radius * way / np.linalg.norm(way, axis=1, keepdims=True)
+    xyz = np.concatenate([floor, block, ball])
+    std = noise * rng.uniform(0.5, 2.0, len(xyz))
+    xyz = xyz + std[:, None] * rng.normal(size=xyz.shape)
+    xyz = np.concatenate([xyz, rng.uniform(-0.1, 0.1, (strangers, 3))])
+    std = np.append(std, np.full(strangers, noise))
+    out = np.zeros(len(xyz), VERTEX)
+    out["x"], out["y"], out["z"] = (xyz @ exp_so3(rng.normal(scale=0.5, size=3)).T + rng.uniform(-1, 1, 3)).T
+    out["std"] = std
+    return out[rng.permutation(len(out))]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_sizes_are_found_within_their_own_doubt(seed):
+    found = measure(
+        scene(np.random.default_rng(seed)), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS
+    )
+    plane, step, sphere = found.bodies
+    for body, known in ((step, STEP), (sphere, RADIUS)):
+        assert abs(body.size_m - known) < 4 * body.std_m
+        assert 0 < body.std_m < 2e-5
+        assert body.error_m == pytest.approx(body.size_m - known)
+    for body in found.bodies:
+        assert body.rms_m == pytest.approx(body.promised_m, rel=0.15)
+    assert plane.points > 5500
+    assert step.points > 1300
+    assert sphere.points > 1300
+
+
+def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
+    found = measure(
+        scene(np.random.default_rng(7), step=0.0103, radius=0.0185),
+        wanted=("step", "sphere"),
+        step_m=STEP,
+        sphere_m=RADIUS,
+    )
+    errors = [body.error_m for body in found.bodies[1:]]
+    np.testing.assert_allclose(errors, [3e-4, 5e-4], atol=3e-5)
+
+
+def test_clouds_whose_scatter_nobody_knows_are_measured_too():
+    vertices = scene(np.random.default_rng(1))
+    vertices["std"] = np.nan
+    found = measure(vertices, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    assert abs(found.bodies[2].error_m) < 5e-5
+    assert np.isnan(found.scatter_m)
+
+
+def test_the_same_cloud_gives_the_same_sizes():
+    vertices = scene(np.random.default_rng(2))
+    one, other = (measure(vertices, wanted=("sphere",), sphere_m=RADIUS, seed=5).bodies for _ in range(2))
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    ("wanted", "sizes", "said"),
+    [("step", {"step_m": 0.05}, "50 mm off"), ("sphere", {"sphere_m": 0.1}, "radius 100 mm")],
+)
+def test_what_is_not_there_is_not_found(wanted, sizes, said):
+    with pytest.raises(SolidNotFound, match=said):
+        measure(scene(np.random.default_rng(3), strangers=0), wanted=(wanted,), **sizes)
+
+
+def test_no_body_is_found_in_a_handful_of_points():
+    few = scene(np.random.default_rng(4))[:10]
+    for wanted in ("plane", "sphere"):
+        with pytest.raises(SolidNotFound):
+            measure(few, wanted=(wanted,), sphere_m=RADIUS)

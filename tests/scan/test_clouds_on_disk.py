@@ -1,0 +1,106 @@
+"""Clouds as files: what other programs read, and what is never lost."""
+
+import errno
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
+from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
+
+
+def some(count, seed=0):
+    rng = np.random.default_rng(seed)
+    out = np.empty(count, VERTEX)
+    for name in ("x", "y", "z", "std", "intensity"):
+        out[name] = rng.normal(size=count)
+    out["pose"] = rng.integers(0, 2**31, count)
+    return out
+
+
+@pytest.fixture(params=[0, 1, 9, 10, 1000])
+def cloud(request):
+    return some(request.param)
+
+
+def in_pieces(cloud, size=7):
+    return (cloud[i : i + size] for i in range(0, len(cloud), size))
+
+
+def test_what_is_written_is_read_back(cloud, tmp_path):
+    assert write_ply(tmp_path / "c.ply", in_pieces(cloud), ["a line"]) == len(cloud)
+    np.testing.assert_array_equal(map_ply(tmp_path / "c.ply"), cloud)
+
+
+def test_trimesh_reads_places_and_what_belongs_to_them(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    cloud = some(1000)
+    write_ply(tmp_path / "c.ply", in_pieces(cloud), ["測定 of\na cell"])
+    read = trimesh.load(tmp_path / "c.ply")
+    np.testing.assert_allclose(read.vertices, places_of(cloud), rtol=1e-6)
+    data = read.metadata["_ply_raw"]["vertex"]["data"]
+    for name in ("std", "pose", "intensity"):
+        np.testing.assert_array_equal(np.asarray(data[name]).ravel(), cloud[name])
+
+
+def test_the_head_is_plain_lines_of_ascii(tmp_path):
+    write_ply(tmp_path / "c.ply", [some(5)], ["測定", "end_header\nelement face 3", "x" * 1000])
+    head = (tmp_path / "c.ply").read_bytes().partition(b"end_header\n")[0].decode("ascii")
+    lines = head.splitlines()
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
+    assert max(map(len, lines)) < 256
+    assert "element vertex 5" in lines
+    assert not any(line.startswith("element face") for line in lines)
+
+
+def test_a_cloud_that_is_there_stays_unless_told(tmp_path):
+    write_ply(tmp_path / "c.ply", [some(3)], [])
+    with pytest.raises(OutputExists):
+        write_ply(tmp_path / "c.ply", [some(4)], [])
+    assert write_ply(tmp_path / "c.ply", [some(4)], [], overwrite=True) == 4
+    assert len(map_ply(tmp_path / "c.ply")) == 4
+
+
+def test_what_breaks_half_way_leaves_what_was_there_and_nothing_else(tmp_path):
+    write_ply(tmp_path / "c.ply", [some(3)], [])
+
+    def broken():
+        yield some(5)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_ply(tmp_path / "c.ply", broken(), [], overwrite=True)
+    assert len(map_ply(tmp_path / "c.ply")) == 3
+    assert [path.name for path in tmp_path.iterdir()] == ["c.ply"]
+
+
+def test_a_full_disk_is_told(tmp_path, monkeypatch):
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(FileUnwritable, match="No space left"):
+        write_ply(tmp_path / "c.ply", [some(3)], [])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda data: data[:-1],
+        lambda data: data + b"\0",
+        lambda data: data.replace(b"float std", b"float srd"),
+        lambda data: b"",
+        lambda data: data[:50],
+    ],
+)
+def test_a_file_that_is_no_such_cloud_is_refused(spoil, tmp_path):
+    path = tmp_path / "c.ply"
+    write_ply(path, [some(3)], [])
+    path.write_bytes(spoil(path.read_bytes()))
+    with pytest.raises(CloudUnreadable):
+        map_ply(path)

@@ -1,0 +1,66 @@
+"""What `robolaser scan` keeps to."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from scanned import calibrated, dataset, middles, recorded, written
+
+from robolaser.cli import main
+from robolaser.scan.ply import map_ply
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scan")
+    data = dataset()
+    written(calibrated(data), folder / "calibration")
+    recorded(data, folder / "recording", middles(data, per_pose=300))
+    return folder
+
+
+def scan(cell, out, *options):
+    return main(["scan", str(cell / "calibration"), str(cell / "recording"), "--output", str(out), *options])
+
+
+def test_a_recording_becomes_a_cloud_and_a_page(cell, tmp_path, capsys):
+    assert scan(cell, tmp_path / "deep" / "cloud.ply", "--report") == 0
+    cloud = map_ply(tmp_path / "deep" / "cloud.ply")
+    assert 3000 < len(cloud) <= 6000
+    assert set(cloud["pose"]) == set(range(20))
+    said = capsys.readouterr().out
+    assert f"{len(cloud)} points" in said
+    assert "cloud.html" in said
+    assert "How good it is" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
+
+
+def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
+    (tmp_path / "cloud.ply").write_text("mine")
+    assert scan(cell, tmp_path / "cloud.ply") == 1
+    assert "--force" in capsys.readouterr().err
+    assert (tmp_path / "cloud.ply").read_text() == "mine"
+    assert scan(cell, tmp_path / "cloud.ply", "--force") == 0
+
+
+def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        scan(cell, tmp_path / "cloud.xyz")
+    assert stopped.value.code == 2
+    assert ".ply" in capsys.readouterr().err
+
+
+def test_a_body_that_is_not_there_is_told_and_the_cloud_stays(cell, tmp_path, capsys):
+    assert scan(cell, tmp_path / "cloud.ply", "--sphere", "0.01") == 1
+    assert "No sphere found" in capsys.readouterr().err
+    assert len(map_ply(tmp_path / "cloud.ply"))
+
+
+def test_the_same_recording_gives_the_same_bytes(cell, tmp_path):
+    for name in ("a.ply", "b.ply"):
+        scan(cell, tmp_path / name)
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+    assert np.isfinite(map_ply(tmp_path / "a.ply")["x"]).all()
