@@ -1,6 +1,7 @@
 """robolaser record: drive the arm from pose to pose and take images."""
 
 import argparse
+import math
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -9,8 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Never, final
-
-import numpy as np
 
 from robolaser.commands.command import Command, count, make_folder, positive, progress_bar, seed, warn
 from robolaser.errors import ArmDiffers, NothingMoved, NowhereToGo, PlanUnsafe
@@ -120,10 +119,10 @@ def _visits(cell: "Cell", robot: "Robot", args: argparse.Namespace) -> "tuple[Vi
     else:
         from robolaser.visits import planned  # noqa: PLC0415
 
-        run_up = np.deg2rad(args.run_up) if args.both_ways else 0.0
+        run_up = math.radians(args.run_up) if args.both_ways else 0.0
         may = allowed(cell.description, cell.limits, run_up)
         visits = numbered(planned(cell.description, count=args.plan, allowed=may, seed=args.seed))
-    return both_ways(visits, float(np.deg2rad(args.run_up))) if args.both_ways else visits
+    return both_ways(visits, math.radians(args.run_up)) if args.both_ways else visits
 
 
 def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None:
@@ -143,7 +142,7 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
     names, q = way(visits)
     tools = carried(cell.description)
     heights = lowest(robot, q, tools)
-    seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in np.diff(q, axis=0))]
+    seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
     width = max(4, *map(len, names))
     print(f"{'pose':<{width}} {' '.join(f'{joint:>10}' for joint in robot.joints)}  way [s]  lowest [m]")
     for name, row, time_s, height in zip(names, q, seconds, heights, strict=True):

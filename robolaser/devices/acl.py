@@ -104,7 +104,7 @@ class Acl(Arm):
     def home(self) -> None:
         """Search its home."""
         self._talk.start("HOME")
-        heard, listens, silent = "", False, 0.0
+        heard, asked, listens, silent = "", False, False, 0
         began = self._line.clock.now()
         while self._line.clock.now() - began < HOMING_S:
             text, ended = self._line.until(HOMED, HOMING_QUIET_S)
@@ -116,11 +116,12 @@ class Acl(Arm):
                 self._talk.settle()
                 self._talk.tell(f"HERE {PLACE}")
                 return
-            listens = listens or (bool(text) and silent > 0)
-            silent = 0.0 if text else silent + HOMING_QUIET_S
-            if listens and silent > HOMING_QUIET_S:
+            listens |= asked and bool(text)
+            silent = 0 if text else silent + 1
+            if listens and silent > 0:
                 raise LineLost(self._line.port, "it fell silent while it searched its home")
-            self._line.send("\r")  # who listens while homing, answers
+            self._line.send("\r")  # whoever listens while homing, answers
+            asked = True
         raise HomeNotFound(self._line.port, f"it searched for more than {HOMING_S:.0f} s")
 
     def light(self, output: int) -> None:

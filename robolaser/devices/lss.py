@@ -79,6 +79,7 @@ class Lss(Arm):
             wanted = {servo: goal for servo, goal in wanted.items() if heard[servo] != goal}
             if not wanted:
                 return
+        self.watch()  # a servo in trouble takes no goal
         servo, goal = next(iter(wanted.items()))
         raise AnswerUnclear(self._line.port, f"#{servo}D{goal}", str(heard[servo]), TRIES)
 
