@@ -71,8 +71,17 @@ def one_stripe(centres: Centres, across: Array) -> tuple[Bools, float]:
     relative = jump / (OF_JUMP * centres.std[at])
     excess = max(1.0, spread(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
     stray = np.abs(jump) > np.maximum(JUMP_SIGMAS * excess * OF_JUMP * centres.std[at], JUMP_LEAST_PX)
-    chosen[at[~stray]] = True
+    chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
     return chosen, excess
+
+
+def _beside_a_step(piece: Ints) -> Bools:
+    """Whether a middle, by line, has another piece's next to it: there, a pixel sees both surfaces."""
+    beside = np.zeros(len(piece), dtype=np.bool_)
+    change = piece[1:] != piece[:-1]
+    beside[1:] |= change
+    beside[:-1] |= change
+    return beside
 
 
 def _fitting(centres: Centres) -> Bools:

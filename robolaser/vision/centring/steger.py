@@ -20,10 +20,12 @@ NARROWEST = 0.8
 """Least smoothing [px]: less does not reach the next pixel."""
 CUT = 4.0
 """Smoothing ends after this many standard deviations."""
-TAYLOR_PX = 0.01
+TAYLOR_PX = 0.005
 """Error [px] of the ridge beside the noise's: the light is no parabola between two pixels."""
 FARTHEST_SEAT = 0.6
 """Distance of the ridge from the pixel whose slopes tell it [px]; more than a half, lest noise leave it without any."""
+BORDER = 2.5
+"""Lines at the image's border, in standard deviations of the smoothing, that have no ridge: none is known beyond."""
 STEPS = 8
 """Pixels that are walked from the centre of mass at most."""
 FARTHEST = 0.5
@@ -60,7 +62,14 @@ def steger(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
     other = beyond + _crossing(slopes, line, seat + beyond)[0]
     near, far = np.abs(off) ** 3, np.abs(beyond - off) ** 3
     found = start + seat + (far * off + near * other) / (near + far)
-    good = (np.abs(off) <= FARTHEST_SEAT) & (curve < 0) & (np.abs(across) > ASLANT)
+    rim = BORDER * sigma
+    good = (
+        (line >= rim)
+        & (line < len(part) - rim)
+        & (np.abs(off) <= FARTHEST_SEAT)
+        & (curve < 0)
+        & (np.abs(across) > ASLANT)
+    )
     good &= np.abs(found - profiles.middle[at]) <= FARTHEST * profiles.width[at]
     middle[at[good]] = found[good]
     spread = runs.noise / (np.sqrt(8 * np.pi) * sigma**2)

@@ -1,0 +1,103 @@
+"""The stripe as a renderer draws it, which knows the truth at every pixel; what reads images never sees the renderer."""
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from robolaser.emulator.rendering import Block, Eye, Floor, Scene, Sheet, Sphere, photograph
+from robolaser.vision.centring import CENTRINGS
+from robolaser.vision.traced import trace
+
+BUILT = {
+    "f": 8.06e-3,
+    "s_u": 7.43e-6,
+    "s_v": 7.38e-6,
+    "u_0": 323.4,
+    "v_0": 236.2,
+    "k": 620.0,
+    "b": 0.1412,
+    "theta": 0.4451,
+    **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z"), 0.0),
+}
+HEIGHT_M = 0.297
+FALSE_PX = 2.0
+
+
+def looking_down(tilt_deg=(0.0, 0.0, 0.0)):
+    T = np.eye(4)
+    T[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
+    T[2, 3] = HEIGHT_M
+    return T
+
+
+def things(shine):
+    on_table = np.eye(4)
+    on_table[1, 3] = 0.03
+    sphere = Sphere(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
+    return Scene((Floor(0.0, 0.4, shine=shine), sphere, Block(on_table, (0.03, 0.03, 0.01), shine=shine)))
+
+
+FLAT = Scene((Floor(0.0, 0.4),))
+
+
+def pictured(scene, *, lit=True, power=260.0, tilt=(0.0, 0.0, 0.0), seed=1, **light):
+    eye, sheet = Eye(BUILT, stripe_axis="u"), Sheet(BUILT["b"], BUILT["theta"], power=power)
+    return photograph(scene, eye, sheet, looking_down(tilt), lit=lit, rng=np.random.default_rng(seed), **light)
+
+
+def judged(photo, **how):
+    """Errors of the true middles [px] with what they say of themselves, how many are false, and how many there are."""
+    stripes = trace(photo.image, "u", **how)
+    there = photo.truth.stripe.at
+    off = stripes["v"][:, None] - there[np.rint(stripes["u"]).astype(int)]
+    nearest = np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)
+    error = off[np.arange(len(off)), nearest]
+    true = np.abs(error) < FALSE_PX
+    return error[true], stripes["std"][true], int((~true).sum()), int(np.isfinite(there).any(axis=1).sum())
+
+
+@pytest.mark.parametrize("way", CENTRINGS)
+@pytest.mark.parametrize("tilt", [(0.0, 0.0, 0.0), (8.0, -15.0, 12.0)])
+def test_a_stripe_on_a_floor_is_found_where_it_is(way, tilt):
+    error, _, false, there = judged(pictured(FLAT, tilt=tilt, speckle=0.0), centring=way)
+    assert false == 0
+    assert len(error) >= 0.95 * there
+    assert abs(error.mean()) < 0.01
+    assert np.sqrt(np.mean(error**2)) < 0.08
+
+
+@pytest.mark.parametrize("power", [130.0, 260.0, 1000.0])
+def test_speckle_scatters_but_does_not_shift(power):
+    error, std, false, there = judged(pictured(FLAT, power=power))
+    assert false == 0
+    assert len(error) >= 0.98 * there
+    assert abs(error.mean()) < 0.03
+    assert 0.7 < 1.4826 * np.median(np.abs(error / std)) < 1.4
+
+
+@pytest.mark.parametrize(("shine", "power", "most_false"), [(0.0, 260.0, 2), (0.3, 260.0, 10), (0.3, 2500.0, 13)])
+def test_things_are_seen_and_their_mirror_images_are_not(shine, power, most_false):
+    error, _, false, there = judged(pictured(things(shine), power=power))
+    assert false <= most_false
+    assert len(error) >= 0.96 * there
+    assert abs(error.mean()) < 0.03
+    assert np.median(np.abs(error)) < 0.12
+
+
+def test_taking_the_room_away_costs_no_bias():
+    dark = pictured(things(0.2), lit=False, seed=2).image
+    error, std, _, there = judged(pictured(things(0.2)), off=dark)
+    assert len(error) >= 0.96 * there
+    assert abs(error.mean()) < 0.03
+    assert 0.7 < 1.4826 * np.median(np.abs(error / std)) < 1.4
+
+
+def test_without_a_laser_there_is_no_stripe():
+    assert len(trace(pictured(FLAT, lit=False).image, "u")) == 0
+
+
+def test_a_camera_on_its_side_sees_the_same():
+    image = pictured(FLAT).image
+    upright, lying = trace(image, "u"), trace(np.asarray(cv2.transpose(image)), "v")
+    np.testing.assert_allclose(upright["v"], lying["u"], atol=1e-4)
