@@ -33,7 +33,6 @@ class Live(Camera):
         self._news = threading.Condition()
         self._closing = False
         self._image: Image | None = None
-        self._came_s = -np.inf
         self._count = 0
         self._same = 0
         self._same_s = 0.0
@@ -65,12 +64,10 @@ class Live(Camera):
     def _wait_for(self, number: int, patience_s: float) -> Image:
         """The first image from a number on that differs from the one before it."""
         with self._news:
-            first, began = self._count, self._clock.now()
             while self._image is None or self._count < number or self._same:
-                came = self._news.wait(patience_s)
                 if self._end is not None:
                     raise self._end
-                if not came or (self._count == first and self._clock.now() - began > patience_s):
+                if not self._news.wait(patience_s):  # every image wakes it, and the end
                     raise CameraLost(self._source, f"none came for {patience_s:.0f} s")
                 if self._same and self._clock.now() - self._same_s > SILENT_S:
                     raise CameraFrozen(self._source, self._same + 1, self._clock.now() - self._same_s)
@@ -96,12 +93,11 @@ class Live(Camera):
     def _keep(self, image: Image | None) -> None:
         if image is None:
             return
-        now = self._clock.now()
         if self._image is not None and np.array_equal(image, self._image):
             self._same += 1
         else:
-            self._same, self._same_s = 0, now
-        self._image, self._came_s, self._count = image, now, self._count + 1
+            self._same, self._same_s = 0, self._clock.now()
+        self._image, self._count = image, self._count + 1
 
 
 def _opened(line: CameraLine, warn: Warn) -> Any:
