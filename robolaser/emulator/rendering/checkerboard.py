@@ -46,10 +46,10 @@ class Checkerboard(Solid):
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = (t - origin) @ R[:, 2] / (direction @ R[:, 2])
-            place = (origin + distance[..., None] * direction - t) @ R[:, :2]
-        on = distance > 0
-        for i, (low, high) in enumerate(zip(*self._ends, strict=True)):
-            on &= (place[..., i] >= low) & (place[..., i] <= high)
+            on = distance > 0
+            for i, (low, high) in enumerate(zip(*self._ends, strict=True)):
+                place = (origin - t) @ R[:, i] + distance * (direction @ R[:, i])
+                on &= np.abs(place - (low + high) / 2) <= (high - low) / 2
         return np.where(on, distance, np.inf)
 
     def normal(self, point: Array) -> Array:
@@ -58,16 +58,18 @@ class Checkerboard(Solid):
 
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """Paper and ink, mixed where a pixel sees both."""
-        place = (point - self.T_base_board[:3, 3]) @ (self.T_base_board[:3, :2] / self.square_m)
-        ray = (point - eye) @ self.T_base_board[:3, :3]
-        footprint = breadth / self.square_m * np.sqrt(dot(ray, ray))
-        side, printed = np.ones(footprint.shape), np.ones(footprint.shape)
+        R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
+        ray = (point - eye) @ R
+        place = (ray[..., :2] + (eye - t) @ R[:, :2]) / self.square_m
+        footprint2 = (breadth / self.square_m) ** 2 * dot(ray, ray)
+        side, printed = np.ones(footprint2.shape), np.ones(footprint2.shape)
         for i, last in enumerate((self.columns - 1, self.rows - 1)):
             x = place[..., i]
-            sharp = 1.0 / (footprint * np.sqrt(1.0 + (ray[..., i] / ray[..., 2]) ** 2))
-            line = np.clip(np.rint(x), 0.0, last)
-            side *= np.clip(2.0 * (x - line) * sharp, -1.0, 1.0) * (1.0 - 2.0 * (line % 2))
-            printed *= np.clip((last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5, 0.0, 1.0)
+            sharp = 1.0 / np.sqrt(footprint2 * (1.0 + (ray[..., i] / ray[..., 2]) ** 2))
+            line = np.minimum(np.maximum(np.rint(x), 0.0), last)
+            side *= np.minimum(np.maximum(2.0 * (x - line) * sharp, -1.0), 1.0) * (1.0 - 2.0 * (line % 2))
+            edge = (last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5
+            printed *= np.minimum(np.maximum(edge, 0.0), 1.0)
         mixed: Array = self.white + (self.black - self.white) * (0.5 + 0.5 * side) * printed
         return mixed
 

@@ -8,15 +8,14 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.emulator.rendering import shading
-from robolaser.emulator.rendering.camera import Eye
 from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.vectors import unit
-from robolaser.emulator.rendering.view import View
+from robolaser.emulator.rendering.view import Hits, View
 
-FINE = 3  # rays a pixel, along u and along v, where something changes within it
+FINE = 2  # rays a pixel, along u and along v, where something changes within it
 REACH = 4.5  # standard deviations of the sheet, beyond which it is dark
 SLOPE = (0.25, -0.15)  # of the room's light, from one side of the image to the other, along u and v
-COARSE = 2  # pixels between the rays that look for mirror images
+COARSE = 3  # pixels between the rays that look for mirror images
 
 
 @final
@@ -49,17 +48,21 @@ def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur
         reflections: Whether shiny solids mirror the stripe on others.
         blur_px: Standard deviation of the lens's blur [px].
     """
-    room = shading.of_the_room(view, view.all, view.eye.pixel_rad)
+    breadth = view.eye.pixel_rad
+    room = shading.of_the_room(view, view.all, breadth)
     laser = np.zeros(len(room))
-    mirrors = reflections and bool((view.scene.shine > 0).any())
-    rows = np.union1d(_outlines(view), _near_the_sheet(view, sheet)) if lit else _outlines(view)
-    if lit and mirrors:
-        rows = np.union1d(rows, _near_mirror_images(view, sheet))
-    fine, breadth = view.along(_fine_rays(view.eye, rows)), view.eye.pixel_rad / FINE
-    room[rows] = _of_pixels(shading.of_the_room(view, fine, breadth))
+    edges = _outlines(view)
+    room[edges] = _of_pixels(shading.of_the_room(view, _finely(view, edges), breadth / FINE))
     if lit:
-        light = shading.of_the_laser(view, sheet, fine, breadth)
-        laser[rows] = _of_pixels(light + shading.mirrored(view, sheet, fine, breadth) if mirrors else light)
+        rows = _near_the_sheet(view, sheet)
+        mirrors = reflections and bool((view.scene.shine > 0).any())
+        if mirrors:
+            rows = np.union1d(rows, _near_mirror_images(view, sheet))
+        fine = _finely(view, rows)
+        light = shading.of_the_laser(view, sheet, fine, breadth / FINE)
+        if mirrors:
+            light += shading.mirrored(view, sheet, fine, breadth / FINE)
+        laser[rows] = _of_pixels(light)
     shape = view.eye.height_px, view.eye.width_px
     falling = room.reshape(shape) * _falling_off(shape)
     return Painting(view, sheet, lit, _blurred(falling, blur_px), _blurred(laser.reshape(shape), blur_px))
@@ -87,13 +90,11 @@ def _outlines(view: View) -> Ints:
 
 def _near_the_sheet(view: View, sheet: Sheet) -> Ints:
     """Pixels that the stripe may reach."""
+    distance = view.all.distance
     with np.errstate(invalid="ignore"):
-        near = np.abs(sheet.off(view.all.seen)) < REACH * sheet.width_m + _breadth(view)
-    return np.flatnonzero(near & (view.all.solid >= 0))
-
-
-def _breadth(view: View) -> Array:
-    return view.all.distance * view.eye.pixel_rad
+        off = distance * (view.all.ray @ sheet.normal) - sheet.source @ sheet.normal
+        reach = REACH * sheet.width_m + distance * (view.eye.pixel_rad + abs(np.tan(sheet.curvature)))
+        return np.flatnonzero(np.abs(off) < reach)
 
 
 def _near_mirror_images(view: View, sheet: Sheet) -> Ints:
@@ -105,14 +106,13 @@ def _near_mirror_images(view: View, sheet: Sheet) -> Ints:
     return np.flatnonzero(cv2.dilate(found, np.ones((2 * COARSE + 3, 2 * COARSE + 3), np.uint8)))
 
 
-def _fine_rays(eye: Eye, rows: Ints) -> Array:
-    """Rays through the parts of pixels, part by part, (n * FINE², 3)."""
+def _finely(view: View, rows: Ints) -> Hits:
+    """What rays through the parts of pixels meet, part by part, (n * FINE²)."""
     part = (np.arange(FINE) + 0.5) / FINE - 0.5
     right, down = (grid.ravel()[:, None] for grid in np.meshgrid(part, part))
-    along_u, along_v = (slope.reshape(-1, 3)[rows] for slope in eye.slopes)
-    ray = eye.all_rays.reshape(-1, 3)[rows]
-    fine = ray[:, None] + right * along_u[:, None] + down * along_v[:, None]
-    return unit(fine.reshape(-1, 3))
+    along_u, along_v = (slope.reshape(-1, 3)[rows, None] for slope in view.eye.slopes)
+    ray = view.all.ray[rows, None] + right * along_u + down * along_v
+    return view.along(unit(ray.reshape(-1, 3)))
 
 
 def _falling_off(shape: tuple[int, int]) -> Array:

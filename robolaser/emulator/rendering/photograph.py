@@ -18,6 +18,7 @@ from robolaser.emulator.rendering.view import View
 MIDDLE_GREY = 128.0
 GRAIN_PX = 0.7  # of the speckle
 WHITE_GREY = 110.0  # of paper in the room's light
+DARKEST_GREY = 0.05  # laser light below this has no speckle
 NOISE_GREY = 2.0
 SPECKLE = 0.1
 
@@ -80,21 +81,20 @@ def expose(
 ) -> Photograph:
     """Take a picture of light; `grain` is where the speckle comes from, which stays while nothing moves."""
     shape = painting.room.shape
-    room, laser = (exposure * ambient) * painting.room, exposure * painting.laser
-    grey = room + laser
-    seen = grey
+    grey = exposure * (ambient * painting.room + painting.laser)
+    seen = grey.astype(np.float32)
     if painting.lit and speckle:
-        seen = room + laser * _speckled(shape, speckle, grain)
+        light = np.nonzero(painting.laser > DARKEST_GREY)
+        seen[light] += exposure * painting.laser[light] * (_speckled(shape, speckle, grain)[light] - 1.0)
     if noise_grey:
-        spread = noise_grey * np.sqrt(0.5 + 0.5 * seen / MIDDLE_GREY)
+        spread = np.sqrt((0.5 * noise_grey**2 / MIDDLE_GREY) * (seen + MIDDLE_GREY))
         seen = seen + spread * rng.standard_normal(shape, dtype=np.float32)
     image = np.clip(np.rint(seen), 0, 255).astype(np.uint8)
     return Photograph(image, Truth(painting.view, painting.sheet, painting.lit, grey))
 
 
-def _speckled(shape: tuple[int, ...], contrast: float, rng: np.random.Generator) -> Array:
+def _speckled(shape: tuple[int, ...], contrast: float, rng: np.random.Generator) -> NDArray[np.float32]:
     """Factors around 1, log-normal, in grains, (height, width)."""
     field = cv2.GaussianBlur(rng.standard_normal(shape, dtype=np.float32), (0, 0), GRAIN_PX)
     spread = np.sqrt(np.log1p(contrast**2))
-    factor: Array = np.exp(spread * field / field.std() - spread**2 / 2)
-    return factor
+    return np.asarray(np.exp(np.float32(spread / field.std()) * field - np.float32(spread**2 / 2)))

@@ -34,7 +34,7 @@ class Scene:
         index = np.full(len(direction), -1)
         for i, solid in enumerate(self.solids):
             distance = solid.hit(origin, direction)
-            before = (distance <= nearest + TIE_M) & np.isfinite(distance)
+            before = (distance <= nearest + TIE_M) & (distance < np.inf)
             nearest, index = np.where(before, distance, nearest), np.where(before, i, index)
         return nearest, index
 

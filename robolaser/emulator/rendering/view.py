@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.emulator.rendering.camera import Eye
 from robolaser.emulator.rendering.light import Sheet
-from robolaser.emulator.rendering.scene import Scene
+from robolaser.emulator.rendering.scene import TIE_M, Scene
 
 ROOM_PX = 3.0  # around the box of a solid's corners: lenses bend straight edges
 NEAREST_M = 0.01  # what comes nearer is not boxed in
@@ -67,12 +67,12 @@ class View:
     def all(self) -> Hits:
         """What the middle of every pixel shows, row by row, (height * width)."""
         height, width = self.eye.height_px, self.eye.width_px
-        direction = self.eye.all_rays @ self.turn.T
+        direction = (self.eye.all_rays.reshape(-1, 3) @ self.turn.T).reshape(height, width, 3)
         nearest, index = np.full((height, width), np.inf), np.full((height, width), -1)
         for i, solid in enumerate(self.scene.solids):
             box = self._box(solid.corners())
             distance = solid.hit(self.place, direction[box])
-            before = (distance <= nearest[box]) & np.isfinite(distance)
+            before = (distance <= nearest[box] + TIE_M) & (distance < np.inf)
             np.copyto(nearest[box], distance, where=before)
             np.copyto(index[box], i, where=before)
         return Hits(self.eye.all_rays.reshape(-1, 3), nearest.ravel(), index.ravel())

@@ -1,0 +1,226 @@
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+import pytest
+
+from robolaser.arrays import Array
+from robolaser.cell import load_cell
+from robolaser.dataset import Dataset
+from robolaser.emulator.departures import DEPARTURES, Departure
+from robolaser.emulator.departures.backlash import Play
+from robolaser.emulator.world import World, load_world
+from robolaser.errors import RobolaserError
+from robolaser.folder import describe
+from robolaser.se3 import from_angles, pose
+from robolaser.sensors.sensor import motion
+from robolaser.vision.board import find_board
+from robolaser.visits import planned
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"
+Q = np.array([0.1, -0.7, 1.2, -0.5, 0.2])
+PLAY = 0.004
+
+
+@pytest.fixture(scope="module")
+def description() -> Dataset:
+    return describe(CELL)
+
+
+def world(description: Dataset, tmp_path: Path, *lines: str) -> World:
+    """A world that has what the lines say, and nothing else."""
+    path = tmp_path / "world.toml"
+    path.write_text("\n".join(['format = "robolaser-world/1"', *lines]), encoding="utf-8")
+    return load_world(path, description)
+
+
+def effect(name: str, where: str, size: float) -> str:
+    return f'[[effect]]\nname = "{name}"\nwhere = "{where}"\nsize = {size}\n'
+
+
+def place(kind: type[Departure]) -> str:
+    return "joint_3" if kind.on_joints else "laser"
+
+
+def went(world: World, *path: Array) -> Array:
+    for q in path:
+        world.follow(q)
+    return world.q
+
+
+def test_without_departures_the_arm_stands_where_its_model_says(description: Dataset, tmp_path: Path) -> None:
+    here = world(description, tmp_path, "[floor]")
+    v = {name: np.array(item.nominal) for name, item in description.parameters.items()}
+    turn = from_angles(v["w"], v["phi"], v["psi"], order="xyz")
+    T_flange_camera = pose(turn, np.array([v[f"t_{axis}"] for axis in "xyz"]))
+    assert description.robot is not None
+    T_base_flange = description.robot.forward(Q[None, None])[0, 0]
+    np.testing.assert_allclose(here.stand(Q), T_base_flange @ T_flange_camera, atol=1e-12)
+    np.testing.assert_allclose(here.T_base_flange, T_base_flange, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", DEPARTURES, ids=lambda kind: kind.name)
+def test_a_departure_of_no_size_changes_nothing(kind: type[Departure], description: Dataset, tmp_path: Path) -> None:
+    plain = world(description, tmp_path, "[floor]")
+    bent = world(description, tmp_path, "[floor]", effect(kind.name, place(kind), 0.0))
+    np.testing.assert_array_equal(went(plain, Q, Q + 0.1), went(bent, Q, Q + 0.1))
+    assert bent.sheet == plain.sheet
+
+
+@pytest.mark.parametrize("kind", DEPARTURES, ids=lambda kind: kind.name)
+def test_a_departure_of_some_size_changes_one_joint_or_the_light(
+    kind: type[Departure], description: Dataset, tmp_path: Path
+) -> None:
+    plain = world(description, tmp_path, "[floor]")
+    bent = world(description, tmp_path, "[floor]", effect(kind.name, place(kind), 0.002))
+    moved = np.abs(went(bent, Q, Q + 0.1) - went(plain, Q, Q + 0.1)) > 1e-6
+    assert moved.tolist() == [False, False, kind.on_joints, False, False]
+    assert (bent.sheet != plain.sheet) == (not kind.on_joints)
+
+
+def test_names_of_departures_differ() -> None:
+    assert len({kind.name for kind in DEPARTURES}) == len(DEPARTURES)
+
+
+@pytest.mark.parametrize("engagement", [0.0, 0.01])
+def test_the_link_hangs_behind_by_half_the_play(engagement: float, description: Dataset, tmp_path: Path) -> None:
+    here = world(description, tmp_path, effect("backlash", "joint_2", PLAY) + f"engagement = {engagement}")
+    far = Q + np.array([0, 0.3, 0, 0, 0])
+    up = went(here, Q, far) - far
+    down = went(here, Q) - Q
+    np.testing.assert_allclose(up, [0, -PLAY / 2, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(down, [0, PLAY / 2, 0, 0, 0], atol=1e-12)
+
+
+def test_within_the_play_the_link_rests(description: Dataset, tmp_path: Path) -> None:
+    here = world(description, tmp_path, effect("backlash", "joint_2", PLAY))
+    rests = went(here, Q, Q + 0.2)
+    for back in (0.1, 0.9, 0.3):
+        np.testing.assert_allclose(went(here, Q + 0.2 - back * PLAY)[1], rests[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("engagement", [0.0, 0.003])
+def test_small_steps_bring_the_link_where_one_stride_does(engagement: float) -> None:
+    play = Play("joint_2", PLAY, engagement)
+    for start, end in ((0.0, 0.001), (0.0, 0.1), (0.1, 0.0985)):
+        path = np.linspace(start, end, 50)
+        hanging = 0.0005
+        for last, motor in pairwise(path):
+            hanging = play.follow(motor, last, hanging)
+        assert hanging == pytest.approx(play.follow(end, start, 0.0005))
+
+
+def test_a_stretched_arm_sinks_by_what_pinocchio_says_it_weighs(description: Dataset, tmp_path: Path) -> None:
+    stretched = np.zeros(5)
+    plain = world(description, tmp_path, "[floor]")
+    soft = world(description, tmp_path, effect("joint_compliance", "joint_2", 1e-4))
+    assert description.robot is not None
+    model = pinocchio.buildModelFromXML(description.robot.urdf)
+    torque = pinocchio.computeGeneralizedGravity(model, model.createData(), stretched)[1]
+    assert went(soft, stretched)[1] == pytest.approx(-1e-4 * torque)
+    went(plain, stretched)
+    assert soft.T_base_flange[2, 3] < plain.T_base_flange[2, 3] - 1e-4
+
+
+def test_a_rolled_sheet_turns_the_stripe(description: Dataset, tmp_path: Path) -> None:
+    slopes = []
+    for roll in (0.0, 0.05):
+        here = world(description, tmp_path, "[floor]", effect("laser_roll", "laser", roll))
+        here.follow(_level(description))
+        at = here.photograph(np.random.default_rng(0), lit=True).truth.stripe.at[:, 0]
+        slopes.append(np.polyfit(np.arange(640), at, 1)[0])
+    assert slopes[0] == pytest.approx(0.0, abs=1e-6)
+    assert abs(slopes[1]) == pytest.approx(0.05, rel=0.1)
+
+
+def _level(description: Dataset) -> Array:
+    """A posture from which the camera looks straight down."""
+    return np.array([0.0, -0.9, 1.3, -0.4, 0.0])
+
+
+def test_while_nothing_moves_noise_is_new_and_speckle_stays(tmp_path: Path, description: Dataset) -> None:
+    still = world(description, tmp_path, "[light]\nspeckle = 0.3", "[camera]\nnoise_grey = 0.0", "[floor]")
+    noisy = world(description, tmp_path, "[light]\nspeckle = 0.3", "[floor]")
+    rng = np.random.default_rng(0)
+    for here in (still, noisy):
+        here.follow(_level(description))
+    one, again = (still.photograph(rng, lit=True).image for _ in range(2))
+    np.testing.assert_array_equal(one, again)
+    assert (noisy.photograph(rng, lit=True).image != noisy.photograph(rng, lit=True).image).mean() > 0.3
+    still.follow(_level(description) + 0.001)
+    assert (still.photograph(rng, lit=True).image != one).any()
+
+
+def test_from_planned_postures_the_board_of_the_example_is_found() -> None:
+    cell = load_cell(CELL)
+    assert cell.warnings == ()
+    here = load_world(CELL / "world.toml", cell.description)
+    found = []
+    for q in planned(cell.description, count=8, seed=3)[::2]:
+        here.follow(q)
+        picture = here.photograph(np.random.default_rng(1), lit=True)
+        assert np.isfinite(picture.truth.stripe.at).sum() > 500
+        found.append(find_board(picture.image, columns=9, rows=6) is not None)
+    assert sum(found) >= 3
+
+
+def test_the_truth_is_within_the_bounds_of_the_example() -> None:
+    description = describe(CELL)
+    truth = load_world(CELL / "world.toml", description).truth()
+    for name, item in description.parameters.items():
+        assert item.lower < truth[name] < item.upper
+    assert truth["backlash:joint_2"] == 0.003
+
+
+def test_the_true_target_is_the_boards_placement() -> None:
+    here = load_world(CELL / "world.toml", describe(CELL))
+    board = here.scene.solids[-1]
+    values = {name: np.array([value]) for name, value in here.truth().items() if name.startswith("target.")}
+    np.testing.assert_allclose(motion(values, "target")[0], board.T_base_board, atol=1e-9)
+
+
+def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
+    cell = load_cell(THINGS)
+    here = load_world(THINGS / "world.toml", cell.description)
+    table = np.genfromtxt(THINGS / "poses.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    q = np.stack([table[f"q_joint_{i}"] for i in range(1, 6)], axis=-1)
+    solids = set()
+    for row in q[::12]:
+        here.follow(row)
+        solids |= set(np.unique(here.photograph(np.random.default_rng(0), lit=True).truth.stripe.solid))
+    assert solids == {-1, 0, 1, 2}
+
+
+@pytest.mark.parametrize(
+    ("lines", "named"),
+    [
+        (["[flor]"], "floor"),
+        (["[floor]\nhight_m = 0.1"], "height_m"),
+        (["[[sphere]]\nradius_m = 0.1"], "centre_m"),
+        (["[[sphere]]\ncentre_m = [0, 0, 0]\nradius_m = -1"], "radius_m"),
+        (["[sphere]\nradius_m = 0.1"], r"\[\[sphere\]\]"),
+        (["[truth]\nf = 'long'"], "f"),
+        (["[camera]\nlens_error = [1]"], "5"),
+        ([effect("backlsh", "joint_2", 0.1)], "backlash"),
+        ([effect("backlash", "joint_9", 0.1)], "joint_2"),
+        ([effect("laser_roll", "joint_2", 0.1)], "laser"),
+        (["floor = 3"], "floor"),
+        (["[light"], "TOML"),
+    ],
+)
+def test_a_world_that_cannot_be_says_why(lines: list[str], named: str, description: Dataset, tmp_path: Path) -> None:
+    with pytest.raises(RobolaserError, match=named):
+        world(description, tmp_path, *lines)
+
+
+def test_a_world_needs_an_arm_a_camera_and_a_drawn_board(description: Dataset, tmp_path: Path) -> None:
+    with pytest.raises(RobolaserError, match="--world"):
+        world(replace(description, robot=None), tmp_path)
+    with pytest.raises(RobolaserError, match="square_m"):
+        world(replace(description, board=None), tmp_path, "[board]\norigin_m = [0, 0, 0]")
+    (tmp_path / "w.toml").write_text('format = "robolaser-dataset/1"', encoding="utf-8")
+    with pytest.raises(RobolaserError, match="format"):
+        load_world(tmp_path / "w.toml", description)
