@@ -144,7 +144,7 @@ class Journal:
             row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
             row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, stay.q, strict=True)}
             for column, image in stay.images.items():
-                path = f"{IMAGES}/{self._stem(stay.name)}{column.removeprefix('image')}.png"
+                path = f"{IMAGES}/{self._stem(stay.name)}{_ending(column)}"
                 files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
                 row[column] = path
             rows.append(row)
@@ -169,10 +169,10 @@ class Journal:
         return {self.folder / PLAN: route_text(self._robot, self.visits, self.shots).encode()}
 
     def _stem(self, name: str) -> str:
-        """A file's name for a pose, whatever the pose is called."""
+        """A file's name for a pose, whatever the pose is called; only a name of our own has a dot in it."""
         plain = name.replace("_", "").replace("-", "")
         number = next((i for i, visit in enumerate(self.visits) if visit.name == name), 0)
-        return name if plain.isascii() and plain.isalnum() else f"visit-{number:04d}"
+        return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
         switched = [IMAGE_OFF] if self._cell.laser_output is not None else []
@@ -209,6 +209,11 @@ class Journal:
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
+
+
+def _ending(column: str) -> str:
+    """image: .png, image_2: .2.png, image_off: .off.png."""
+    return f"{column.removeprefix('image').replace('_', '.')}.png"
 
 
 def _same(visits: Sequence[Visit], planned: Sequence[Visit]) -> bool:

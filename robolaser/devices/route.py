@@ -81,11 +81,11 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
         said = json.loads(read_text(path))
         wanted = said["next_poses"]
         q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
-    except ValueError as error:
+    except json.JSONDecodeError as error:
         raise FileUnreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
     except KeyError as error:
         raise PosesUnusable(path.name, f"it does not say {error}") from None
-    except TypeError:
+    except (TypeError, ValueError):
         raise PosesUnusable(path.name, "next_poses is no list of joint values by name") from None
     if not q or not np.isfinite(q).all():
         raise PosesUnusable(path.name, "next_poses is empty: the diagnosis needs no more")
