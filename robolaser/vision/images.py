@@ -9,7 +9,11 @@ from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import Image
 
 PEDESTAL = 16
-"""Grey that a difference starts from, so that noise below nothing is not cut off."""
+"""Least grey of a difference where nothing was added, so that noise below nothing is not cut off."""
+BRIGHTEST_ROOM = 200
+"""Grey without the laser from which on a pixel is a lamp, full by itself."""
+SATURATED_FULL = 95.0
+"""Percentage of the pixels that the laser saturated which are to be full in the difference."""
 FULL = 255
 """Grey at which a pixel says no more than that it was at least as bright."""
 
@@ -34,7 +38,8 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
 
 
 def laser_alone(lit: Image, unlit: Image) -> Image:
-    """What the laser adds to an image, on a ground of PEDESTAL; what was saturated stays so."""
-    added = cv2.addWeighted(lit, 1.0, unlit, -1.0, PEDESTAL)
-    _, saturated = cv2.threshold(lit, FULL - 1, FULL, cv2.THRESH_BINARY)
-    return np.asarray(cv2.max(added, saturated), dtype=np.uint8)
+    """What the laser adds to an image, on an even ground; what it saturated is full here too."""
+    ambient = unlit[lit == FULL]
+    ambient = ambient[ambient < BRIGHTEST_ROOM]
+    ground = max(PEDESTAL, int(np.percentile(ambient, SATURATED_FULL)) if len(ambient) else 0)
+    return np.asarray(cv2.addWeighted(lit, 1.0, unlit, -1.0, ground), dtype=np.uint8)

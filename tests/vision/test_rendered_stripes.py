@@ -1,4 +1,4 @@
-"""The stripe as a renderer draws it, which knows the truth at every pixel; what reads images never sees the renderer."""
+"""The stripe as a renderer draws it, which knows the truth at every pixel."""
 
 import cv2
 import numpy as np

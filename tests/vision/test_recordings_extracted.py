@@ -1,0 +1,180 @@
+"""Recordings on disk: what `robolaser extract` makes of boards, scans, repeats and images without the laser."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from drawn import HEIGHT as LINES
+from drawn import STRAIGHT, WIDTH, exposed, profile
+from painted import HEIGHT, SQUARE, session
+
+from robolaser.cli import main
+from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
+from robolaser.folder import load
+from robolaser.recording import points_from_images, stripes_from_images
+from robolaser.stripes import open_stripes
+
+BOARD = f"[board]\ncolumns = 7\nrows = 6\nsquare_m = {SQUARE}\n"
+
+
+def described(folder, height_px, extra=""):
+    folder.mkdir(exist_ok=True)
+    (folder / "dataset.toml").write_text(
+        'format = "robolaser-dataset/1"\nname = "r"\n[sensor]\nkind = "stripe"\nstripe_axis = "v"\n'
+        f"[image]\nwidth_px = {WIDTH}\nheight_px = {height_px}\n[target]\nplaced = false\n{extra}"
+    )
+
+
+def posed(folder, columns, rows):
+    """Write poses.csv with these image columns, a list of names a pose."""
+    header = ["pose", "time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", *columns]
+    lines = [",".join(header)]
+    lines += [",".join([f"p{i}", str(i), *"000000", "1", *names]) for i, names in enumerate(rows)]
+    (folder / "poses.csv").write_text("\n".join(lines) + "\n")
+
+
+def taken(folder, name, image):
+    cv2.imwrite(str(folder / name), image)
+    return name
+
+
+def scan(folder, *, off=True, poses=3):
+    """A stripe that moves a pixel from pose to pose before a lamp, beside a dead lit line."""
+    described(folder, LINES)
+    room = 20 + profile(STRAIGHT + 80, 2, 140)
+    rows = []
+    for i in range(poses):
+        lit = exposed(room + profile(STRAIGHT + i, 2, 110), 2.0, i)
+        again = exposed(room + profile(STRAIGHT + i, 2, 110), 2.0, 10 + i)
+        rows.append([taken(folder, f"a{i}.png", lit), taken(folder, f"b{i}.png", again)])
+        if off:
+            rows[-1].append(taken(folder, f"o{i}.png", exposed(room, 2.0, 20 + i)))
+    rows.insert(1, [""] * len(rows[0]))
+    posed(folder, ["image", "image_2", "image_off"][: len(rows[0])], rows)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def boards(tmp_path_factory):
+    """Five poses of a board, each shot twice lit and once unlit."""
+    folder = tmp_path_factory.mktemp("boards")
+    described(folder, HEIGHT, BOARD)
+    rows = []
+    for k, one in enumerate(session(light=300.0, ambient=120.0)):
+        unlit = replace(one, light=0.0)
+        names = [taken(folder, f"{kind}{k}.png", shown.paint(seed)) for kind, shown, seed in
+                 (("a", one, k), ("b", one, 50 + k), ("o", unlit, 90 + k))]  # fmt: skip
+        rows.append(names)
+    rows.append(["", "", ""])
+    posed(folder, ["image", "image_2", "image_off"], rows)
+    return folder
+
+
+def test_a_scan_becomes_stripes_beside_its_poses(tmp_path, capsys):
+    folder = scan(tmp_path / "scan")
+    assert main(["extract", str(folder)]) == 0
+    assert "6 images, 0 without" in capsys.readouterr().out
+    stripes = open_stripes(folder / "stripes.npy")
+    assert set(stripes["pose"]) == {0, 2, 3}
+    moved = np.array([0, np.nan, 1, 2])[stripes["pose"]]
+    error = stripes["u"] - STRAIGHT[np.rint(stripes["v"]).astype(int)] - moved
+    assert abs(error.mean()) < 0.01
+    assert 0.7 < error.std() / np.median(stripes["std"]) < 1.4
+    assert len(stripes) >= 0.95 * 6 * LINES
+    assert not (folder / "points.csv").exists()
+
+
+def test_without_images_of_the_room_the_brighter_line_wins(tmp_path):
+    blocks = list(stripes_from_images(load(scan(tmp_path / "scan", off=False))))
+    error = blocks[0]["u"] - STRAIGHT[np.rint(blocks[0]["v"]).astype(int)]
+    assert abs(np.median(error) - 80) < 0.05
+
+
+def test_stripes_are_not_overwritten_unasked(tmp_path, capsys):
+    folder = scan(tmp_path / "scan", poses=1)
+    assert main(["extract", str(folder)]) == 0
+    assert main(["extract", str(folder)]) == 1
+    assert "stripes.npy" in capsys.readouterr().err
+    assert main(["extract", str(folder), "--centre", "mass", "--step", "4", "--force"]) == 0
+    assert len(open_stripes(folder / "stripes.npy")) < LINES
+
+
+def test_a_scan_is_copied_whole_to_its_output(tmp_path):
+    folder, out = scan(tmp_path / "scan", poses=2), tmp_path / "out"
+    assert main(["extract", str(folder), "--output", str(out)]) == 0
+    assert not (folder / "stripes.npy").exists()
+    again = load(out)
+    assert again.poses.image == ("a0.png", "", "a1.png")
+    assert again.poses.extra["image_off"] == ("o0.png", "", "o1.png")
+    for name in ("a0", "b1", "o1"):
+        assert (out / f"{name}.png").read_bytes() == (folder / f"{name}.png").read_bytes()
+    stored = open_stripes(out / "stripes.npy")
+    np.testing.assert_array_equal(stored, np.concatenate(list(stripes_from_images(load(out)))))
+
+
+@pytest.mark.parametrize("name", ["a1.png", "b1.png", "o1.png"])
+def test_every_image_must_be_there_and_whole(name, tmp_path):
+    folder = scan(tmp_path / "scan")
+    (folder / name).write_bytes((folder / name).read_bytes()[:40])
+    with pytest.raises(ImageUnreadable, match=name):
+        list(stripes_from_images(load(folder)))
+    (folder / name).unlink()
+    assert main(["extract", str(folder)]) == 1
+    assert not (folder / "stripes.npy").exists()
+
+
+def test_images_stay_within_the_folder(tmp_path):
+    folder = scan(tmp_path / "scan", poses=1)
+    posed(folder, ["image", "image_off"], [["a0.png", "../o0.png"]])
+    with pytest.raises(PathLeaves, match="image_off"):
+        list(stripes_from_images(load(folder)))
+
+
+def test_a_scan_of_nothing_says_so(tmp_path):
+    described(tmp_path, LINES)
+    posed(tmp_path, ["image"], [[taken(tmp_path, "dark.png", exposed(np.full((LINES, WIDTH), 30.0), 2.0))]])
+    with pytest.raises(NoStripes, match="stripe_axis"):
+        list(stripes_from_images(load(tmp_path)))
+
+
+def test_a_recording_without_images_says_so(tmp_path):
+    described(tmp_path, LINES)
+    posed(tmp_path, [], [[]])
+    with pytest.raises(NotARecording, match="image"):
+        list(stripes_from_images(load(tmp_path)))
+
+
+def test_the_board_is_found_without_the_laser_and_repeats_show_the_same_points(boards):
+    found, dataset = points_from_images(load(boards))
+    points = dataset.points
+    assert {frame.skipped for frame in found.frames} == {""}
+    assert set(points.repeat) == {1, 2}
+    first = {
+        (pose, name) for pose, name, shot in zip(points.pose, points.names, points.repeat, strict=True) if shot == 1
+    }
+    second = {
+        (pose, name) for pose, name, shot in zip(points.pose, points.names, points.repeat, strict=True) if shot == 2
+    }
+    assert len(first & second) > 0.9 * len(first)
+    for k, one in enumerate(session(light=300.0, ambient=120.0)):
+        here = points.pose == k
+        assert here.sum() > 100
+        assert np.linalg.norm(one.place(points.pixel[here]) - points.xyz[here, :2], axis=-1).max() < 2e-4
+        assert abs(one.above_sheet(points.pixel[here]).mean()) < 1e-5
+
+
+def test_extracted_repeats_are_read_back(boards, tmp_path):
+    assert main(["extract", str(boards), "--output", str(tmp_path / "out")]) == 0
+    again = load(tmp_path / "out")
+    assert set(again.points.repeat) == {1, 2}
+    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {path.name for path in boards.glob("*.png")}
+
+
+def test_a_recording_without_repeats_has_none(boards, tmp_path):
+    described(tmp_path, HEIGHT, BOARD)
+    for image in boards.glob("a*.png"):
+        (tmp_path / image.name).write_bytes(image.read_bytes())
+    posed(tmp_path, ["image"], [[f"a{k}.png"] for k in range(5)])
+    _, dataset = points_from_images(load(tmp_path))
+    assert dataset.points.repeat is None
