@@ -151,6 +151,24 @@ def test_a_shiny_floor_shows_the_mirror_image_of_the_stripe() -> None:
     assert np.nanmedian(np.abs(off)) < 0.05
 
 
+def test_a_shiny_side_throws_a_second_line_onto_the_floor() -> None:
+    tall = Block(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03), shine=0.4)
+    shiny, matt = (
+        spotless(Scene((Floor(), tall)), "v", 40, 0, 0, reflections=reflections, blur_px=0.0)
+        for reflections in (True, False)
+    )
+    second = shiny.truth.grey - matt.truth.grey
+    on_floor = (second > 1.0) & (shiny.truth.solid == 0)
+    assert on_floor.sum() > 300
+    assert second.max() < 0.5 * matt.truth.grey.max()
+    side = -0.045
+    T = above(40, 0, 0)
+    behind = shiny.truth.point[on_floor] * [1, -1, 1] + [0, 2 * side, 0]
+    off = SHEET.off((behind - T[:3, 3]) @ T[:3, :3])
+    assert abs(np.average(off, weights=second[on_floor])) < 0.1 * SHEET.width_m
+    assert np.sqrt(np.average(off**2, weights=second[on_floor])) == pytest.approx(SHEET.width_m, rel=0.1)
+
+
 def test_the_same_seed_gives_the_same_picture() -> None:
     one, other = (
         photograph(BALL, eye(), SHEET, above(8, 5, 20), lit=True, rng=np.random.default_rng(4)) for _ in range(2)

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.solid import Face, Solid
 
 
 @final
@@ -57,6 +57,16 @@ class Block(Solid):
         corners = np.array(list(product(*self._slabs)))
         placed: Array = corners @ self.T_base_block[:3, :3].T + self.T_base_block[:3, 3]
         return placed
+
+    def faces(self) -> tuple[Face, ...]:
+        """All six."""
+        R, half = self.T_base_block[:3, :3], np.array(self.size) / 2
+        middle = self.T_base_block[:3, 3] + R[:, 2] * half[2]
+        return tuple(
+            Face(middle + sign * half[i] * R[:, i], sign * R[:, i], np.delete(R.T, i, axis=0), np.delete(half, i))
+            for i in range(3)
+            for sign in (-1.0, 1.0)
+        )
 
     @property
     def _slabs(self) -> tuple[tuple[float, float], ...]:

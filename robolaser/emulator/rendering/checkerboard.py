@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.solid import Face, Solid
 from robolaser.emulator.rendering.vectors import dot
 
 
@@ -77,6 +77,13 @@ class Checkerboard(Solid):
         """The plate's four."""
         (x, y), (right, down) = self._ends
         return self._placed(np.array([[x, y, 0], [right, y, 0], [right, down, 0], [x, down, 0]]))
+
+    def faces(self) -> tuple[Face]:
+        """The printed one."""
+        low, high = self._ends
+        middle = self._placed(np.append((low + high) / 2, 0.0))
+        R = self.T_base_board[:3, :3]
+        return (Face(middle, -R[:, 2], R.T[:2], (high - low) / 2),)
 
     @property
     def _ends(self) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering.solid import Solid
+from robolaser.emulator.rendering.solid import Face, Solid
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -46,3 +46,7 @@ class Floor(Solid):
     def plain(self) -> tuple[Array, float]:
         """Up, and its tone."""
         return UP, self.tone
+
+    def faces(self) -> tuple[Face]:
+        """Itself."""
+        return (Face(np.array([0.0, 0.0, self.height]), UP, np.eye(3)[:2], np.full(2, np.inf)),)

@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.emulator.rendering import shading
 from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.mirrors import second_lines
 from robolaser.emulator.rendering.vectors import unit
 from robolaser.emulator.rendering.view import Hits, View
 
@@ -45,7 +46,7 @@ def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur
         view: The scene before the eye.
         sheet: The projector, in the camera frame.
         lit: Whether it is on.
-        reflections: Whether shiny solids mirror the stripe on others.
+        reflections: Whether shiny solids show the stripe on others, and throw it there.
         blur_px: Standard deviation of the lens's blur [px].
     """
     breadth = view.eye.pixel_rad
@@ -57,11 +58,11 @@ def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur
         rows = _near_the_sheet(view, sheet)
         mirrors = reflections and bool((view.scene.shine > 0).any())
         if mirrors:
-            rows = np.union1d(rows, _near_mirror_images(view, sheet))
+            rows = np.union1d(rows, _near_second_lines(view, sheet))
         fine = _finely(view, rows)
         light = shading.of_the_laser(view, sheet, fine, breadth / FINE)
         if mirrors:
-            light += shading.mirrored(view, sheet, fine, breadth / FINE)
+            light += second_lines(view, sheet, fine, breadth / FINE)
         laser[rows] = _of_pixels(light)
     shape = view.eye.height_px, view.eye.width_px
     falling = room.reshape(shape) * _falling_off(shape)
@@ -97,12 +98,12 @@ def _near_the_sheet(view: View, sheet: Sheet) -> Ints:
         return np.flatnonzero(np.abs(off) < reach)
 
 
-def _near_mirror_images(view: View, sheet: Sheet) -> Ints:
+def _near_second_lines(view: View, sheet: Sheet) -> Ints:
     """Pixels around what a coarse grid of rays finds mirrored."""
     shape = view.eye.height_px, view.eye.width_px
     rows = np.arange(shape[0] * shape[1]).reshape(shape)[::COARSE, ::COARSE].ravel()
     found = np.zeros(shape, dtype=np.uint8)
-    found.ravel()[rows] = shading.mirrored(view, sheet, view.all.take(rows), view.eye.pixel_rad) > 0
+    found.ravel()[rows] = second_lines(view, sheet, view.all.take(rows), view.eye.pixel_rad) > 0
     return np.flatnonzero(cv2.dilate(found, np.ones((2 * COARSE + 3, 2 * COARSE + 3), np.uint8)))
 
 

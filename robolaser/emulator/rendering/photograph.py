@@ -60,7 +60,7 @@ def photograph(
         ambient: Grey of white paper under the room's light, exposure 1.
         noise_grey: Standard deviation of the noise at middle grey; half its variance is the light's own.
         speckle: Contrast of the speckle: standard deviation over mean.
-        reflections: Whether shiny solids mirror the stripe on others.
+        reflections: Whether shiny solids show the stripe on others, and throw it there.
         blur_px: Standard deviation of the lens's blur [px].
     """
     painting = paint(View(scene, eye, T_base_camera), sheet, lit=lit, reflections=reflections, blur_px=blur_px)

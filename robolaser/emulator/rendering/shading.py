@@ -1,10 +1,9 @@
-"""How bright surfaces look: in the room's light, in the projector's, and in each other's mirror."""
+"""How bright surfaces look, in the room's light and in the projector's."""
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.light import Sheet
-from robolaser.emulator.rendering.scene import AWAY_M
 from robolaser.emulator.rendering.solid import Solid
 from robolaser.emulator.rendering.vectors import dot, unit
 from robolaser.emulator.rendering.view import Hits, View
@@ -36,31 +35,7 @@ def of_the_laser(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     strength = sheet.grey(hits.seen[rows])
     rows, strength = rows[strength > DARKEST_GREY], strength[strength > DARKEST_GREY]
     own = hits.take(rows)
-    out[rows] = strength * _thrown(view, sheet, view.outside(own.seen), own, -own.ray @ view.turn.T, breadth)
-    return out
-
-
-def mirrored(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
-    """Grey of the projector's light that what rays met mirrors from other surfaces, (n,)."""
-    out = np.zeros(len(hits.distance))
-    shine = view.scene.shine
-    rows = np.flatnonzero((hits.solid >= 0) & (shine[hits.solid] > 0))
-    if len(rows) == 0:
-        return out
-    own = hits.take(rows)
-    point, direction = view.outside(own.seen), own.ray @ view.turn.T
-    normal = view.scene.normals(point, own.solid)
-    direction = direction - 2.0 * dot(direction, normal)[:, None] * normal
-    distance, solid = view.scene.cast(point + AWAY_M * normal, direction)
-    met = np.flatnonzero(solid >= 0)
-    there = point[met] + direction[met] * distance[met, None]
-    inside = (there - view.place) @ view.turn
-    strength = sheet.grey(inside)
-    bright = np.flatnonzero(strength > DARKEST_GREY)
-    far = np.sqrt(dot(inside[bright], inside[bright]))
-    second = Hits(inside[bright] / far[:, None], far, solid[met][bright])
-    light = strength[bright] * _thrown(view, sheet, there[bright], second, -direction[met][bright], breadth)
-    out[rows[met[bright]]] = shine[own.solid[met[bright]]] * light
+    out[rows] = strength * thrown(view, sheet, view.outside(own.seen), own, -own.ray @ view.turn.T, breadth)
     return out
 
 
@@ -70,8 +45,17 @@ def _where_met(view: View, solid: Solid, hits: Hits, breadth: float) -> tuple[Ar
     return solid.normal(point), solid.albedo(point, view.place, breadth)
 
 
-def _thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array, breadth: float) -> Array:
-    """Share of the projector's light that points throw towards an eye: to all sides, and as a glint."""
+def thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array, breadth: float) -> Array:
+    """Share of the projector's light that is thrown towards an eye: to all sides, and as a glint.
+
+    Args:
+        view: The scene before the camera.
+        sheet: The projector.
+        point: Where the light falls, in the base frame, (n, 3) [m].
+        hits: The same places as the camera has them, (n).
+        towards: Unit vectors to the eye, or to the mirror that shows it, (n, 3).
+        breadth: Of the rays that met them [rad].
+    """
     normal = view.scene.normals(point, hits.solid)
     source = view.outside(sheet.source)
     to_source = unit(source - point)

@@ -1,8 +1,28 @@
 """A body that stands in a scene, stops rays and throws light back."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import final
 
 from robolaser.arrays import Array
+
+
+@final
+@dataclass(frozen=True)
+class Face:
+    """A flat rectangle, or a whole plane.
+
+    Attributes:
+        middle: (3,) [m].
+        normal: Outward, (3,).
+        axes: Two unit vectors along its edges, (2, 3).
+        half: Half its length along each, (2,) [m]; inf for a plane.
+    """
+
+    middle: Array
+    normal: Array
+    axes: Array
+    half: Array
 
 
 class Solid(ABC):
@@ -49,3 +69,7 @@ class Solid(ABC):
     def plain(self) -> tuple[Array, float] | None:
         """Normal and albedo where both are the same everywhere; None where they are not."""
         return None
+
+    def faces(self) -> tuple[Face, ...]:
+        """Its flat sides, as far as they mirror."""
+        return ()
