@@ -27,7 +27,7 @@ from robolaser.search import Progress
 from robolaser.sensors.head import in_image
 from robolaser.stripes import Stripes
 
-PIECES_AT_ONCE = 8  # for each core, before they are handed on in order
+PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
 CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
 
 

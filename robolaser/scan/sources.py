@@ -15,7 +15,7 @@ from robolaser.errors import FileUnreadable, NothingToScan, StripesStray
 from robolaser.folder import inside
 from robolaser.stripes import FILE, STRIPE, Stripes, open_stripes
 
-AT_ONCE = 1 << 16  # middles that a core takes at a time: they and their points stay in its cache
+AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
 IMAGE_OFF = "image_off"
 PROBES = 2000  # middles by which the sizes of doubts are told
 
