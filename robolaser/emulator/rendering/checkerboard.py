@@ -59,19 +59,20 @@ class Checkerboard(Solid):
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """Paper and ink, mixed where a pixel sees both."""
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
-        ray = (point - eye) @ R
-        place = (ray[..., :2] + (eye - t) @ R[:, :2]) / self.square_m
-        footprint2 = (breadth / self.square_m) ** 2 * dot(ray, ray)
-        side, printed = np.ones(footprint2.shape), np.ones(footprint2.shape)
+        ray = (point - eye) @ R / self.square_m
+        place = (ray[:, :2] + (eye - t) @ R[:, :2] / self.square_m).astype(np.float32)
+        footprint2 = (breadth**2 * dot(ray, ray)).astype(np.float32)
+        steep = (ray[:, :2] / ray[:, 2:]).astype(np.float32)
+        side, printed = np.ones_like(footprint2), np.ones_like(footprint2)
         for i, last in enumerate((self.columns - 1, self.rows - 1)):
-            x = place[..., i]
-            sharp = 1.0 / np.sqrt(footprint2 * (1.0 + (ray[..., i] / ray[..., 2]) ** 2))
+            x = place[:, i]
+            sharp = 1.0 / np.sqrt(footprint2 * (1.0 + steep[:, i] ** 2))
             line = np.minimum(np.maximum(np.rint(x), 0.0), last)
-            side *= np.minimum(np.maximum(2.0 * (x - line) * sharp, -1.0), 1.0) * (1.0 - 2.0 * (line % 2))
+            side *= np.minimum(np.maximum(2.0 * (x - line) * sharp, -1.0), 1.0)
+            side *= 1.0 - 2.0 * (line - 2.0 * np.floor(line / 2.0))
             edge = (last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5
             printed *= np.minimum(np.maximum(edge, 0.0), 1.0)
-        mixed: Array = self.white + (self.black - self.white) * (0.5 + 0.5 * side) * printed
-        return mixed
+        return (self.white + (self.black - self.white) * (0.5 + 0.5 * side) * printed).astype(np.float64)
 
     def corners(self) -> Array:
         """The plate's four."""

@@ -60,6 +60,8 @@ def _cast_back_by(face: Face, view: View, sheet: Sheet, hits: Hits, breadth: flo
     image = point - 2.0 * height[:, None] * face.normal
     strength = np.where(height > AWAY_M, sheet.grey((image - view.place) @ view.turn), 0.0)
     rows = np.flatnonzero(strength > DARKEST_GREY)
+    if len(rows) == 0:
+        return out
     point, height = point[rows], height[rows]
     share = height / (height + height_of_source)
     mirrored_source = source - 2.0 * height_of_source * face.normal

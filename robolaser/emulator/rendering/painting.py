@@ -16,7 +16,7 @@ from robolaser.emulator.rendering.view import Hits, View
 FINE = 2  # rays a pixel, along u and along v, where something changes within it
 REACH = 4.5  # standard deviations of the sheet, beyond which it is dark
 SLOPE = (0.25, -0.15)  # of the room's light, from one side of the image to the other, along u and v
-COARSE = 3  # pixels between the rays that look for mirror images
+COARSE = 4  # pixels between the rays that look for mirror images
 
 
 @final

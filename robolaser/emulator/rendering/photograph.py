@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.emulator.rendering.camera import Eye
 from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.painting import Painting, paint
@@ -84,8 +84,9 @@ def expose(
     grey = exposure * (ambient * painting.room + painting.laser)
     seen = grey.astype(np.float32)
     if painting.lit and speckle:
-        light = np.nonzero(painting.laser > DARKEST_GREY)
-        seen[light] += exposure * painting.laser[light] * (_speckled(shape, speckle, grain)[light] - 1.0)
+        box = _around(painting.laser > DARKEST_GREY)
+        laser = exposure * painting.laser[box]
+        seen[box] += laser * (_speckled(laser.shape, speckle, grain) - 1.0)
     if noise_grey:
         spread = np.sqrt((0.5 * noise_grey**2 / MIDDLE_GREY) * (seen + MIDDLE_GREY))
         seen = seen + spread * rng.standard_normal(shape, dtype=np.float32)
@@ -93,8 +94,18 @@ def expose(
     return Photograph(image, Truth(painting.view, painting.sheet, painting.lit, grey))
 
 
+def _around(lit: Bools) -> tuple[slice, slice]:
+    """Rows and columns that hold all that is lit, with room for a grain."""
+    rows, columns = (np.flatnonzero(lit.any(axis=axis)) for axis in (1, 0))
+    if len(rows) == 0:
+        return slice(0, 0), slice(0, 0)
+    return slice(max(rows[0] - 2, 0), rows[-1] + 3), slice(max(columns[0] - 2, 0), columns[-1] + 3)
+
+
 def _speckled(shape: tuple[int, ...], contrast: float, rng: np.random.Generator) -> NDArray[np.float32]:
     """Factors around 1, log-normal, in grains, (height, width)."""
+    if 0 in shape:
+        return np.ones(shape, dtype=np.float32)
     field = cv2.GaussianBlur(rng.standard_normal(shape, dtype=np.float32), (0, 0), GRAIN_PX)
     spread = np.sqrt(np.log1p(contrast**2))
     return np.asarray(np.exp(np.float32(spread / field.std()) * field - np.float32(spread**2 / 2)))
