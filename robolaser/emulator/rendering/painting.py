@@ -16,7 +16,7 @@ from robolaser.emulator.rendering.view import Hits, View
 FINE = 2  # rays a pixel, along u and along v, where something changes within it
 REACH = 4.5  # standard deviations of the sheet, beyond which it is dark
 SLOPE = (0.25, -0.15)  # of the room's light, from one side of the image to the other, along u and v
-COARSE = 4  # pixels between the rays that look for mirror images
+COARSE = 4  # pixels between the rays that look for second lines
 
 
 @final
@@ -76,7 +76,7 @@ def _of_pixels(light: Array) -> Array:
 
 
 def _outlines(view: View) -> Ints:
-    """Pixels beside which another solid, or another face, shows."""
+    """Pixels beside which another solid shows."""
     solid = view.all.solid.reshape(view.eye.height_px, view.eye.width_px)
     rim = np.zeros(solid.shape, dtype=np.bool_)
     for axis in (0, 1):
@@ -99,7 +99,7 @@ def _near_the_sheet(view: View, sheet: Sheet) -> Ints:
 
 
 def _near_second_lines(view: View, sheet: Sheet) -> Ints:
-    """Pixels around what a coarse grid of rays finds mirrored."""
+    """Pixels around what a coarse grid of rays finds by mirrors."""
     shape = view.eye.height_px, view.eye.width_px
     rows = np.arange(shape[0] * shape[1]).reshape(shape)[::COARSE, ::COARSE].ravel()
     found = np.zeros(shape, dtype=np.uint8)
