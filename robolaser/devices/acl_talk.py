@@ -16,9 +16,10 @@ SPOIL = "XQ"
 """Makes any command unknown, for one that was misheard and not yet entered."""
 QUIET_S = 0.9
 """Half of how long silence may last: after the first half something else is tried."""
-TRIES = 4
+TRIES = 3
 PAUSE_S = 0.2
 PROMPT = re.compile(">")
+ECHO = re.compile("echo", re.IGNORECASE)
 NOTHING = re.compile(r"(?!)")
 LINE_END = re.compile(r"[\r\n>]")
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
@@ -62,20 +63,19 @@ class Talk:
         """
         heard = ""
         for _ in range(TRIES):
-            self._line.send(ABORT + SPOIL + ENTER)
-            self._silent_or(self._line.until(PROMPT, QUIET_S)[0])
+            self._line.send(ABORT + SPOIL)
+            heard, prompt = self._prompted()
+            if not prompt:
+                continue
             self._line.send("ECHO" + ENTER)
             self._line.until(PROMPT, QUIET_S)
             self.settle()
             self._line.send("eCHo")
-            heard, echo = self._line.until(re.compile("echo", re.IGNORECASE), QUIET_S)
-            self._line.send(ENTER)
-            answer, prompt = self._line.until(PROMPT, QUIET_S)
-            if echo and prompt:
+            heard, echo = self._line.until(ECHO, QUIET_S)
+            if echo and self._prompted()[1]:
                 self._mixing = echo[0] == "eCHo"
                 self._begun = True
                 return
-            heard += answer
         raise self._unclear("ECHO", heard)
 
     def ask(self, command: str, understand: Callable[[str], Value | None]) -> Value:
@@ -143,13 +143,18 @@ class Talk:
 
     def _entered(self, command: str) -> str:
         """Enter what was typed, and hear the answer with its prompt; without, where the prompt got lost."""
-        self._line.send(ENTER)
-        answer = self._line.until(PROMPT, QUIET_S)[0]
-        if not answer:
-            self._line.send(ENTER)
-            answer = self._silent_or(self._line.until(PROMPT, QUIET_S)[0])
+        answer, _ = self._prompted()
         self._mind(answer, command)
         return answer
+
+    def _prompted(self) -> "tuple[str, re.Match[str] | None]":
+        """Enter, and listen for the prompt; once more where nothing at all comes."""
+        self._line.send(ENTER)
+        answer, prompt = self._line.until(PROMPT, QUIET_S)
+        if not answer:
+            self._line.send(ENTER)
+            answer, prompt = self._line.until(PROMPT, QUIET_S)
+        return self._silent_or(answer), prompt
 
     def _mixed(self, command: str) -> str:
         """The command's first word in the next mixture of capitals."""

@@ -181,7 +181,7 @@ def test_going_on_with_another_plan_is_refused(cell: Cell, robot: Robot, tmp_pat
 
 
 def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
-    names = ("a/b", 'ü, "x"', "..", "visit", "a b")
+    names = ("a/b", 'ü, "x"', "..", "visit-0001", "a", "a_2")
     visits = [Visit(name, q) for name, q in zip(names, np.random.default_rng(1).normal(size=(6, 5)), strict=True)]
     journal = bench.begun(cell, tmp_path / "out", visits, shots=2)
     for i, visit in enumerate(visits):

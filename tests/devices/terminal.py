@@ -1,0 +1,69 @@
+"""An emulated arm at the other end of a real pseudo terminal, and a folder of pictures for a camera."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bench
+import cv2
+import numpy as np
+
+import robolaser
+from robolaser.cli import main
+from robolaser.emulator.running import Running, controller_of
+
+HURRY = 40.0
+SHOTS = 40
+
+
+class Rig:
+    """A cell whose arm is emulated, and whose camera is a folder of pictures."""
+
+    def __init__(self, tmp_path: Path, kind: str) -> None:
+        self.cell = bench.cell(tmp_path, kind)
+        self.folder = self.cell.folder
+        self.out = tmp_path / "recording"
+        self.pictures = tmp_path / "pictures"
+        self.pictures.mkdir()
+        rng = np.random.default_rng(1)
+        for i in range(SHOTS):
+            image = rng.integers(30, 60, (16, 24), dtype=np.uint8)
+            image[5] = 200 if i % 2 == 0 or kind == "lss" else 50
+            cv2.imwrite(str(self.pictures / f"{i:03d}.png"), image)
+        said = (self.folder / "cell.toml").read_text()
+        said = said.replace("tcp://127.0.0.1:5001", str(self.pictures)).replace("settle_s = 0.3", "settle_s = 0.01")
+        (self.folder / "cell.toml").write_text(said.replace("speed_rad_s = 0.3", "speed_rad_s = 1.0"))
+        home = controller_of(self.cell).motor(0.0)
+        q = home + rng.uniform(-0.1, 0.1, (3, len(home)))
+        self.poses = tmp_path / "poses.csv"
+        header = ",".join(["pose", *(f"q_joint_{i}" for i in range(1, 6))])
+        rows = [",".join([name, *map(repr, row.tolist())]) for name, row in zip("abc", q, strict=True)]
+        self.poses.write_text("\n".join([header, *rows]) + "\n")
+
+    def record(self, *more: str, port: str) -> int:
+        return main(["record", str(self.folder), "--output", str(self.out), "--port", port, *more])
+
+    def names(self) -> list[str]:
+        poses = robolaser.load(self.out).poses
+        return [name for name, image in zip(poses.names, poses.image or (), strict=True) if image]
+
+
+@contextmanager
+def emulated(rig: Rig, *faults: str) -> Iterator[str]:
+    """The cell's arm, on a pseudo terminal."""
+    running = Running(rig.folder, hurry=HURRY, faults=faults)
+    over = threading.Event()
+
+    def serve() -> None:
+        while not over.is_set():
+            running.turn()
+
+    server = threading.Thread(target=serve)
+    server.start()
+    try:
+        yield running.arm
+    finally:
+        over.set()
+        server.join()
+        running.close()
