@@ -48,20 +48,29 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
         recording: Where it was taken to, as `Calibrated.fitted_to` gives it.
         probe: Some pixels of the stripe, by which the sizes of doubts are told.
     """
-    if calibrated.run is None:
-        same = calibrated.name == recording.name and len(recording.points) > 0
-    else:
-        same = calibrated.run == Run.of(recording)
-    effects, doubts = _acting(calibrated.effects, recording)
+    sight = sight_of(calibrated, recording)
+    doubts = _acting(calibrated.effects, recording)[1]
     bare = Sight(recording, calibrated.values)
     notes = [_left_out(effect, why, bare, probe) for effect, why in doubts]
-    if same:
-        return Sight(recording, calibrated.values, effects), tuple(notes)
-    course = _course(calibrated.run, recording)
-    effects = tuple(_now(effect, calibrated.run, recording) for effect in effects)
-    sight = Sight(recording, calibrated.values, effects, course)
-    notes += _doubts(sight, probe, by_thermometer=_read_in_both(calibrated.run, recording))
+    if not _is_its_own(calibrated, recording):
+        notes += _doubts(sight, probe, by_thermometer=_read_in_both(calibrated.run, recording))
     return sight, tuple(notes)
+
+
+def sight_of(calibrated: Calibrated, recording: Dataset) -> Sight:
+    """What the scanner sees in a recording, as `Calibrated.fitted_to` gives it."""
+    effects, _ = _acting(calibrated.effects, recording)
+    if _is_its_own(calibrated, recording):
+        return Sight(recording, calibrated.values, effects)
+    effects = tuple(_now(effect, calibrated.run, recording) for effect in effects)
+    return Sight(recording, calibrated.values, effects, _course(calibrated.run, recording))
+
+
+def _is_its_own(calibrated: Calibrated, recording: Dataset) -> bool:
+    """Whether the recording is the data set that the scanner was calibrated from."""
+    if calibrated.run is None:
+        return calibrated.name == recording.name and len(recording.points) > 0
+    return calibrated.run == Run.of(recording)
 
 
 def _acting(effects: tuple[Effect, ...], recording: Dataset) -> tuple[tuple[Effect, ...], list[tuple[Effect, str]]]:

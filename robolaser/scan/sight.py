@@ -51,15 +51,25 @@ class Sight:
         return Points(np.arange(n), (), pixel=np.repeat(centre, n, axis=0))
 
     @cached_property
+    def arm(self) -> tuple[Array, Array]:
+        """Joint angles and the joints' placements on the links before them, (1, n, j) and (1, n or 1, j, 4, 4)."""
+        bend, poses, robot = self.bend(self.at_poses), self.dataset.poses, self.dataset.robot
+        assert robot is not None  # else there is none to ask for
+        assert poses.q is not None
+        return bend(Seam.JOINTS, poses.q[None]), bend(Seam.LINKS, robot.placements[None, None])
+
+    @cached_property
+    def flange(self) -> Array:
+        """T_base_flange at each pose, (n, 4, 4)."""
+        robot = self.dataset.robot
+        T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
+        bent: Array = self.bend(self.at_poses)(Seam.FLANGE, T_base_flange)[0]
+        return bent
+
+    @cached_property
     def camera(self) -> Array:
         """T_base_camera at each pose, (n, 4, 4)."""
-        bend, poses, robot = self.bend(self.at_poses), self.dataset.poses, self.dataset.robot
-        if robot is None or poses.q is None:
-            T_base_flange = self.dataset.flange()[None]
-        else:
-            placements = bend(Seam.LINKS, robot.placements[None, None])
-            T_base_flange = robot.forward(bend(Seam.JOINTS, poses.q[None]), placements)
-        T: Array = (bend(Seam.FLANGE, T_base_flange) @ mount(self.dataset, self.values, bend))[0]
+        T: Array = self.flange @ mount(self.dataset, self.values, self.bend(self.at_poses))[0]
         return T
 
     @cached_property
