@@ -9,6 +9,7 @@ FULL = 255
 STEPS = 4
 DAMPING = 1e-3
 SETTLED = 1e-9
+STILL = 1e-3
 SHORTER, LONGER = -0.4, 0.6
 FEWEST = 7
 
@@ -45,18 +46,21 @@ def fit(
         for k in range(5):
             bell[k] = start[i, k]
         count, left = 0, 0.0
-        for step in range(STEPS + 1):
+        step, going = 0, True
+        while going:
+            going = step < STEPS
             count, left = _equations(across[line[i]], low[i], high[i], origin[i], full[i], bell, N, r)
             for k in range(5):
-                N[k, k] += (DAMPING if step < STEPS else SETTLED) * N[k, k] + SETTLED
+                N[k, k] += (DAMPING if going else SETTLED) * N[k, k] + SETTLED
             _factor(N)
-            if step < STEPS:
+            if going:
                 _solve(N, r)
                 s = bell[2]
                 r[1] = min(max(r[1], -s), s)
                 r[2] = min(max(r[2], SHORTER * s), LONGER * s)
                 for k in range(5):
                     bell[k] += r[k]
+                step = step + 1 if max(abs(r[1]), abs(r[2])) > STILL * s else STEPS
         for k in range(5):
             r[k] = 1.0 if k == 1 else 0.0
         _solve(N, r)

@@ -21,6 +21,8 @@ DAMPING = 1e-3
 """Added to the normal equations' diagonal while stepping, as a share."""
 SETTLED = 1e-9
 """Added always, so that the equations have a solution where pixels tell nothing."""
+STILL = 1e-3
+"""Step of middle and breadth, in breadths, after which no further one is worth while."""
 LONGEST = (-0.4, 0.6)
 """Steps of the bell's breadth at most, as shares; its middle moves by less than one breadth."""
 FEWEST = 7
@@ -93,6 +95,7 @@ def _fit(
     grey = across[line[:, None], np.clip(column, 0, across.shape[1] - 1)].astype(np.float64)
     told = (column >= low[:, None]) & (column <= high[:, None]) & (grey < FULL)
     w, bell, diagonal = told.astype(np.float64), start.copy(), np.arange(5)
+    going = np.ones(len(line), dtype=np.bool_)
     for step in range(STEPS + 1):
         A, m, s, c, d = (bell[:, k, None] for k in range(5))
         z = (x - m) / s
@@ -108,7 +111,9 @@ def _fit(
             steps = np.linalg.solve(N, np.swapaxes(J, 1, 2) @ left[..., None])[..., 0]
             steps[:, 1] = np.clip(steps[:, 1], -bell[:, 2], bell[:, 2])
             steps[:, 2] = np.clip(steps[:, 2], LONGEST[0] * bell[:, 2], LONGEST[1] * bell[:, 2])
-            bell = bell + steps
+            s = bell[:, 2]
+            bell = bell + np.where(going[:, None], steps, 0.0)
+            going &= np.abs(steps[:, 1:3]).max(axis=1) > STILL * s
     count = told.sum(axis=1)
     scatter = (left**2).sum(axis=1) / np.maximum(count - 5, 1)
     second = np.linalg.solve(N, np.eye(5)[None, :, 1:2])[:, 1, 0]

@@ -1,0 +1,191 @@
+"""How fast and how exact is the stripe's middle: against plain NumPy, against SciPy, against what noise allows?
+
+Speed is CPU time on one core, image in memory to middles chosen; every figure is the median of rounds in which all
+contestants take turns, in brackets the lowest and the highest.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+
+import argparse
+import time
+from collections.abc import Callable
+from functools import partial
+
+import cv2
+import numpy as np
+from peer import centre_of_mass, curve_fitted
+
+from robolaser.arrays import Array
+from robolaser.emulator.rendering import Block, Eye, Floor, Photograph, Scene, Sheet, Sphere, photograph
+from robolaser.vision.board import Image
+from robolaser.vision.centring import CENTRINGS
+from robolaser.vision.traced import trace
+
+HEIGHT, WIDTH = 480, 640
+NOISE = 2.0
+COURSE = 318.3 + 0.0411 * np.arange(HEIGHT)
+BREADTHS, HEIGHTS = (1.5, 2.0, 3.0), (120.0, 150.0, 180.0)
+SEEDS = 4
+BUILT = {"f": 8.06e-3, "s_u": 7.43e-6, "s_v": 7.38e-6, "u_0": 323.4, "v_0": 236.2, "k": 620.0, "b": 0.1412,
+         "theta": 0.4451, "w": 0.0, "phi": 0.0, "psi": 0.0, "t_x": 0.0, "t_y": 0.0, "t_z": 0.0}  # fmt: skip
+FALSE_PX = 2.0
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--rounds", type=int, default=9)
+    cv2.setNumThreads(1)
+    speed(options.parse_args().rounds)
+    exactness()
+    saturation()
+    things()
+
+
+def speed(rounds: int) -> None:
+    dark = drawn(20 + 0 * stripe(2, 1), NOISE, 9)
+    images = {
+        "ordinary": (drawn(20 + stripe(2, 150), NOISE, 1), None),
+        "saturated": (drawn(20 + stripe(4, 900), NOISE, 1), None),
+        "sphere and step, speckle": (np.ascontiguousarray(rendered(0.3, 600.0).image.T), None),
+        "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
+    }
+    print(
+        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in CENTRINGS) + " | NumPy [frames/s] ", end=""
+    )
+    print("| SciPy, line by line [frames/s] | gauss times NumPy | gauss times SciPy |")
+    print("|---" * (6 + len(CENTRINGS)) + "|")
+    for name, (image, off) in images.items():
+        ways = [partial(trace, image, "v", off, way) for way in CENTRINGS]
+        ways += [partial(centre_of_mass, image), partial(curve_fitted, image)]
+        for way in ways:
+            way()
+        seconds = np.array([[sample(way) for way in ways] for _ in range(rounds)])
+        cells = [spread(1 / column) for column in seconds.T]
+        gauss = seconds[:, list(CENTRINGS).index("gauss")]
+        print(f"| {name} | {' | '.join(cells)} | {spread(seconds[:, -2] / gauss)} | {spread(seconds[:, -1] / gauss)} |")
+
+
+def exactness() -> None:
+    print(
+        "\n| breadth σ [px] | height [grey] | bound [px] | "
+        + " | ".join(f"{n}: noise/bound, worst bias [px]" for n in named())
+        + " |"
+    )
+    print("|---" * (3 + len(named())) + "|")
+    for breadth in BREADTHS:
+        for height in HEIGHTS:
+            bound = np.hypot(NOISE, 12**-0.5) / height * np.sqrt(2 * breadth / np.sqrt(np.pi))
+            cells = []
+            for way in named().values():
+                error = np.stack(
+                    [way(drawn(20 + stripe(breadth, height), NOISE, seed)) - COURSE for seed in range(SEEDS)]
+                )
+                still = way(drawn(20 + stripe(breadth, height), 0.0, 0)) - COURSE
+                cells.append(f"{np.nanstd(error) / bound:.2f}, {worst_bias(still):.3f}")
+            print(f"| {breadth} | {height:.0f} | {bound:.4f} | {' | '.join(cells)} |", flush=True)
+
+
+def saturation() -> None:
+    print(
+        "\n| breadth σ [px] | height, clipped at 255 [grey] | "
+        + " | ".join(f"{n}: RMS, mean [px]" for n in named())
+        + " |"
+    )
+    print("|---" * (2 + len(named())) + "|")
+    for breadth, height in ((2.0, 300.0), (2.0, 600.0), (3.0, 1500.0), (5.0, 3000.0)):
+        cells = []
+        for way in named().values():
+            error = np.stack([way(drawn(20 + stripe(breadth, height), NOISE, seed)) - COURSE for seed in range(SEEDS)])
+            cells.append(f"{np.sqrt(np.nanmean(error**2)):.3f}, {np.nanmean(error):+.3f}")
+        print(f"| {breadth} | {height:.0f} | {' | '.join(cells)} |", flush=True)
+
+
+def things() -> None:
+    print("\n| scene | way | middles found | lines with a stripe | false | mean [px] | RMS [px] | over own deviation |")
+    print("|---" * 8 + "|")
+    for name, shine, power in (
+        ("matt", 0.0, 260.0),
+        ("matt, bright", 0.0, 900.0),
+        ("shiny", 0.3, 260.0),
+        ("shiny, bright", 0.3, 2500.0),
+    ):
+        photo = rendered(shine, power)
+        there = photo.truth.stripe.at
+        for way in CENTRINGS:
+            found = trace(photo.image, "u", centring=way)
+            off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
+            error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
+            true = np.abs(error) < FALSE_PX
+            error = error[true]
+            relative = 1.4826 * np.median(np.abs(error / found["std"][true]))
+            print(
+                f"| {name} | {way} | {len(found)} | {np.isfinite(there).any(axis=1).sum()} | {(~true).sum()} "
+                f"| {error.mean():+.3f} | {np.sqrt(np.mean(error**2)):.3f} | {relative:.2f} |",
+                flush=True,
+            )
+
+
+def named() -> dict[str, Callable[[Image], Array]]:
+    """Every contestant as a function from an image to one middle a row, NaN where it finds none."""
+    ours = {way: lambda image, way=way: in_rows(image, way) for way in CENTRINGS}
+    return {**ours, "NumPy": centre_of_mass, "SciPy": curve_fitted}
+
+
+def in_rows(image: Image, way: str) -> Array:
+    rows = np.full(HEIGHT, np.nan)
+    found = trace(image, "v", centring=way)
+    rows[np.rint(found["v"]).astype(int)] = found["u"]
+    return rows
+
+
+def worst_bias(error: Array) -> float:
+    """Largest mean error at any of eight sub-pixel places [px]."""
+    phase, there = np.floor(8 * (COURSE % 1)).astype(int), np.isfinite(error)
+    return max(abs(float(error[there & (phase == k)].mean())) for k in range(8))
+
+
+def stripe(breadth: float, height: float) -> Array:
+    """A Gaussian profile as the pixels' areas collect it, (HEIGHT, WIDTH) [grey]."""
+    at = (np.arange(8 * WIDTH) + 0.5) / 8 - 0.5
+    fine = height * np.exp(-0.5 * ((at - COURSE[:, None]) / breadth) ** 2)
+    return np.asarray(fine.reshape(HEIGHT, WIDTH, 8).mean(axis=-1))
+
+
+def drawn(light: Array, noise: float, seed: int) -> Image:
+    light = light + noise * np.random.default_rng(seed).standard_normal(light.shape)
+    return np.clip(np.rint(light), 0, 255).astype(np.uint8)
+
+
+def rendered(shine: float, power: float) -> Photograph:
+    """A sphere and a step of 10 mm on a floor."""
+    on_table, T_base_camera = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
+    on_table[1, 3], T_base_camera[2, 3] = 0.03, 0.297
+    sphere = Sphere(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
+    scene = Scene((Floor(0.0, 0.4, shine=shine), sphere, Block(on_table, (0.03, 0.03, 0.01), shine=shine)))
+    eye, sheet = Eye(BUILT, stripe_axis="u"), Sheet(BUILT["b"], BUILT["theta"], power=power)
+    return photograph(scene, eye, sheet, T_base_camera, lit=True, rng=np.random.default_rng(1))
+
+
+def sample(way: Callable[[], object]) -> float:
+    """CPU seconds of one call."""
+    calls = 1
+    while True:
+        began = time.process_time()
+        for _ in range(calls):
+            way()
+        seconds = time.process_time() - began
+        if seconds >= 0.05:
+            return seconds / calls
+        calls *= 2
+
+
+def spread(values: Array) -> str:
+    """Median, lowest and highest."""
+    low, mid, high = (f"{value:.3g}" if value < 1000 else f"{value:.0f}" for value in np.quantile(values, (0, 0.5, 1)))
+    return f"{mid} ({low} to {high})"
+
+
+if __name__ == "__main__":
+    main()
