@@ -32,6 +32,9 @@ class Scan(Command):
         parser.add_argument(
             "--output", metavar="CLOUD.ply", type=cloud_file, required=True, help="the cloud, as binary PLY"
         )
+        parser.add_argument(
+            "--nominal", action="store_true", help="with the scanner as it was drawn, before anything was fitted"
+        )
         parser.add_argument("--plane", action="store_true", help="measure the scatter about the largest plane")
         parser.add_argument(
             "--step", metavar="HEIGHT_M", type=positive, help="measure a step of this height on the largest plane"
@@ -54,7 +57,8 @@ class Scan(Command):
         for path in files:
             if path.exists() and not args.force:
                 raise OutputExists(path)
-        scan = prepare(read_calibration(args.calibration), load(args.recording))
+        calibrated = read_calibration(args.calibration)
+        scan = prepare(calibrated.as_drawn() if args.nominal else calibrated, load(args.recording))
         make_folder(args.output.parent)
         for warning in (*scan.recording.warnings, *scan.warnings):
             warn(warning)
@@ -77,7 +81,7 @@ def _again(args: argparse.Namespace) -> str:
     sizes = [
         word for what in ("step", "sphere") if getattr(args, what) for word in (f"--{what}", f"{vars(args)[what]:g}")
     ]
-    options = [*(["--plane"] if args.plane else []), *sizes, "--report"]
+    options = [*(["--nominal"] if args.nominal else []), *(["--plane"] if args.plane else []), *sizes, "--report"]
     names = [args.calibration.name, args.recording.name, "--output", args.output.name]
     return shlex.join(["robolaser", "scan", *names, *options])
 

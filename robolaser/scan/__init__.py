@@ -32,7 +32,7 @@ class Scan:
     def comments(self) -> tuple[str, ...]:
         """What the cloud's file says of itself."""
         return (
-            f"{self.recording.name}, scanned by robolaser with the calibration of {self.calibrated.name}",
+            f"{self.recording.name}, scanned by robolaser, {self.calibrated.origin}",
             "x y z in the base frame of the robot, in metres",
             "std in metres: how far noise moves a point, root mean square; errors of the calibration are not in it",
             "pose: row of poses.csv, the first is 0; intensity: grey of the stripe, 0 to 255",

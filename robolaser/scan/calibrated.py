@@ -33,6 +33,7 @@ class Calibrated:
 
     Attributes:
         name: Of the data set that it was calibrated from.
+        origin: Where its numbers come from, in words.
         parameters: The paper's fourteen, as they were before the calibration.
         values: The fourteen and the numbers of the effects as they were found, (1,) each.
         suspects: The effects, in their order.
@@ -47,6 +48,7 @@ class Calibrated:
     """
 
     name: str
+    origin: str
     parameters: Mapping[str, Parameter]
     values: Values
     suspects: tuple[Suspect, ...]
@@ -63,6 +65,13 @@ class Calibrated:
     def effects(self) -> tuple[Effect, ...]:
         """The effects with their numbers."""
         return tuple(suspect.at(self.values) for suspect in self.suspects)
+
+    def as_drawn(self) -> "Calibrated":
+        """The nominal scanner: before anything was fitted, and without effects."""
+        nominal = {name: np.array([item.nominal]) for name, item in self.parameters.items()}
+        origin = f"by the nominal model of {self.name}"
+        noise = {key: sigma for key, sigma in self.noise.items() if key == "pixel"}
+        return replace(self, origin=origin, values=nominal, suspects=(), noise=noise, rms_m=None)
 
     def fitted_to(self, recording: Dataset) -> Dataset:
         """The recording as if the calibrated scanner and its arm were described in it.
@@ -132,6 +141,7 @@ def read_calibration(path: Path) -> Calibrated:
     errors = [file.number(key) for key in ("held_out_rms_m", "rms_m") if file.has(key)]
     return Calibrated(
         name=file.text("dataset"),
+        origin=f"calibrated from {file.text('dataset')}",
         parameters={name: _parameter(name, numbers.part(name)) for name in SCANNER},
         values=values,
         suspects=suspects,

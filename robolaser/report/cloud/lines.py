@@ -25,7 +25,7 @@ def heading(scan: Scan) -> str:
     """What was scanned with what."""
     tally, source = scan.cloud.tally, scan.cloud.source.what
     poses = len(scan.recording.poses)
-    return f"{tally.points} points from {source} of {poses} poses, calibrated from {scan.calibrated.name}"
+    return f"{tally.points} points from {source} of {poses} poses, {scan.calibrated.origin}"
 
 
 def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
@@ -39,9 +39,10 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         if known
         else "neither stripes nor calibration say how noisy the middles are",
     )
-    yield Line(
-        "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
-    )
+    if scan.calibrated.rms_m is not None:
+        yield Line(
+            "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
+        )
     for body in quality.bodies:
         yield Line(BODIES[body.what], _size(body), _remark(body))
     left = tally.middles - tally.points
