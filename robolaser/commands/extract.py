@@ -84,9 +84,11 @@ def _points(recording: "Dataset", args: argparse.Namespace) -> None:
         _copy_images(recording, args.recording, args.output)
         save(_with_noise_stated(dataset, found.pixel_noise_px), args.output, overwrite=args.force)
     skipped = sum(bool(frame.skipped) for frame in found.frames)
+    told = found.pixel_noise_px
+    noise = f"{told:.2f} px" if told > 0 else "not known: neighbouring lines share it"
     print(
         f"{len(found)} points from {len(found.frames) - skipped} images, {skipped} skipped; "
-        f"stripe noise {found.pixel_noise_px:.2f} px. Wrote {(args.output or args.recording) / POINTS}"
+        f"stripe noise {noise}. Wrote {(args.output or args.recording) / POINTS}"
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.vision.board import Board, find_board
 from robolaser.vision.centres import Axis, Centres
-from robolaser.vision.centring import DEFAULT
+from robolaser.vision.centring import DEFAULT, SMOOTHING
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.places import jumps, on_plane, spread
@@ -59,7 +59,8 @@ class Extraction:
         place: x, y and z in the board's frame, (m, 3) [m].
         frames: What became of each pose, in the order given.
         lens: The lens that was taken off before planes were laid.
-        pixel_noise_px: Scatter of the stripe's middle about its smooth course [px]; NaN without points.
+        pixel_noise_px: Scatter of the stripe's middle about its smooth course [px]; NaN without points, and where
+            middles share their noise.
     """
 
     pose: tuple[str, ...]
@@ -147,7 +148,7 @@ def extract_points(
         place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
         frames=tuple(cut.frame for cut in cuts),
         lens=lens,
-        pixel_noise_px=spread(scatter) if len(scatter) else float("nan"),
+        pixel_noise_px=spread(scatter) if len(scatter) and centring not in SMOOTHING else float("nan"),
     )
 
 

@@ -16,6 +16,8 @@ NARROWEST_GATE_PX = 1.0
 """Distance [px] within which a middle is always kept: no board is perfectly flat."""
 GATE_SIGMAS = 3.0
 """The same in standard deviations of the middles kept."""
+JUMP_LEAST_PX = 0.1
+"""Distance from the neighbours' median [px] that no middle is dropped for."""
 JUMP_SIGMAS = 4.0
 """Distance from the neighbours' median, in its own standard deviations, beyond which a middle is a stray."""
 NEIGHBOURS = 15
@@ -121,7 +123,7 @@ def _undisturbed(centres: Centres, off: Array, kept: Bools) -> Bools:
     change[:CHANGE_SPAN] = np.abs(width[:CHANGE_SPAN] - width[CHANGE_SPAN : 2 * CHANGE_SPAN])
     change[-CHANGE_SPAN:] = np.abs(width[-CHANGE_SPAN:] - width[-2 * CHANGE_SPAN : -CHANGE_SPAN])
     jump = jumps(off[at])
-    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= JUMP_SIGMAS * spread(jump))
+    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= max(JUMP_SIGMAS * spread(jump), JUMP_LEAST_PX))
     result = np.zeros(len(kept), dtype=np.bool_)
     result[at[calm]] = True
     return result

@@ -10,10 +10,12 @@ from drawn import STRAIGHT, WIDTH, exposed, profile
 from painted import HEIGHT, SQUARE, session
 
 from robolaser.cli import main
+from robolaser.commands.extract import CENTRES
 from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
 from robolaser.folder import load
 from robolaser.recording import points_from_images, stripes_from_images
 from robolaser.stripes import open_stripes
+from robolaser.vision.centring import CENTRINGS, DEFAULT
 
 BOARD = f"[board]\ncolumns = 7\nrows = 6\nsquare_m = {SQUARE}\n"
 
@@ -178,3 +180,15 @@ def test_a_recording_without_repeats_has_none(boards, tmp_path):
     posed(tmp_path, ["image"], [[f"a{k}.png"] for k in range(5)])
     _, dataset = points_from_images(load(tmp_path))
     assert dataset.points.repeat is None
+
+
+def test_smoothed_middles_state_no_noise(boards, tmp_path, capsys):
+    for way, stated in (("steger", False), ("gauss", True)):
+        assert main(["extract", str(boards), "--centre", way, "--output", str(tmp_path / way)]) == 0
+        assert ("share it" in capsys.readouterr().out) is not stated
+        assert (load(tmp_path / way).noise.pixel_px is not None) is stated
+
+
+def test_every_way_that_the_command_offers_is_one_there_is():
+    assert set(CENTRES) == set(CENTRINGS)
+    assert DEFAULT in CENTRES

@@ -13,5 +13,7 @@ Centring = Callable[[Runs, Profiles], tuple[Array, Array]]
 
 CENTRINGS: Mapping[str, Centring] = MappingProxyType({"mass": mass, "gauss": gauss, "steger": steger})
 """Each by the name it is chosen by."""
+SMOOTHING = frozenset({"steger"})
+"""Those whose middles share their neighbours' noise: the scatter along the stripe does not tell it."""
 DEFAULT = "gauss"
 """Near what noise allows where the profile is a bell, and the centre of mass where it is glare."""
