@@ -155,11 +155,16 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
 
 
 def _record(cell: "Cell", robot: "Robot", journal: "Journal") -> None:
+    import cv2  # noqa: PLC0415
+
     from robolaser.devices.arms import open_arm  # noqa: PLC0415
     from robolaser.devices.cameras import open_camera  # noqa: PLC0415
     from robolaser.devices.clock import WallClock  # noqa: PLC0415
     from robolaser.devices.session import Session  # noqa: PLC0415
 
+    cv2.utils.logging.setLogLevel(
+        cv2.utils.logging.LOG_LEVEL_SILENT
+    )  # what OpenCV says of a lost camera is said again in a sentence
     clock = WallClock()
     planned = len(journal.visits)
     with (

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,8 +58,6 @@ def grey(source: object, frame: Any) -> Image:
     Raises:
         CameraUnusable: It is no image.
     """
-    import cv2  # noqa: PLC0415 - importing devices loads nothing heavy
-
     plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
     if plain.dtype != np.uint8:
         raise CameraUnusable(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")

@@ -3,11 +3,13 @@
 import threading
 from typing import Any, final
 
+import cv2
 import numpy as np
 
 from robolaser.cell import CameraLine
 from robolaser.devices.camera import Camera, Image, Warn, grey, see_to
 from robolaser.devices.clock import Clock
+from robolaser.devices.streams import open_stream
 from robolaser.errors import CameraFrozen, CameraLost, CameraUnusable, RobolaserError
 
 SILENT_S = 2.0
@@ -101,20 +103,12 @@ class Live(Camera):
 
 
 def _opened(line: CameraLine, warn: Warn) -> Any:
-    import cv2  # noqa: PLC0415 - importing devices loads nothing heavy
-
     if isinstance(line.source, str) and "://" in line.source:
-        settings = {
-            cv2.CAP_PROP_OPEN_TIMEOUT_MSEC: int(1000 * FIRST_S),
-            cv2.CAP_PROP_READ_TIMEOUT_MSEC: int(1000 * SILENT_S),
-            cv2.CAP_PROP_N_THREADS: 1,  # each further one holds an image back
-        }
-        pairs = [number for setting in settings.items() for number in setting]
-        capture = cv2.VideoCapture(line.source, cv2.CAP_FFMPEG, pairs)
+        capture: Any = open_stream(line.source)
     else:
         capture = cv2.VideoCapture(line.source)
-    if not capture.isOpened():
-        raise CameraUnusable(line.source, "there is no camera or stream")
+        if not capture.isOpened():
+            raise CameraUnusable(line.source, "there is no camera")
     if line.exposure is not None:
         capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL)
     for name, what, value in (

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, final
 
+import cv2
+
 from robolaser.devices.camera import Camera, Image, Warn, grey, see_to
 from robolaser.errors import CameraLost, CameraUnusable
 from robolaser.folder import load
@@ -38,8 +40,6 @@ class Pictures(Camera):
 
 
 def _of_folder(folder: Path) -> Iterator[Image]:
-    import cv2  # noqa: PLC0415 - importing devices loads nothing heavy
-
     if (folder / "poses.csv").is_file():
         names = _shots(folder)
     else:
@@ -68,8 +68,6 @@ def _shots(folder: Path) -> list[str]:
 
 
 def _of_film(source: Path) -> Iterator[Image]:
-    import cv2  # noqa: PLC0415
-
     capture: Any = cv2.VideoCapture(str(source))
     if not capture.isOpened():
         raise CameraUnusable(source, "it is neither a folder nor a film or numbered images")

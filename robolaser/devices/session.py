@@ -103,7 +103,10 @@ class Session:
 
     def _see_light(self, visit: Visit, on: Image, off: Image) -> None:
         if int((on.astype(np.int16) - off).max()) < LIGHT_GREY:
-            self._warn(f"{visit.name}: the laser makes no difference to the image. Is it on, and in view?")
+            self._warn(
+                f"{visit.name}: the laser makes no difference to the image."
+                " Is it on and in view, or is the camera later than settle_s in cell.toml?"
+            )
 
     def _see_rest(self, visit: Visit, before: Array) -> None:
         moved = np.abs(self._mover.resting(f"At {visit.name}") - before)
