@@ -19,6 +19,7 @@ from robolaser.commands.listing import List
 from robolaser.commands.record import Record
 from robolaser.commands.scan import Scan
 from robolaser.commands.simulate import Simulate
+from robolaser.commands.view import View
 from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
 
 COMMANDS: tuple[Command, ...] = (
@@ -30,6 +31,7 @@ COMMANDS: tuple[Command, ...] = (
     Record(),
     Emulate(),
     Scan(),
+    View(),
     Challenge(),
     List(),
 )

@@ -1,0 +1,51 @@
+"""robolaser view: a cell in the browser."""
+
+import argparse
+import webbrowser
+from pathlib import Path
+from typing import ClassVar, final
+
+from robolaser.commands.command import Command, count, warn
+
+
+@final
+class View(Command):
+    """Shows arm, scanner, light, target and points, nominal and calibrated."""
+
+    name: ClassVar[str] = "view"
+    summary: ClassVar[str] = "show robot, scanner, light sheet, target and points in the browser"
+
+    def declare(self, parser: argparse.ArgumentParser) -> None:
+        """Say what can be given to it."""
+        parser.add_argument("dataset", metavar="DATASET", type=Path, help="data set or recording")
+        parser.add_argument(
+            "calibration", metavar="CALIBRATION", type=Path, nargs="?", help="calibration.json or its folder"
+        )
+        parser.add_argument("--cloud", metavar="CLOUD.ply", type=Path, help="a cloud from `robolaser scan`")
+        parser.add_argument("--port", metavar="N", type=count, help="default: 8080 or the next that is free")
+        parser.add_argument("--no-browser", action="store_true", help="serve only; open the address yourself")
+
+    def run(self, args: argparse.Namespace) -> None:
+        """Serve until interrupted."""
+        from robolaser.folder import load  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.scan import read_calibration  # noqa: PLC0415
+        from robolaser.scan.ply import map_ply  # noqa: PLC0415
+        from robolaser.viewer.belief import Belief, calibrated, nominal  # noqa: PLC0415
+        from robolaser.viewer.serving import Stage  # noqa: PLC0415
+        from robolaser.viewer.thinned import thinned  # noqa: PLC0415
+
+        dataset = load(args.dataset)
+        beliefs: tuple[Belief, ...] = (nominal(dataset),)
+        if args.calibration is not None:
+            beliefs = (*beliefs, calibrated(read_calibration(args.calibration), dataset))
+        cloud = None if args.cloud is None else thinned(map_ply(args.cloud))
+        for warning in dataset.warnings:
+            warn(warning)
+        stage = Stage(beliefs, cloud, args.port)
+        print(f"{dataset.name} is at {stage.url}; stop with Ctrl-C.", flush=True)
+        if not args.no_browser:
+            webbrowser.open(stage.url)
+        try:
+            stage.wait()
+        except KeyboardInterrupt:
+            stage.stop()
