@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -185,35 +186,59 @@ def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
         open_camera(absent, WallClock(), print)
 
 
-def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "FIRST_S", 8.0)
-    cell = bench.cell(tmp_path)
-    server = socket.create_server(("127.0.0.1", 0))
-    scene, over = [50], threading.Event()
+@contextmanager
+def streamed(frame: Callable[[int], Image], ending: str = ".pgm") -> Iterator[str]:
+    """Sends images one after the other to whoever connects, again and again."""
+    server, over = socket.create_server(("127.0.0.1", 0)), threading.Event()
+    server.settimeout(0.1)
 
     def send() -> None:
-        client, _ = server.accept()
-        with client:
-            number = 0
-            while not over.is_set():
-                number += 1
-                try:
-                    client.sendall(cv2.imencode(".pgm", noisy(number, scene[0]))[1].tobytes())
-                except OSError:
-                    return
-                time.sleep(0.02)
+        number = 0
+        while not over.is_set():
+            with suppress(OSError):  # nobody came, or somebody left
+                client, _ = server.accept()
+                with client:
+                    client.settimeout(1.0)
+                    while not over.is_set():
+                        number += 1
+                        client.sendall(cv2.imencode(ending, frame(number))[1].tobytes())
+                        time.sleep(0.02)
 
     sender = threading.Thread(target=send)
     sender.start()
-    address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
     try:
-        with open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera:
-            scene[0] = 150
-            assert camera.shot(0.3).min() >= 148
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
     finally:
         over.set()
         sender.join()
         server.close()
+
+
+@pytest.mark.parametrize("ending", [".pgm", ".png"])
+def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str) -> None:
+    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    cell, scene = bench.cell(tmp_path), [50]
+    with (
+        streamed(lambda number: noisy(number, scene[0]), ending) as address,
+        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+    ):
+        scene[0] = 150
+        shot = camera.shot(0.2)
+    assert shot.min() >= 150
+    assert shot.max() < 156
+
+
+def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    cell, size = bench.cell(tmp_path), [SIZE]
+    with (
+        streamed(lambda number: noisy(number, size=size[0])) as address,
+        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+    ):
+        camera.shot(0.1)
+        size[0] = (48, 32)
+        with pytest.raises(CameraSize, match="48 x 32"):
+            camera.shot(0.2)
 
 
 def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
