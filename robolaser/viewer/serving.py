@@ -11,14 +11,16 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.errors import PortTaken, ViserMissing
 from robolaser.viewer.belief import Belief
+from robolaser.viewer.drawing import drawn
 from robolaser.viewer.scene import arm_length, cell, measured
-from robolaser.viewer.shapes import Dots, Lines, Mesh, Shape
+from robolaser.viewer.shapes import Dots, Shape
 
 if TYPE_CHECKING:
     from viser import ViserServer
 
 HOST = "127.0.0.1"  # nobody else on the network needs to see the cell
 WIDEST = 360.0  # degrees to either side, for joints without limits
+FROM = np.array([0.5, -1.0, 0.45])  # in sizes of what there is to see
 SMALLEST_M = 1e-6  # that is told
 LIGHT, MIDDLE = (232, 234, 237), (205, 209, 214)
 STEPS = {"°": 0.1, "mm": 0.1}
@@ -161,7 +163,7 @@ class Stage:
                 self._put(shape)
 
     def _put(self, shape: Shape) -> None:
-        self._handles[shape.name] = _drawn(self._server.scene, shape)
+        self._handles[shape.name] = drawn(self._server.scene, shape)
         self._handles[shape.name].visible = self._shown[shape.name.split("/")[0]].value
 
     def _reveal(self) -> None:
@@ -172,40 +174,16 @@ class Stage:
         """From beside, so that arm and target are in view."""
         scene, camera = self._server.scene, self._server.initial_camera
         scene.set_up_direction("+z")
-        reach = self._arm_m
+        arm_m, belief = self._arm_m, self._belief
         ground: dict[str, Any] = {"cell_size": 0.1, "section_size": 0.5, "cell_color": LIGHT, "section_color": MIDDLE}
-        scene.add_grid("ground", 3.0, 3.0, **ground, fade_distance=4 * reach + 2.0)
-        posture = self._belief.at_pose(0)
-        seen = [np.zeros(3), posture.flange[:3, 3], *self._belief.target[:: max(1, len(self._belief.target) // 100)]]
+        scene.add_grid("ground", 3.0, 3.0, **ground, fade_distance=4 * arm_m + 2.0)
+        seen = [belief.at_pose(0).flange[:3, 3], *belief.target[:: max(1, len(belief.target) // 100)]]
+        if belief.dataset.robot is not None:
+            seen.append(np.zeros(3))
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-        middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+        middle = (low + high) / 2
         camera.look_at = tuple(middle)
-        camera.position = tuple(middle + max(size, reach) * np.array([0.5, -1.0, 0.45]))
-
-
-def _drawn(scene: Any, shape: Shape) -> Any:
-    match shape:
-        case Mesh():
-            return scene.add_mesh_simple(
-                shape.name,
-                shape.vertices.astype(np.float32),
-                shape.faces.astype(np.uint32),
-                color=shape.colour,
-                opacity=shape.opacity if shape.opacity < 1 else None,
-                side="double",
-                flat_shading=shape.opacity < 1,
-                cast_shadow=shape.opacity == 1,
-            )
-        case Lines():
-            return scene.add_line_segments(
-                shape.name, shape.ends.astype(np.float32), shape.colours, thickness=shape.width_px,
-                thickness_units="screen",
-            )  # fmt: skip
-        case Dots():
-            return scene.add_point_cloud(
-                shape.name, shape.places.astype(np.float32), shape.colours, point_size=shape.size_m,
-                point_shape="circle", precision="float32",
-            )  # fmt: skip
+        camera.position = tuple(middle + max(float(np.linalg.norm(high - low)), arm_m) * FROM)
 
 
 def _groups(belief: Belief, *, has_cloud: bool) -> tuple[str, ...]:
@@ -219,6 +197,8 @@ def _told(beliefs: Iterable[Belief]) -> str:
     """How far the measured points lie from the target, by each model."""
     told = []
     for belief in beliefs:
+        if belief.sight is None:
+            return f"Only the arm is drawn: a sensor of kind {belief.dataset.kind} has neither camera nor light."
         apart = np.linalg.norm(belief.points - belief.target, axis=-1) if len(belief.target) else np.empty(0)
         apart = apart[np.isfinite(apart)]
         if len(apart):
