@@ -1,0 +1,84 @@
+"""A ball and a step of known size, as a camera sees them, become a cloud of that size."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from scanned import calibrated, dataset, written
+
+from robolaser.cell import load_cell
+from robolaser.dataset import Points
+from robolaser.emulator.world import load_world
+from robolaser.folder import load
+from robolaser.saving import save
+from robolaser.scan import prepare, read_calibration
+from robolaser.scan.quality import measure
+from robolaser.scan.survey import Survey
+
+THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
+EVERY = 2  # of its poses
+RADIUS, STEP = 0.018, 0.010
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """What a camera took on the way over ball and step."""
+    folder = tmp_path_factory.mktemp("things")
+    said = load(THINGS)
+    world = load_world(THINGS / "world.toml", load_cell(THINGS).description)
+    rng, images = np.random.default_rng(0), [""] * len(said.poses)
+    (folder / "images").mkdir()
+    for row, q in enumerate(said.poses.q):
+        world.follow(q)
+        if row % EVERY == 0:
+            images[row] = f"images/{row:03d}.png"
+            cv2.imwrite(str(folder / images[row]), world.photograph(rng, lit=True).image)
+    poses = replace(said.poses, time_s=np.arange(float(len(said.poses))), image=tuple(images))
+    save(replace(said, poses=poses, points=Points(np.empty(0, np.int64), ())), folder)
+    return load(folder), world.truth()
+
+
+@pytest.fixture(scope="module")
+def truly(recording, tmp_path_factory):
+    """A calibration that found the truth, from other poses."""
+    said, truth = recording
+    numbers = {name: value for name, value in truth.items() if name in said.parameters}
+    numbers["backlash.joint_2.lost_motion"] = truth["backlash:joint_2"]
+    others = replace(dataset(), parameters=said.parameters, bracket_quat=said.bracket_quat, angles=said.angles)
+    found = replace(calibrated(others, ["backlash:joint_2"], numbers), noise={"pixel": 0.1})
+    return read_calibration(written(found, tmp_path_factory.mktemp("truth")))
+
+
+def looked_at(scan):
+    survey = Survey()
+    for _ in survey.watch(scan.cloud.pieces()):
+        pass
+    return survey.vertices
+
+
+def test_ball_and_step_have_their_size(recording, truly):
+    said, _ = recording
+    scan = prepare(truly, said)
+    assert scan.cloud.source.what == "images"
+    found = measure(looked_at(scan), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    plane, step, sphere = found.bodies
+    assert abs(step.error_m) < 5e-5
+    assert abs(sphere.error_m) < 1e-4
+    assert plane.rms_m < 2 * plane.promised_m
+    assert abs(found.plane.normal[2]) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_nominal_scanner_sees_them_wrong(recording, truly):
+    said, _ = recording
+    blind = replace(
+        truly, values={name: np.array([item.nominal]) for name, item in truly.parameters.items()}, suspects=()
+    )
+    wrong = measure(looked_at(prepare(blind, said)), wanted=("plane", "step"), step_m=STEP)
+    assert wrong.plane.normal[2] < 1.0 - 1e-6
+    assert abs(wrong.bodies[1].error_m) > 1e-4
