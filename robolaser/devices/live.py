@@ -31,7 +31,7 @@ class Live(Camera):
         self._size = size
         self._clock = clock
         self._warn = warn
-        self._capture = _opened(line, warn)
+        self._capture = _opened(line, size, warn)
         self._news = threading.Condition()
         self._closing = False
         self._image: Image | None = None
@@ -102,13 +102,15 @@ class Live(Camera):
         self._image, self._count = image, self._count + 1
 
 
-def _opened(line: CameraLine, warn: Warn) -> Any:
+def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     if isinstance(line.source, str) and "://" in line.source:
         capture: Any = open_stream(line.source)
     else:
         capture = cv2.VideoCapture(line.source)
         if not capture.isOpened():
             raise CameraUnusable(line.source, "there is no camera")
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])  # the first image shows whether it could
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
     if line.exposure is not None:
         capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL)
     for name, what, value in (

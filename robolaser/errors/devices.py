@@ -144,8 +144,9 @@ class PlanUnsafe(RobolaserError):
         shown = "".join(f"\n  {violation}" for violation in violations[:most])
         rest = f"\n  ... and {len(violations) - most} more" if len(violations) > most else ""
         super().__init__(
-            f"Nothing was moved, for the plan breaks the cell's limits:{shown}{rest}\n"
-            "Leave these poses out, or correct [limits] in cell.toml or the limits in the URDF if they are wrong."
+            f"No pose was gone to, for the plan breaks the cell's limits:{shown}{rest}\n"
+            "Leave these poses out, or take a smaller --run-up; if the limits are wrong, correct [limits] in cell.toml"
+            " or the URDF's."
         )
 
 

@@ -15,7 +15,7 @@ def acl(tmp_path: Path) -> Rig:
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        ("impact:2@>30s", "joint_2"),
+        ("impact:2@45", "joint_2"),
         ("stall:3@45", "joint_3 stands still"),
         ("silent@52", "is lost"),
         ("cut@52", "is lost"),

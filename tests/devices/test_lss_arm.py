@@ -38,19 +38,6 @@ def test_a_servo_that_is_not_there_is_named_within_two_seconds(cell: Cell) -> No
     assert rig.clock.now() - began < 2.5
 
 
-def test_stopping_stops_all(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    mover = Mover(arm, cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
-    arm.go(rig.motor() + 0.5, 20.0)
-    rig.clock.wait(5.0)
-    before = rig.motor()
-    mover.halt()
-    rig.clock.wait(30.0)
-    assert np.abs(before).max() > 0.01
-    assert np.abs(rig.motor() - before).max() < 0.01
-
-
 @pytest.mark.parametrize(("fault", "said"), [("impact:3", "blocked"), ("thermic:2", "safe mode")])
 def test_a_servo_in_trouble_is_named(cell: Cell, fault: str, said: str) -> None:
     rig = bench.bench_for(cell, [f"{fault}@>0.6s"])

@@ -68,7 +68,7 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     said = capsys.readouterr().err
-    assert "Nothing was moved" in said
+    assert "No pose was gone to" in said
     assert re.search(r"b: the lowest part at 0\.\d+ m, limit 0\.600 m", said)
     assert not (acl.out / "poses.csv").exists()
 
