@@ -10,7 +10,8 @@ from robolaser.arrays import Array
 from robolaser.report.canvas import FITTED, HELD_OUT, Picture, picture, ticks
 from robolaser.scan.quality import Quality
 
-CELLS = 220  # along the longer side of a picture
+CELLS = 220, 160, 120, 90, 60  # along the longer side of a picture; the finest that leaves no gaps between stripes
+FILLED = 0.95  # of the area that the coarsest cells cover
 CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all
 BINS = 60
 FEWEST = 10  # points that make a picture
@@ -48,7 +49,7 @@ def off_plane(quality: Quality) -> Picture | None:
         return None
     off = 1e3 * plane.distance[plane.on]
     std = 1e3 * quality.vertices["std"].astype(np.float64)[plane.on]
-    limit = float(np.abs(off).max()) or 1.0
+    limit = 1.5 * float(np.percentile(np.abs(off), CLEAR[1])) or 1.0
     edges = np.linspace(-limit, limit, BINS + 1)
     middles = (edges[1:] + edges[:-1]) / 2
 
@@ -95,9 +96,8 @@ def _map(
     sides = [1e3 * np.percentile(one, CLEAR) for _, one in (across, along)]
     margin = 0.03 * max(float(np.ptp(side)) for side in sides) or 1.0
     (left, right), (low, high) = ((side[0] - margin, side[1] + margin) for side in sides)
-    cell = max(right - left, high - low) / CELLS
-    edges = [np.arange(start, end + cell, cell) for start, end in ((left, right), (low, high))]
     places = 1e3 * across[1], 1e3 * along[1]
+    edges = _edges(places, (left, right), (low, high))
     count = np.histogram2d(*places, bins=edges)[0]
     total = np.histogram2d(*places, bins=edges, weights=value)[0]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -121,3 +121,15 @@ def _map(
 
     alt = f"Map of the cloud, {right - left:.3g} by {high - low:.3g} mm, coloured by {unit}."
     return picture(title, caption, alt, paint)
+
+
+def _edges(places: tuple[Array, Array], *sides: tuple[float, float]) -> list[Array]:
+    """Edges of the cells along both sides."""
+    longest = max(end - start for start, end in sides)
+    tried = []
+    for cells in CELLS:
+        size = longest / cells
+        edges = [np.arange(start, end + size, size) for start, end in sides]
+        tried.append((edges, size**2 * np.count_nonzero(np.histogram2d(*places, bins=edges)[0])))
+    covered = tried[-1][1]
+    return next(edges for edges, area in tried if area >= FILLED * covered or edges is tried[-1][0])
