@@ -21,6 +21,8 @@ LATEST_S = 12.0
 """A good day lasts 15 to 30 s of the clock on the bench."""
 LASTS_S = 20.0
 """Of the clock on the bench: longer than any motion, and anything that comes late."""
+TRUE_RAD = 2e-3
+"""What is written is where the arm stood, to a step of the coarser encoders, however bad the line."""
 LINE = ("garbage:0.02", "garbage:0.2", "lost:0.02", "lost:0.2", "misheard:0.02", "misheard:0.2", "late:0.5", "late:1.5",
         "late:3", "late:30", "silent", "flood", "flood:200", "cut")  # fmt: skip
 AXES = ("impact", "stall", "thermic", "reboot")
@@ -71,13 +73,20 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     def by_hand() -> None:
         raise KeyboardInterrupt
 
+    def on_disk(visit: Visit) -> None:
+        told.append(visit.name)
+        with (folder / "poses.csv").open(newline="") as file:
+            *_, row = csv.DictReader(file)
+        q = np.array([float(cell) for column, cell in row.items() if column.startswith("q_")])
+        assert np.abs(q - rig.motor()).max() < TRUE_RAD, day
+
     if day.other == "hand":
         rig.clock.at.append((day.moment_s, by_hand))
     if day.other == "disk":
         rig.clock.at.append((day.moment_s, lambda: patched.setattr("os.fsync", full_disk)))
     said, early = "", False
     try:
-        bench.session(cell, rig, journal, camera).run(lambda visit: told.append(visit.name))
+        bench.session(cell, rig, journal, camera).run(on_disk)
     except RecordingStopped as error:
         said = str(error)
     except (RobolaserError, KeyboardInterrupt) as error:
