@@ -101,8 +101,10 @@ class Cloud:
         out = self._shown(stripes, np.ascontiguousarray(stand), packed=False)
         bend, pose = self.sight.bend(as_points(stripes)), stripes["pose"].astype(np.int64)
         places: Array = carry(self.sight.camera[None], pose, bend(Seam.LIGHT, places_of(out)[None]))[0]
-        out["x"], out["y"], out["z"] = places.T
-        return out[np.isfinite(places).all(axis=1)]
+        for axis, name in enumerate("xyz"):
+            out[name] = places[:, axis]
+        seen = np.isfinite(out["x"])  # a point is a number as a whole, or not at all
+        return out if seen.all() else out[seen]
 
     def _shown(self, stripes: Stripes, T_base_camera: Array, *, packed: bool) -> Vertices:
         from robolaser.compiled.cloud import vertices  # noqa: PLC0415 - numba takes a third of a second to load
@@ -133,7 +135,8 @@ class Cloud:
         sight, points = self.sight, as_points(stripes)
         flat = stripes.copy()
         assert points.pixel is not None  # stripes have pixels
-        flat["u"], flat["v"] = in_image(points.pixel[None], sight.values, sight.bend(points))[0].T
+        image = in_image(points.pixel[None], sight.values, sight.bend(points))[0]
+        flat["u"], flat["v"] = image[:, 0], image[:, 1]
         flat["std"] *= sight.values["s_v" if sight.dataset.stripe_axis == "u" else "s_u"][0]
         return flat
 

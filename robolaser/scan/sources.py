@@ -89,7 +89,8 @@ def probe(source: Source, recording: Dataset) -> Points:
 
 def as_points(stripes: Stripes) -> Points:
     """Middles as rows of a data set; they have no names."""
-    pixel = np.stack([stripes["u"], stripes["v"]], axis=-1).astype(np.float64)
+    pixel = np.empty((len(stripes), 2))
+    pixel[:, 0], pixel[:, 1] = stripes["u"], stripes["v"]
     return Points(stripes["pose"].astype(np.int64), (), pixel=pixel)
 
 

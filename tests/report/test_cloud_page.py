@@ -39,50 +39,56 @@ def flat(count=2000):
     return out
 
 
-@pytest.fixture(
-    params={
-        "flat": lambda: measure(flat(), wanted=("plane",)),
-        "unmeasured": lambda: measure(flat()),
-        "unknown scatter": lambda: measure(without_std(flat())),
-        "one point": lambda: measure(flat(1)),
-    }.items(),
-    ids=lambda item: item[0],
-)
-def quality(request):
-    return request.param[1]()
-
-
 def without_std(vertices):
     vertices["std"] = np.nan
     return vertices
 
 
-def test_the_page_needs_nothing_from_elsewhere(scan, quality):
-    needs_nothing_from_elsewhere(page(scan, quality, command=HOSTILE))
+QUALITIES = {
+    "flat": lambda: measure(flat(), wanted=("plane",)),
+    "unmeasured": lambda: measure(flat()),
+    "unknown scatter": lambda: measure(without_std(flat())),
+    "one point": lambda: measure(flat(1)),
+}
 
 
-def test_every_element_is_closed_and_every_id_its_own(scan, quality):
-    is_closed_and_its_ids_are_its_own(page(scan, quality))
+@pytest.fixture(scope="module")
+def pages(scan):
+    return {name: page(scan, make(), command=HOSTILE) for name, make in QUALITIES.items()}
 
 
-def test_every_picture_is_sound_and_says_what_it_shows(scan):
-    assert len(sound_pictures(page(scan, measure(flat(), wanted=("plane",))))) == 3
-    assert len(sound_pictures(page(scan, measure(flat())))) == 2
+@pytest.fixture(params=QUALITIES)
+def text(request, pages):
+    return pages[request.param]
 
 
-def test_names_from_data_stay_text(scan, quality):
-    read = Reader(page(scan, quality, command=HOSTILE))
+def test_the_page_needs_nothing_from_elsewhere(text):
+    needs_nothing_from_elsewhere(text)
+
+
+def test_every_element_is_closed_and_every_id_its_own(text):
+    is_closed_and_its_ids_are_its_own(text)
+
+
+def test_every_picture_is_sound_and_says_what_it_shows(pages):
+    drawn = {name: len(sound_pictures(text)) for name, text in pages.items()}
+    assert drawn == {"flat": 3, "unmeasured": 2, "unknown scatter": 1, "one point": 0}
+
+
+def test_names_from_data_stay_text(text):
+    read = Reader(text)
     assert not [tag for tag, _ in read.tags if tag in ("script", "b")]
     assert "<b>beware</b>" in "".join(read.texts)
 
 
-def test_the_same_cloud_gives_the_same_page(scan, quality):
-    assert page(scan, quality) == page(scan, quality)
+def test_the_same_cloud_gives_the_same_page(scan, pages):
+    assert page(scan, QUALITIES["flat"](), command=HOSTILE) == pages["flat"]
 
 
-def test_the_terminal_says_what_the_page_says(scan, quality):
+@pytest.mark.parametrize("name", QUALITIES)
+def test_the_terminal_says_what_the_page_says(scan, name):
     out = StringIO()
-    print_cloud(scan, quality, Path("cloud.ply"), console=Console(file=out))
+    print_cloud(scan, QUALITIES[name](), Path("cloud.ply"), console=Console(file=out))
     assert "scatter" in out.getvalue()
     assert f"{scan.cloud.tally.points} points" in out.getvalue()
     assert "nan" not in out.getvalue()
