@@ -36,7 +36,9 @@ class Record(Command):
         parser.add_argument("cell", metavar="CELL", type=Path, help="folder with dataset.toml, cell.toml and the URDF")
         parser.add_argument("--output", metavar="RECORDING", type=Path, required=True, help="folder for the recording")
         where = parser.add_mutually_exclusive_group()
-        where.add_argument("--poses", metavar="POSES.csv", type=Path, help="go to these: columns q_<joint>, and pose for names")
+        where.add_argument(
+            "--poses", metavar="POSES.csv", type=Path, help="go to these: columns q_<joint>, and pose for names"
+        )
         where.add_argument("--plan", metavar="N", type=count, help="go to N poses that see the board and tell the most")
         where.add_argument(
             "--next", metavar="DIAGNOSIS.json", type=Path, help="go to the poses that a diagnosis asks for"
