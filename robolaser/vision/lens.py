@@ -13,8 +13,11 @@ FEWEST_VIEWS = 3
 """Boards from which focal length and distortion are told apart at all."""
 MOST_VIEWS = 40
 """Boards, spread over the recording, that the lens is found from; more cost much and add little."""
-FREER_GAIN = 0.2
-"""Share by which a freer lens must lower the corners' RMS: less is the board's print, not the lens."""
+FREED_SIGMAS = 5.0
+"""Standard deviations by which what a freer lens frees must leave the place where a stiffer one holds it.
+
+That many, since a print's errors are alike in all views and look surer than chance would let them.
+"""
 FOCAL_RANGE = (0.3, 30.0)
 """Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
 STRAY_MEDIANS = 5.0
@@ -22,12 +25,14 @@ STRAY_MEDIANS = 5.0
 STRAY_LEAST_PX = 0.3
 """The same at least [px]."""
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
-MODELS = (
-    _ALWAYS | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT,
-    _ALWAYS | cv2.CALIB_FIX_K2,
-    _ALWAYS,
+_CENTRE, _K2 = (2, 3), (5,)  # among OpenCV's intrinsics: fx fy cx cy k1 k2 ...
+MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (
+    (_ALWAYS | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_PRINCIPAL_POINT, ()),
+    (_ALWAYS | cv2.CALIB_FIX_K2, _CENTRE),
+    (_ALWAYS, _K2),
 )
-"""From stiff to free. The focal lengths are two: prints are often longer one way by a part in some hundreds."""
+"""From stiff to free, each with the intrinsics that it frees. The focal lengths are two: prints are often longer one
+way by a part in some hundreds."""
 
 
 @final
@@ -105,18 +110,26 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     seen = [_seen(grids[i], square_m) for i in chosen]
     boards = [np.pad(board, ((0, 0), (0, 1))).astype(np.float32) for board, _ in seen]
     pixels = [pixel.reshape(-1, 1, 2).astype(np.float32) for _, pixel in seen]
-    best, least = unknown, np.inf
-    for model in MODELS:
+    best = unknown
+    for model, freed in MODELS:
         try:
-            rms, matrix, distortion, _, _ = cv2.calibrateCamera(
+            _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
                 boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
             )
         except cv2.error:
             continue
-        focal = matrix[0, 0] / width_px
-        if FOCAL_RANGE[0] < focal < FOCAL_RANGE[1] and rms < (1 - FREER_GAIN) * least:
-            best, least = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True), rms
+        lens = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True)
+        left = np.abs(_intrinsics(lens) - _intrinsics(unknown))[list(freed)]
+        surely = not freed or (left > FREED_SIGMAS * doubts.ravel()[list(freed)]).any()
+        if FOCAL_RANGE[0] < matrix[0, 0] / width_px < FOCAL_RANGE[1] and surely:
+            best = lens
     return best
+
+
+def _intrinsics(lens: Lens) -> Array:
+    """In OpenCV's order, (9,)."""
+    K = lens.matrix
+    return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *lens.distortion])
 
 
 def view_board(grid: Array, square_m: float, lens: Lens) -> View:
