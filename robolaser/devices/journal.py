@@ -3,6 +3,7 @@
 import csv
 import io
 import os
+import re
 import time
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Self, final
 
 import cv2
+import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell import Cell
@@ -60,6 +62,7 @@ class Journal:
         self._cell = cell
         self._robot = robot
         self._rows: list[dict[str, str]] = []
+        self._reading_rad = 0.0
 
     @classmethod
     def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
@@ -132,6 +135,14 @@ class Journal:
             number += 1
         return free
 
+    def read_in_steps(self, step: Array) -> None:
+        """Let the recording state how finely joints were read, unless its cell states a noise of readings.
+
+        Args:
+            step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
+        """
+        self._reading_rad = float(np.sqrt(np.mean(step**2) / 12.0))
+
     def add(self, stays: Sequence[Stay]) -> None:
         """Write where the arm was: the images first, then the table that names them, all or nothing.
 
@@ -188,7 +199,7 @@ class Journal:
 
     def _description(self) -> dict[Path, bytes]:
         """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
-        text = read_text(self._cell.folder / DATASET)
+        text = _with_noise(read_text(self._cell.folder / DATASET), self._reading_rad)
         urdf = tomllib.loads(text)["robot"]["urdf"]
         files: dict[Path, bytes] = {}
         if (self._cell.folder / urdf).is_file():
@@ -209,6 +220,17 @@ class Journal:
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
+
+
+def _with_noise(text: str, reading_rad: float) -> str:
+    """dataset.toml with the standard deviation of a reading that is cut off at steps, where it states none."""
+    said = tomllib.loads(text).get("noise", {})
+    if "joint_rad" in said or reading_rad == 0:
+        return text
+    line = f"joint_rad = {reading_rad:.2g}   # the steps of the arm's readings over the root of 12"
+    if not said:
+        return f"{text.rstrip()}\n\n[noise]\n{line}\n"
+    return re.sub(r"^\[noise\].*$", rf"\g<0>\n{line}", text, count=1, flags=re.MULTILINE)
 
 
 def _ending(column: str) -> str:

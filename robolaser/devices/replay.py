@@ -20,7 +20,7 @@ class Replay(Arm):
         q = load(folder).poses.q
         if q is None or q.shape[1] != len(joints):
             raise ArmDiffers("replay", len(joints), 0 if q is None else q.shape[1])
-        self.step = np.full(len(joints), 1e-6)
+        self.step = np.zeros(len(joints))
         self._recorded = q
         self._at: Array = q[0]
 

@@ -63,6 +63,7 @@ class Session:
     def _run(self, told: Callable[[Visit], None]) -> None:
         if self._cell.arm.home:
             self._arm.home()
+        self._journal.read_in_steps(self._arm.step)
         self._at = self._mover.resting("Before its first motion")
         visits = self._journal.remaining
         self._check(self._at, visits)

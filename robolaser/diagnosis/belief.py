@@ -12,15 +12,11 @@ from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
 from robolaser.diagnosis.where import Lies, where
 from robolaser.effects.effect import Suspect
 
-SPARED = 0.98
-"""Share of the held-out gap that a stripe scanner must reach without an effect that is taken back: small effects that
-its many rows leave no doubt of hardly show in a gap of whole rows."""
-
 
 def believed(search: Search, final: Fitted, unseen: Unseen) -> tuple[Fitted, list[Stand], list[Lies]]:
     """Take back effects that something unknown explains better, and those that only echo the form of a larger one.
 
-    Also those without which poses that were held out are predicted as well or, by a stripe scanner, better.
+    Also those without which poses that were held out are predicted as well.
 
     Args:
         search: Fits sets of effects.
@@ -65,13 +61,12 @@ def _incredible(standing: Sequence[Stand], final: Fitted) -> list[Suspect]:
 
 def _helpful(search: Search, final: Fitted, unseen: Unseen) -> Fitted:
     """Take back effects without which held-out poses are predicted as well, one by one, the least helpful first."""
-    spared = SPARED if final.problem.model.dataset.kind == "stripe" else 1.0
     gap = unseen.gap(final)
     while final.suspects:
         less = [search.fit(final, removed=suspect) for suspect in final.suspects]
         gaps = [unseen.gap(fit) for fit in less]
         best = int(np.argmin(gaps))
-        if gaps[best] > spared * gap:
+        if gaps[best] > gap:
             break
         final, gap = less[best], gaps[best]
     return final

@@ -12,7 +12,7 @@ from robolaser.vision.centres import Axis, Centres
 from robolaser.vision.centring import DEFAULT, SMOOTHING
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
-from robolaser.vision.places import jumps, on_plane, spread
+from robolaser.vision.places import jumps, on_plane
 from robolaser.vision.shots import Shots
 from robolaser.vision.stripe import stripe_centres
 
@@ -148,7 +148,9 @@ def extract_points(
         place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
         frames=tuple(cut.frame for cut in cuts),
         lens=lens,
-        pixel_noise_px=spread(scatter) if len(scatter) and centring not in SMOOTHING else float("nan"),
+        pixel_noise_px=float(np.sqrt(np.mean(scatter**2)))
+        if len(scatter) and centring not in SMOOTHING
+        else float("nan"),
     )
 
 
@@ -174,6 +176,11 @@ def _settle(
     if not lens.known or any(pose not in turns for pose, _ in boards) or all(len(ways) == 1 for ways in layings):
         return settle_by_sight(layings)
     return settle_by_robot(layings, np.stack([turns[pose] for pose, _ in boards]), lens)
+
+
+def _rms(scatter: Array) -> float:
+    """Of speckle a part of the rows is noisier than the rest: they count, and a median would not see them."""
+    return float(np.sqrt(np.mean(scatter**2))) if len(scatter) else float("nan")
 
 
 @final

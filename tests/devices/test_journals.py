@@ -266,3 +266,24 @@ def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: 
     journal.add([Stay("start", 0.0, Q[0])])
     with (tmp_path / "out" / "poses.csv").open(newline="") as file:
         assert next(csv.reader(file))[-1] == "image"
+
+
+@pytest.mark.parametrize("noise", ["", "[noise]\npixel_px = 0.1\n"])
+def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot, tmp_path: Path, noise: str) -> None:
+    said = cell.folder / "dataset.toml"
+    said.write_text(f"{said.read_text('utf-8')}\n{noise}", "utf-8")
+    journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    journal.read_in_steps(np.full(len(robot.joints), 1e-3))
+    journal.add([Stay("start", 0.0, Q[0])])
+    stated = robolaser.load(tmp_path / "out").noise
+    assert stated.joint_rad == pytest.approx(1e-3 / np.sqrt(12), rel=0.02)
+    assert stated.pixel_px == (0.1 if noise else None)
+
+
+def test_a_noise_of_readings_that_the_cell_states_is_kept(cell: Cell, robot: Robot, tmp_path: Path) -> None:
+    said = cell.folder / "dataset.toml"
+    said.write_text(f"{said.read_text('utf-8')}\n[noise]\njoint_rad = 3e-5\n", "utf-8")
+    journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    journal.read_in_steps(np.full(len(robot.joints), 1e-3))
+    journal.add([Stay("start", 0.0, Q[0])])
+    assert robolaser.load(tmp_path / "out").noise.joint_rad == 3e-5
