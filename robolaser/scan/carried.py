@@ -156,10 +156,12 @@ def _doubts(sight: Sight, probe: Points, *, by_thermometer: bool) -> Iterator[st
             yield f"{effect.name}: the cell is taken as it was after the shift. If it was moved again, calibrate anew."
         if others:
             moved = np.max([_apart(sight, other, probe) for other in others], axis=0)
-            if (moved > TELLING_M).any():
-                few = len(np.unique(probe.pose[moved > TELLING_M]))
+            tells = moved > TELLING_M
+            if tells.any():
+                few = len(np.unique(probe.pose[tells]))
                 where = f" in {few} of {len(np.unique(probe.pose))} poses" if isinstance(effect, Backlash) else ""
-                yield f"{effect.name} at {effect.where}: {what}, points are off by up to {_mm(_most(moved))}{where}."
+                size = _mm(_most(moved[tells]))
+                yield f"{effect.name} at {effect.where}: {what}, points are off by up to {size}{where}."
     if by_thermometer and rise is not None and ((rise < -BEYOND) | (rise > 1 + BEYOND)).any():
         yield "The recording is colder or warmer than the calibrated run ever was: its drift is continued in a line."
 
