@@ -1,33 +1,19 @@
 """A recording is a data set whose points are still in its images."""
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from robolaser.dataset import Dataset, Points, Poses
+from robolaser.dataset import Dataset, Points
 from robolaser.errors import NoStripes, NotARecording, NothingExtracted
-from robolaser.folder import inside
 from robolaser.search import Progress
+from robolaser.shots import Shots, repeats_of, shots_of
 from robolaser.stripes import Stripes
-from robolaser.vision.centres import Axis
+from robolaser.vision.centres import Axis, every
 from robolaser.vision.centring import DEFAULT
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.shots import Shots
-from robolaser.vision.traced import trace
-
-UNLIT = "image_off"
-"""Column of poses.csv with the image taken with the laser off."""
-REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")
-"""Columns with further images of the unmoved arm, laser on."""
-
-
-def image_columns(poses: Poses) -> list[str]:
-    """Columns of poses.csv that name images: with the laser on, in order, then without."""
-    repeats = sorted((column for column in poses.extra if REPEAT.fullmatch(column)), key=lambda name: int(name[6:]))
-    return ["image", *repeats, *([UNLIT] if UNLIT in poses.extra else [])]
+from robolaser.vision.traced import traces
 
 
 def points_from_images(
@@ -47,15 +33,16 @@ def points_from_images(
 
     Raises:
         NotARecording: It says nothing of board or images.
+        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
         ImageUnreadable, ImageSize: An image is missing, broken or of another size.
         NothingExtracted: No image gave a point.
     """
-    shots, axis, size, columns = _images(recording)
+    shots, axis, size = _images(recording)
     board = recording.board
     if board is None:
         raise NotARecording("dataset.toml has no [board] with columns, rows and square_m")
     found = extract_points(
-        [one for _, one in shots],
+        shots,
         columns=board.columns,
         rows=board.rows,
         square_m=board.square_m,
@@ -71,11 +58,10 @@ def points_from_images(
         reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
         raise NothingExtracted(len(found.frames), reasons)
     number = {name: i for i, name in enumerate(recording.poses.names)}
-    repeated = any(REPEAT.fullmatch(column) for column in columns)
     points = Points(
         pose=np.array([number[pose] for pose in found.pose], dtype=np.int64),
         names=found.point,
-        repeat=found.repeat if repeated else None,
+        repeat=found.repeat if repeats_of(recording.poses) else None,
         pixel=found.pixel,
         xyz=found.place,
     )
@@ -98,19 +84,15 @@ def stripes_from_images(
 
     Raises:
         NotARecording: It says nothing of images.
+        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
         ImageUnreadable, ImageSize: An image is missing, broken or of another size.
         NoStripes: No image shows a stripe.
     """
-    shots, axis, size, _ = _images(recording)
-    every = 1 if step is None else step
+    shots, axis, size = _images(recording)
     some = False
-    for done, (row, one) in enumerate(shots, start=1):
-        ambient = one.ambient(*size)
-        for image, _ in one.lights(*size, None):
-            stripes = trace(image, axis, ambient, centring)
-            line = np.rint(stripes["v" if axis == "v" else "u"]).astype(np.int64)
-            stripes = stripes[line % every == every // 2]
-            stripes["pose"] = row
+    for done, one in enumerate(shots, start=1):
+        for found in traces(one, size, axis, centring):
+            stripes = found if step is None else found[every(np.rint(found[axis]).astype(np.int64), step)]
             some = some or len(stripes) > 0
             yield stripes
         if progress is not None:
@@ -119,26 +101,13 @@ def stripes_from_images(
         raise NoStripes(len(shots), axis)
 
 
-def _images(recording: Dataset) -> tuple[list[tuple[int, Shots]], Axis, tuple[int, int], list[str]]:
-    """Row and files of each pose that has an image, the stripe's axis, the images' size, and their columns."""
-    folder, poses, size = recording.folder, recording.poses, recording.image_px
-    if recording.kind != "stripe" or folder is None or size is None:
+def _images(recording: Dataset) -> tuple[list[Shots], Axis, tuple[int, int]]:
+    """The images of each pose that has any, the stripe's axis, and the images' size."""
+    size = recording.image_px
+    if recording.kind != "stripe" or recording.folder is None or size is None:
         raise NotARecording("only stripe scanners take images")
-    if poses.image is None or not any(poses.image):
+    shots = shots_of(recording)
+    if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
         raise NotARecording(f"poses.csv has no column 'image' with images{board}")
-    columns = image_columns(poses)
-    lit = [column for column in columns if column != UNLIT]
-
-    def file(column: str, row: int) -> Path | None:
-        assert poses.image is not None
-        name = poses.image[row] if column == "image" else poses.extra[column][row]
-        return inside(folder, name, f"poses.csv, column {column}") if name else None
-
-    shots = []
-    for row, pose in enumerate(poses.names):
-        if poses.image[row]:
-            files = (file(column, row) for column in lit)
-            unlit = file(UNLIT, row) if UNLIT in columns else None
-            shots.append((row, Shots(pose, tuple(path for path in files if path is not None), unlit)))
-    return shots, "u" if recording.stripe_axis == "u" else "v", size, columns
+    return shots, "u" if recording.stripe_axis == "u" else "v", size

@@ -10,11 +10,11 @@ from peer import View
 
 from robolaser.dataset import Dataset, Points
 from robolaser.folder import load
+from robolaser.shots import Shots
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import extract_points
 from robolaser.vision.layings import settle_by_robot
 from robolaser.vision.lens import find_lens
-from robolaser.vision.shots import Shots
 
 
 @final
@@ -34,7 +34,7 @@ def measure(folder: Path) -> Recording:
         raise SystemExit(f"{folder}: not a recording of a board with flange poses.")
     images = [(name, folder / file) for name, file in zip(dataset.poses.names, dataset.poses.image, strict=True)]
     found = extract_points(
-        [Shots(name, (file,)) for name, file in images],
+        [Shots(row, name, (file,)) for row, (name, file) in enumerate(images)],
         columns=board.columns,
         rows=board.rows,
         square_m=board.square_m,

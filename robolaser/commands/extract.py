@@ -1,14 +1,16 @@
 """robolaser extract: from images to points, or to the stripe's middles where there is no board."""
 
 import argparse
+import os
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, count, make_folder, progress_bar, warn
-from robolaser.errors import FileUnwritable, OutputExists
+from robolaser.errors import FileUnwritable, OutputExists, StoppedLate
 
 if TYPE_CHECKING:
     from robolaser.dataset import Dataset
@@ -35,7 +37,13 @@ class Extract(Command):
         parser.add_argument(
             "recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images"
         )
-        parser.add_argument("--output", metavar="DATASET", type=Path, help="new data set; default: into RECORDING")
+        parser.add_argument(
+            "--output",
+            metavar="DATASET",
+            type=Path,
+            help="new data set, images copied, which states the stripe's noise; default: points go into RECORDING, and "
+            "nothing else in it changes",
+        )
         parser.add_argument("--step", metavar="LINES", type=count, help="lines of pixels from point to point")
         parser.add_argument(
             "--centre",
@@ -53,11 +61,14 @@ class Extract(Command):
         recording = load(args.recording)
         to_scan = recording.board is None and recording.poses.image is not None
         result = STRIPES if to_scan else POINTS
+        if args.output is not None and args.output.resolve() == args.recording.resolve():
+            args.output = None
         new = () if args.output is None else (SETTINGS,)
+        folder: Path = args.output or args.recording
         for file in (result, *new):
-            path = (args.output or args.recording) / file
-            if path.exists() and not args.force:
-                raise OutputExists(path)
+            if (folder / file).exists() and not args.force:
+                raise OutputExists(folder / file)
+        make_folder(folder)
         if to_scan:
             _stripes(recording, args)
         else:
@@ -81,8 +92,9 @@ def _points(recording: "Dataset", args: argparse.Namespace) -> None:
     if args.output is None:
         save_points(dataset, args.recording)
     else:
-        _copy_images(recording, args.recording, args.output)
-        save(_with_noise_stated(dataset, found.pixel_noise_px), args.output, overwrite=args.force)
+        with _told_if_stopped(f"a part of {args.output}", POINTS):
+            _copy_images(recording, args.recording, args.output)
+            save(_with_noise_stated(dataset, found.pixel_noise_px), args.output, overwrite=args.force)
     skipped = sum(bool(frame.skipped) for frame in found.frames)
     told = found.pixel_noise_px
     noise = f"{told:.2f} px" if told > 0 else "not known: neighbouring lines share it"
@@ -107,13 +119,13 @@ def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
             blank += not len(block)
             yield block
 
-    make_folder(folder)
     with progress_bar() as progress:
         blocks = stripes_from_images(recording, step=args.step, centring=args.centre, progress=progress)
         middles = write_stripes(folder / STRIPES, counted(blocks), overwrite=args.force)
     if args.output is not None:
-        _copy_images(recording, args.recording, folder)
-        save(recording, folder, overwrite=args.force)
+        with _told_if_stopped(str(folder / STRIPES), "its poses and images"):
+            _copy_images(recording, args.recording, folder)
+            save(recording, folder, overwrite=args.force)
     print(f"{middles} middles from {images - blank} images, {blank} without a stripe. Wrote {folder / STRIPES}")
 
 
@@ -125,14 +137,21 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
 
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
-    from robolaser.recording import image_columns  # noqa: PLC0415
+    from robolaser.shots import shots_of  # noqa: PLC0415
 
-    poses = recording.poses
-    for column in image_columns(poses):
-        for image in (poses.image or ()) if column == "image" else poses.extra[column]:
-            if image:
-                make_folder((folder / image).parent)
-                try:
-                    shutil.copyfile(source / image, folder / image)
-                except OSError as error:
-                    raise FileUnwritable(folder / image, error.strerror or str(error)) from None
+    for image in (file.relative_to(source) for shots in shots_of(recording) for file in shots.files):
+        make_folder((folder / image).parent)
+        try:
+            shutil.copyfile(source / image, folder / image)
+            taken = (source / image).stat()
+            os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
+        except OSError as error:
+            raise FileUnwritable(folder / image, error.strerror or str(error)) from None
+
+
+@contextmanager
+def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise StoppedLate(written, missing) from None

@@ -20,10 +20,11 @@ from robolaser.devices.camera import Image
 from robolaser.devices.route import Visit, read_route, route_text
 from robolaser.errors import FileUnwritable, NothingToResume, OutputExists, PlanDiffers
 from robolaser.robot import Robot
+from robolaser.shots import UNLIT
 from robolaser.tables import read_text, write_together
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
-IMAGE_OFF = "image_off"
+IMAGE_OFF = UNLIT
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""

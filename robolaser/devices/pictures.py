@@ -9,6 +9,7 @@ import cv2
 from robolaser.devices.camera import Camera, Image, Warn, grey, see_to
 from robolaser.errors import CameraLost, CameraUnusable
 from robolaser.folder import load
+from robolaser.shots import shots_of
 
 ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
@@ -59,12 +60,7 @@ def _of_folder(folder: Path) -> Iterator[Image]:
 
 def _shots(folder: Path) -> list[str]:
     """Images of a recording: of each pose all with the laser on, then the one without."""
-    poses = load(folder).poses
-    repeats = sorted(
-        (name for name in poses.extra if name.startswith("image_") and name[6:].isdecimal()), key=lambda n: int(n[6:])
-    )
-    columns = [poses.image or (), *(poses.extra[name] for name in repeats), poses.extra.get("image_off", ())]
-    return [column[i] for i in range(len(poses)) for column in columns if column and column[i]]
+    return [str(file.relative_to(folder)) for shots in shots_of(load(folder)) for file in shots.files]
 
 
 def _of_film(source: Path) -> Iterator[Image]:

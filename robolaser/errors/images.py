@@ -22,6 +22,16 @@ class ImageSize(RobolaserError):
         )
 
 
+class ImageUnnamed(RobolaserError):
+    """A pose whose first image is not named, while others are."""
+
+    def __init__(self, pose: str, column: str) -> None:
+        super().__init__(
+            f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image with"
+            " the laser on in column image, or leave all of the pose's empty."
+        )
+
+
 class NotARecording(RobolaserError):
     """A data set that points cannot be extracted from."""
 

@@ -1,4 +1,4 @@
-"""Calibrations that cannot be scanned with, recordings that hold no surface, clouds that cannot be shown."""
+"""Calibrations that cannot be used, recordings that hold no surface, clouds that cannot be shown."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,11 +7,11 @@ from robolaser.errors.base import RobolaserError, near
 
 
 class CalibrationUnreadable(RobolaserError):
-    """A file that is no calibration to scan with."""
+    """A file that is no calibration of a scanner."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(
-            f"Cannot scan with {path}: {reason}. Expected calibration.json of a stripe scanner as `robolaser calibrate`"
+            f"Cannot use {path}: {reason}. Expected calibration.json of a stripe scanner as `robolaser calibrate`"
             " or `robolaser diagnose` writes it, robot.urdf beside it."
         )
 
@@ -43,6 +43,16 @@ class NothingToScan(RobolaserError):
         super().__init__(
             f"{folder} has neither stripes.npy nor points.csv nor images named in poses.csv: there is nothing to scan."
             " Record images, or run `robolaser extract` on them."
+        )
+
+
+class NoMiddles(RobolaserError):
+    """A recording in which nobody saw a stripe."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__(
+            f"No image shows a stripe: there is no middle of one in {source}. Check that the laser was on, the"
+            " exposure, and [sensor] stripe_axis; then record again, or run `robolaser extract --force`."
         )
 
 
@@ -95,3 +105,10 @@ class PortTaken(RobolaserError):
 
     def __init__(self, port: int, reason: str) -> None:
         super().__init__(f"Cannot serve at port {port}: {reason}. Choose another --port.")
+
+
+class StoppedLate(RobolaserError):
+    """Ctrl-C, after a part was written."""
+
+    def __init__(self, written: str, missing: str) -> None:
+        super().__init__(f"Stopped. {written} was written, but not {missing}: run it again with --force for the whole.")

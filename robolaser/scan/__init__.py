@@ -7,7 +7,8 @@ from robolaser.dataset import Dataset
 from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carried import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
-from robolaser.scan.sources import probe, source_of
+from robolaser.scan.sources import newer_images, probe, source_of
+from robolaser.stripes import FILE
 
 __all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
 
@@ -45,10 +46,22 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     Raises:
         ScannerDiffers: They are not of one scanner.
         NothingToScan: The recording has neither stripes nor points nor images.
+        NoMiddles: Its stripes.npy holds none.
+        ImageUnnamed, PathLeaves: Its poses.csv names images as it must not.
         StripesStray, FileUnreadable, StripesForeign: Its stripes.npy is broken.
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
-    sight, warnings = carried_over(calibrated, fitted, probe(source, fitted))
+    sight, notes = carried_over(calibrated, fitted, probe(source, fitted))
+    warnings = (*notes, *_outdated(fitted)) if source.what == FILE else notes
     return Scan(calibrated, fitted, Cloud(sight, source, arm_scatter(sight, calibrated)), warnings)
+
+
+def _outdated(recording: Dataset) -> tuple[str, ...]:
+    """A word where stripes.npy may not hold what the images show."""
+    newer = newer_images(recording)
+    if newer == 0:
+        return ()
+    what = "1 image is" if newer == 1 else f"{newer} images are"
+    return (f"{what} newer than {FILE}, whose middles are scanned: if taken since, run `robolaser extract --force`.",)

@@ -37,6 +37,7 @@ from robolaser.seams import Seam
 
 TILT_RAD = np.radians(30.0)  # of an ordinary surface: sizes of what depends on the tilt are told for it
 TELLING_M = 1e-6  # below this nothing moves that anybody would see
+CLEAR = 99.0  # percentile of sizes that is told for the largest
 BEYOND = 0.1  # of the calibrated rise of temperature: so far it may be continued without a word
 
 
@@ -98,12 +99,12 @@ def _left_out(effect: Effect, why: str, bare: Sight, probe: Points) -> str:
     said = f"{effect.name} at {effect.where} is left out: {why}."
     poses, robot = bare.dataset.poses, bare.dataset.robot
     if isinstance(effect, StripeBias):
-        size = float(abs(effect.slope[0]) * np.tan(TILT_RAD)) * _most(bare.slope(probe))
-        return f"{said} On a surface tilted by {np.degrees(TILT_RAD):.0f}° points are off by {_mm(size)}."
+        sizes = float(abs(effect.slope[0]) * np.tan(TILT_RAD)) * bare.slope(probe)
+        return f"{said} On a surface tilted by {np.degrees(TILT_RAD):.0f}° points are off by {_most(sizes)}."
     if isinstance(effect, Backlash) and robot is not None and poses.q is not None:
         places = bare.in_base(bare.at_poses)
         lever = levers(robot, poses.q, places)[:, robot.chain.index(robot.joints.index(effect.where))]
-        return f"{said} Points are off by up to {_mm(float(abs(effect.lost_motion[0])) / 2 * _most(lever))}."
+        return f"{said} Points are off by up to {_most(float(abs(effect.lost_motion[0])) / 2 * lever)}."
     return said
 
 
@@ -160,8 +161,7 @@ def _doubts(sight: Sight, probe: Points, *, by_thermometer: bool) -> Iterator[st
             if tells.any():
                 few = len(np.unique(probe.pose[tells]))
                 where = f" in {few} of {len(np.unique(probe.pose))} poses" if isinstance(effect, Backlash) else ""
-                size = _mm(_most(moved[tells]))
-                yield f"{effect.name} at {effect.where}: {what}, points are off by up to {size}{where}."
+                yield f"{effect.name} at {effect.where}: {what}, points are off by up to {_most(moved)}{where}."
     if by_thermometer and rise is not None and ((rise < -BEYOND) | (rise > 1 + BEYOND)).any():
         yield "The recording is colder or warmer than the calibrated run ever was: its drift is continued in a line."
 
@@ -175,11 +175,7 @@ def _apart(one: Sight, other: Sight, probe: Points) -> Array:
     return np.asarray(np.nan_to_num(np.linalg.norm(one.in_base(probe) - other.in_base(probe), axis=-1)))
 
 
-def _most(sizes: Array) -> float:
-    """The largest but for stray ones that a grazing ray makes."""
-    known = sizes[np.isfinite(sizes)]
-    return float(np.percentile(known, 99)) if len(known) else 0.0
-
-
-def _mm(size_m: float) -> str:
-    return f"{1e3 * size_m:.2g} mm"
+def _most(sizes: Array) -> str:
+    """The largest but for stray ones that a grazing ray makes, among those that anybody would see, [m] -> in words."""
+    told = sizes[np.isfinite(sizes) & (sizes > TELLING_M)]
+    return f"{1e3 * float(np.percentile(told, CLEAR)):.2g} mm" if len(told) else f"less than {1e3 * TELLING_M:g} mm"

@@ -15,7 +15,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.compiled import available, cores, share_out
-from robolaser.errors import NothingMet
+from robolaser.errors import NoMiddles, NothingMet
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.lever import levers
 from robolaser.scan.ply import VERTEX, Vertices, places_of
@@ -25,7 +25,7 @@ from robolaser.se3 import apply, carry
 from robolaser.seams import Seam
 from robolaser.search import Progress
 from robolaser.sensors.head import in_image
-from robolaser.stripes import Stripes
+from robolaser.stripes import STRIPE, Stripes
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
 CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
@@ -34,10 +34,11 @@ CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
 @final
 @dataclass
 class Tally:
-    """How many middles were looked at."""
+    """How many middles were looked at, how many gave points, and in how many poses."""
 
     middles: int = 0
     points: int = 0
+    poses: int = 0
 
 
 @final
@@ -65,10 +66,12 @@ class Cloud:
 
         Raises:
             StripesStray: Middles are of poses that the recording does not have.
+            NoMiddles: No image shows a stripe.
             NothingMet: No middle gave a point.
             RobolaserError: A file or an image cannot be read.
         """
         waiting, done = iter(self.source.pieces), 0
+        seen = np.zeros(len(self.sight.dataset.poses), dtype=bool)
         self.tally.middles = self.tally.points = 0
         while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
             found: dict[int, tuple[int, Vertices]] = {}
@@ -77,10 +80,14 @@ class Cloud:
                 middles, piece = found[i]
                 self.tally.middles += middles
                 self.tally.points += len(piece)
+                seen[piece["pose"]] = True
                 yield piece
             done += len(batch)
             if progress is not None:
                 progress("scanning", done / len(self.source.pieces))
+        self.tally.poses = int(seen.sum())
+        if self.tally.middles == 0:
+            raise NoMiddles(self.source.what)
         if self.tally.points == 0:
             raise NothingMet(self.tally.middles)
 
@@ -110,14 +117,14 @@ class Cloud:
         from robolaser.compiled.cloud import vertices  # noqa: PLC0415 - numba takes a third of a second to load
 
         camera = np.array([self.sight.values[name][0] for name in CAMERA])
-        stripes = np.ascontiguousarray(stripes)
+        n, stripes = len(stripes), np.ascontiguousarray(stripes)
         if self.sight.bends(Seam.PIXELS, Seam.IMAGE):
             stripes = self._flat(stripes)
             camera[:5] = 0.0, 0.0, 1.0, 1.0, 0.0  # takes metric points as they are
-        out = np.empty(len(stripes), VERTEX)
+        out = np.empty(n, VERTEX)
         count = vertices(
-            stripes.view("<f4").reshape(len(stripes), -1),
-            stripes.view("<u4").reshape(len(stripes), -1),
+            stripes.view("<f4").reshape(n, STRIPE.itemsize // 4),
+            stripes.view("<u4").reshape(n, STRIPE.itemsize // 4),
             camera,
             self.sight.dataset.stripe_axis == "u",
             self.sight.sheet,
@@ -125,8 +132,8 @@ class Cloud:
             self.arm,
             FARTHEST_M,
             packed,
-            out.view("<f4").reshape(len(stripes), -1),
-            out.view("<u4").reshape(len(stripes), -1),
+            out.view("<f4").reshape(n, VERTEX.itemsize // 4),
+            out.view("<u4").reshape(n, VERTEX.itemsize // 4),
         )
         return out[:count]
 

@@ -11,13 +11,13 @@ import numpy as np
 
 from robolaser.arrays import Ints
 from robolaser.dataset import Dataset, Points
-from robolaser.errors import FileUnreadable, NothingToScan, StripesStray
-from robolaser.folder import inside
+from robolaser.errors import FileUnreadable, NoMiddles, NothingToScan, StripesStray
+from robolaser.shots import Shots, shots_of
 from robolaser.stripes import FILE, STRIPE, Stripes, open_stripes
 
 AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
-IMAGE_OFF = "image_off"
 PROBES = 2000  # middles by which the sizes of doubts are told
+SETTLED_S = 2.0  # disks that note times coarsely do so this coarsely
 
 
 @final
@@ -45,46 +45,47 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
 
     Raises:
         NothingToScan: There is none of them.
+        NoMiddles: stripes.npy holds none.
         FileUnreadable, StripesForeign: stripes.npy is broken.
+        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
     """
-    folder, images = recording.folder, recording.poses.image
+    folder = recording.folder
     if folder is not None and (folder / FILE).exists():
         return _from_file(folder / FILE)
     if len(recording.points):
         return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
-    if folder is None or images is None or not any(images):
+    shots = shots_of(recording)
+    if not shots:
         raise NothingToScan(folder)
-    off = recording.poses.extra.get(IMAGE_OFF, ("",) * len(images))
-    return Source(
-        "images",
-        [
-            partial(
-                _from_image,
-                recording,
-                row,
-                inside(folder, lit, "poses.csv, column image"),
-                inside(folder, dark, f"poses.csv, column {IMAGE_OFF}") if dark else None,
-            )
-            for row, (lit, dark) in enumerate(zip(images, off, strict=True))
-            if lit
-        ],
-    )
+    return Source("images", [partial(_from_images, recording, one) for one in shots])
+
+
+def newer_images(recording: Dataset) -> int:
+    """How many images of a recording on disk were written after its stripes.npy."""
+    if recording.folder is None or not (recording.folder / FILE).exists():
+        return 0
+    known = (recording.folder / FILE).stat().st_mtime + SETTLED_S
+    return sum(file.stat().st_mtime > known for shots in shots_of(recording) for file in shots.files if file.is_file())
 
 
 def probe(source: Source, recording: Dataset) -> Points:
-    """Some middles, evenly taken from the whole recording; from images none are known yet, so places in the image."""
-    n = len(recording.poses)
+    """Some middles, evenly taken from the whole recording; from images none are known yet, so places in them."""
     if source.what == "images":
-        assert recording.image_px is not None  # a stripe's data set has a size
-        grid = np.linspace(0.2, 0.8, 3)
-        places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
-        poses = np.unique(np.linspace(0, n - 1, PROBES // len(places)).astype(np.int64))
-        return Points(poses.repeat(len(places)), (), pixel=np.tile(places, (len(poses), 1)))
+        return places_in_images(recording, np.array([shots.row for shots in shots_of(recording)]))
     if source.points is not None:
         return source.points.take(_spread(len(source.points)))
     assert recording.folder is not None  # stripes.npy lies in it
     stripes = open_stripes(recording.folder / FILE)
     return as_points(_checked(stripes[_spread(len(stripes))], recording))
+
+
+def places_in_images(recording: Dataset, rows: Ints) -> Points:
+    """Places all over the image in some of the poses with these numbers, (n,)."""
+    assert recording.image_px is not None  # a stripe's data set has a size
+    grid = np.linspace(0.2, 0.8, 3)
+    places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
+    some = rows[np.unique(np.linspace(0, len(rows) - 1, PROBES // len(places)).astype(np.int64))]
+    return Points(some.repeat(len(places)), (), pixel=np.tile(places, (len(some), 1)))
 
 
 def as_points(stripes: Stripes) -> Points:
@@ -120,6 +121,8 @@ def _from_file(path: Path) -> Source:
     start = stripes.offset if isinstance(stripes, np.memmap) else 0
     firsts = range(0, len(stripes), AT_ONCE)
     count = len(stripes)
+    if count == 0:
+        raise NoMiddles(str(path))
     return Source(FILE, [partial(_read, path, start, first, min(AT_ONCE, count - first)) for first in firsts])
 
 
@@ -142,13 +145,11 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
     return stripes
 
 
-def _from_image(recording: Dataset, row: int, lit: Path, dark: Path | None) -> Stripes:
-    from robolaser.vision.images import read_grey  # noqa: PLC0415 - OpenCV is slow to load
-    from robolaser.vision.traced import trace  # noqa: PLC0415
+def _from_images(recording: Dataset, shots: Shots) -> Stripes:
+    """The middles in the images of one pose, repeats among them."""
+    from robolaser.vision.traced import traces  # noqa: PLC0415 - OpenCV is slow to load
 
     size = recording.image_px
     assert size is not None  # a stripe's data set has one
-    off = None if dark is None else read_grey(dark, *size)
-    stripes = np.asarray(trace(read_grey(lit, *size), "u" if recording.stripe_axis == "u" else "v", off))
-    stripes["pose"] = row
-    return stripes
+    found = list(traces(shots, size, "u" if recording.stripe_axis == "u" else "v"))
+    return np.asarray(np.concatenate(found))

@@ -43,8 +43,7 @@ class Centres:
         return Centres(**{item.name: getattr(self, item.name)[kept] for item in fields(self)})
 
 
-def strongest(centres: Centres) -> Centres:
-    """Keep one middle to a line, the one with the most light."""
-    order = np.lexsort((-centres.light, centres.line))
-    _, first = np.unique(centres.line[order], return_index=True)
-    return centres.at(order[first])
+def every(line: Ints, step: int) -> Ints:
+    """Of lines of pixels (n,) those that lie `step` apart in the image, (k,); the one in the middle where none does."""
+    chosen = np.flatnonzero(line % step == step // 2)
+    return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]

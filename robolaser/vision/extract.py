@@ -7,13 +7,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.shots import Shots
 from robolaser.vision.board import Board, find_board
-from robolaser.vision.centres import Axis, Centres
+from robolaser.vision.centres import Axis, Centres, every
 from robolaser.vision.centring import DEFAULT, SMOOTHING
+from robolaser.vision.images import ambient, lights
 from robolaser.vision.layings import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.places import jumps, on_plane
-from robolaser.vision.shots import Shots
 from robolaser.vision.stripe import stripe_centres
 
 POINTS_PER_IMAGE = 170
@@ -35,7 +36,6 @@ class Frame:
         points: Points they gave.
         corner_rms_px: Corners of the board against its pattern [px]; NaN without a board.
         line_rms_px: Stripe against a straight line, all its lines of pixels that were kept [px]; NaN without.
-        share_kept: Lines of pixels kept among those that show light; what is missing lay off the plane.
     """
 
     pose: str
@@ -43,7 +43,6 @@ class Frame:
     points: int = 0
     corner_rms_px: float = float("nan")
     line_rms_px: float = float("nan")
-    share_kept: float = 0.0
 
 
 @final
@@ -133,10 +132,10 @@ def extract_points(
     grids = _settle([(images[i].pose, layings) for i, layings in boards.items()], R_base_flange, lens)
     views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
     length = height_px if stripe_axis == "v" else width_px
-    every = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
+    apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
     board_m = (square_m * (columns - 1), square_m * (rows - 1))
     cuts = [
-        _cut(shots.pose, one.centres, views.get(i), lens, board_m, stripe_axis, every)
+        _cut(shots.pose, one.centres, views.get(i), lens, board_m, stripe_axis, apart)
         for i, (shots, one) in enumerate(zip(images, seen, strict=True))
     ]
     scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
@@ -155,14 +154,14 @@ def extract_points(
 
 
 def _look(shots: Shots, corners: tuple[int, int], size_px: tuple[int, int], axis: Axis, centring: str) -> _Seen:
-    ambient = shots.ambient(*size_px)
-    board = None if ambient is None else find_board(ambient, columns=corners[0], rows=corners[1])
+    without = ambient(shots, size_px)
+    board = None if without is None else find_board(without, columns=corners[0], rows=corners[1])
     found: list[Centres] = []
-    for image, light in shots.lights(*size_px, ambient):
+    for image, light in lights(shots, size_px, without):
         if board is None and not found:
             board = find_board(image, columns=corners[0], rows=corners[1])
         centres = stripe_centres(light, axis, centring)
-        if board is not None and ambient is None:
+        if board is not None and without is None:
             centres = centres.at(centres.peak > BRIGHTER * board.paper)
         found.append(centres)
     return _Seen(board, tuple(found))
@@ -207,8 +206,7 @@ def _cut(
 ) -> _Cut:
     if view is None:
         return _Cut(Frame(pose, skipped="no board"))
-    lit = sum(len(np.unique(centres.line)) for centres in shots)
-    if lit == 0:
+    if not any(map(len, shots)):
         return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
     names: list[str] = []
     pixels, places, repeats, offs, scatter = [], [], [], [], []
@@ -219,22 +217,21 @@ def _cut(
         kept, off = on_plane(centres, along, across, _nearness(place, board_m))
         if kept.sum() < FEWEST_LINES:
             continue
-        taken = np.flatnonzero(kept & (centres.line % step == step // 2))
+        lines = np.flatnonzero(kept)
+        taken = lines[every(centres.line[lines], step)]
         names += [f"{stripe_axis}{line:04d}" for line in centres.line[taken]]
         pixels.append(centres.pixel[taken])
         places.append(np.pad(place[taken], ((0, 0), (0, 1))))
         repeats.append(np.full(len(taken), number))
         offs.append(off[kept])
         scatter.append(jumps(off[kept]))
-    share = sum(map(len, offs)) / lit
     if not offs:
-        return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px, share_kept=share))
+        return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px))
     frame = Frame(
         pose,
         points=len(names),
         corner_rms_px=view.corner_rms_px,
         line_rms_px=float(np.sqrt(np.mean(np.concatenate(offs) ** 2))),
-        share_kept=share,
     )
     return _Cut(
         frame,

@@ -1,11 +1,13 @@
 """Image files as arrays of grey, and what a laser alone lights in them."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.shots import Shots
 from robolaser.vision.board import Image
 
 PEDESTAL = 16
@@ -43,3 +45,28 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     ambient = ambient[ambient < BRIGHTEST_ROOM]
     ground = max(PEDESTAL, int(np.percentile(ambient, SATURATED_FULL)) if len(ambient) else 0)
     return np.asarray(cv2.addWeighted(lit, 1.0, unlit, -1.0, ground), dtype=np.uint8)
+
+
+def ambient(shots: Shots, size_px: tuple[int, int]) -> Image | None:
+    """What a pose shows without the laser, (height, width); None where no such image was taken.
+
+    Raises:
+        ImageUnreadable, ImageSize: The image is missing, broken or of another size.
+    """
+    return None if shots.unlit is None else read_grey(shots.unlit, *size_px)
+
+
+def lights(shots: Shots, size_px: tuple[int, int], without: Image | None) -> Iterator[tuple[Image, Image]]:
+    """Give each image with the laser on, and in it the laser's light as far as that is known, (height, width) each.
+
+    Args:
+        shots: Of a pose.
+        size_px: Width and height that each must have.
+        without: What shows without the laser, where that is known.
+
+    Raises:
+        ImageUnreadable, ImageSize: An image is missing, broken or of another size.
+    """
+    for path in shots.lit:
+        image = read_grey(path, *size_px)
+        yield image, image if without is None else laser_alone(image, without)

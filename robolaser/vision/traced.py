@@ -1,13 +1,16 @@
 """One stripe traced through one image of anything, as a scan keeps it."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from robolaser.shots import Shots
 from robolaser.stripes import STRIPE, Stripes
 from robolaser.vision.board import Image
 from robolaser.vision.centres import Axis
 from robolaser.vision.centring import DEFAULT
 from robolaser.vision.course import one_stripe
-from robolaser.vision.images import laser_alone
+from robolaser.vision.images import ambient, laser_alone, lights
 from robolaser.vision.stripe import stripe_centres
 
 
@@ -34,3 +37,24 @@ def trace(image: Image, axis: Axis, off: Image | None = None, centring: str = DE
     stripes["std"] = excess * found.std
     stripes["intensity"] = found.peak - found.ground
     return stripes
+
+
+def traces(shots: Shots, size_px: tuple[int, int], axis: Axis, centring: str = DEFAULT) -> Iterator[Stripes]:
+    """Trace the stripe in each image of a pose that was taken with the laser on.
+
+    Args:
+        shots: The images.
+        size_px: Width and height that each must have.
+        axis: Image axis that the stripe runs along.
+        centring: Name of the way to the stripe's middle.
+
+    Yields:
+        The middles of each, repeats among them, (n,) of STRIPE.
+
+    Raises:
+        ImageUnreadable, ImageSize: An image is missing, broken or of another size.
+    """
+    for _, light in lights(shots, size_px, ambient(shots, size_px)):
+        stripes = trace(light, axis, centring=centring)
+        stripes["pose"] = shots.row
+        yield stripes

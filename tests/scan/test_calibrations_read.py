@@ -1,14 +1,9 @@
 """A calibration's file is enough to scan with, and says so where it is not."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from scanned import calibrated, dataset, written
 
 from robolaser.effects.run import Run

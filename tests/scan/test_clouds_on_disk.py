@@ -1,13 +1,9 @@
 """Clouds as files: what other programs read, and what is never lost."""
 
 import errno
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
 from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply

@@ -1,15 +1,11 @@
 """A ball and a step of known size, as a camera sees them, become a cloud of that size."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from scanned import calibrated, dataset, written
 
 from robolaser.cell import load_cell

@@ -1,13 +1,7 @@
 """What `robolaser scan` keeps to."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from scanned import calibrated, dataset, middles, recorded, written
 
 from robolaser.cli import main

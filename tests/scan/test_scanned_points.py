@@ -1,15 +1,10 @@
 """Where a scan puts points, and how sure it is of them."""
 
-import sys
 import tracemalloc
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from scanned import calibrated, dataset, middles, recorded, written
 
 from robolaser.effects import suspects

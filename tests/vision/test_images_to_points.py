@@ -10,16 +10,16 @@ from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
 from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.shots import Shots
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.shots import Shots
 
 REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
 def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
     setting = {"columns": 7, "rows": 6, "square_m": SQUARE, "stripe_axis": "v"} | changes
-    shots = [Shots(pose, (path,)) for pose, path in images]
+    shots = [Shots(row, pose, (path,)) for row, (pose, path) in enumerate(images)]
     return extract_points(shots, width_px=width, height_px=height, **setting)
 
 

@@ -24,8 +24,7 @@ class Line:
 def heading(scan: Scan) -> str:
     """What was scanned with what."""
     tally, source = scan.cloud.tally, scan.cloud.source.what
-    poses = len(scan.recording.poses)
-    return f"{tally.points} points from {source} of {poses} poses, {scan.calibrated.origin}"
+    return f"{tally.points} points from {source} of {tally.poses} poses, {scan.calibrated.origin}"
 
 
 def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
