@@ -151,8 +151,8 @@ def _robot(settings: Settings, folder: Path) -> Robot:
 
 def _board(settings: Settings) -> Board:
     return Board(
-        columns=settings.count("columns", least=2),
-        rows=settings.count("rows", least=2),
+        columns=settings.count("columns", least=3),
+        rows=settings.count("rows", least=3),
         square_m=settings.number("square_m", positive=True),
     )
 

@@ -14,6 +14,8 @@ Image = NDArray[np.uint8]
 
 SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
+SMALLEST_PX = 24
+"""Short side [px] of an image that is searched, at least: of smaller ones the search's neighbourhoods are nothing."""
 STRIPE_SHARES = (1 / 40, 1 / 20)
 """Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
 GLARE = 1.3
@@ -102,8 +104,9 @@ def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
         for side in SEARCHED_PX:
             scale = min(1.0, side / max(image.shape))
             size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
-            yield np.asarray(cv2.resize(source, size, interpolation=cv2.INTER_AREA), np.uint8), scale
-    if max(image.shape) > max(SEARCHED_PX):
+            if min(size) >= SMALLEST_PX:
+                yield np.asarray(cv2.resize(source, size, interpolation=cv2.INTER_AREA), np.uint8), scale
+    if max(image.shape) > max(SEARCHED_PX) and min(image.shape) >= SMALLEST_PX:
         yield image, 1.0
 
 
@@ -112,7 +115,7 @@ def _wiped(image: Image, light: float) -> Iterator[Image]:
     bright = (image > GLARE * light).astype(np.uint8)
     glare = np.asarray(cv2.dilate(bright, np.ones((5, 5), np.uint8))) > 0
     for share in STRIPE_SHARES:
-        breadth = round(share * max(image.shape))
+        breadth = max(1, round(share * max(image.shape)))
         for kernel in (np.ones((1, breadth), np.uint8), np.ones((breadth, 1), np.uint8)):
             yield np.where(glare, cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), image).astype(np.uint8)
 

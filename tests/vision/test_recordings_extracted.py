@@ -9,13 +9,15 @@ from drawn import HEIGHT as LINES
 from drawn import STRAIGHT, WIDTH, exposed, profile
 from painted import HEIGHT, SQUARE, session
 
-from robolaser.cli import main
+from robolaser.cli import main, parser
 from robolaser.commands.extract import CENTRES
 from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
 from robolaser.folder import load
 from robolaser.recording import points_from_images, stripes_from_images
 from robolaser.stripes import open_stripes
+from robolaser.vision.board import find_board
 from robolaser.vision.centring import CENTRINGS, DEFAULT
+from robolaser.vision.traced import trace
 
 BOARD = f"[board]\ncolumns = 7\nrows = 6\nsquare_m = {SQUARE}\n"
 
@@ -192,3 +194,73 @@ def test_smoothed_middles_state_no_noise(boards, tmp_path, capsys):
 def test_every_way_that_the_command_offers_is_one_there_is():
     assert set(CENTRES) == set(CENTRINGS)
     assert DEFAULT in CENTRES
+
+
+@pytest.mark.parametrize("column", ["image_2", "image_off"])
+def test_nothing_is_copied_out_of_the_folder_or_the_output(column, tmp_path, capsys):
+    folder, out = scan(tmp_path / "scan", poses=1, off=False), tmp_path / "deep" / "out"
+    (tmp_path / "secret.png").write_bytes(b"secret")
+    (folder / "poses.csv").unlink()
+    posed(folder, ["image", column], [["a0.png", ""], ["", "../secret.png"]])
+    assert main(["extract", str(folder), "--output", str(out)]) == 1
+    assert column in capsys.readouterr().err
+    assert not (tmp_path / "deep" / "secret.png").exists()
+
+
+def test_an_output_that_is_the_recording_is_none(tmp_path):
+    folder = scan(tmp_path / "scan", poses=1)
+    before = (folder / "dataset.toml").read_bytes()
+    assert main(["extract", str(folder), "--output", f"{folder}/../scan", "--force"]) == 0
+    assert len(open_stripes(folder / "stripes.npy"))
+    assert (folder / "dataset.toml").read_bytes() == before
+
+
+def test_steps_beyond_the_image_leave_one_point_an_image(boards, tmp_path):
+    folder = scan(tmp_path / "scan", poses=2)
+    assert main(["extract", str(folder), "--step", "5000"]) == 0
+    assert len(open_stripes(folder / "stripes.npy")) == 4
+    assert main(["extract", str(boards), "--step", "5000", "--output", str(tmp_path / "out")]) == 0
+    assert len(load(tmp_path / "out").points) == 10
+
+
+def test_an_output_that_is_a_file_is_told_before_any_image_is_read(tmp_path, capsys):
+    folder = scan(tmp_path / "scan", poses=1)
+    for image in folder.glob("*.png"):
+        image.unlink()
+    (tmp_path / "file").write_text("mine")
+    assert main(["extract", str(folder), "--output", str(tmp_path / "file")]) == 1
+    assert str(tmp_path / "file") in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("kind", "written"), [("boards", "a part of"), ("scan", "stripes.npy was written")])
+def test_who_stops_it_hears_what_is_on_the_disk(kind, written, boards, tmp_path, monkeypatch, capsys):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    folder = boards if kind == "boards" else scan(tmp_path / "scan", poses=1)
+    monkeypatch.setattr("shutil.copyfile", stopped)
+    assert main(["extract", str(folder), "--output", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert written in said
+    assert "Nothing was written" not in said
+
+
+def test_the_way_that_the_command_takes_is_the_librarys():
+    assert parser().parse_args(["extract", "r"]).centre == DEFAULT
+
+
+@pytest.mark.parametrize("key", ["columns", "rows"])
+def test_a_board_too_small_to_be_found_is_refused(key, tmp_path, capsys):
+    described(tmp_path, HEIGHT, BOARD.replace(f"{key} = {'7' if key == 'columns' else '6'}", f"{key} = 2"))
+    posed(tmp_path, ["image"], [[""]])
+    assert main(["extract", str(tmp_path)]) == 1
+    assert f"[board] {key}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 40), (7, 3), (11, 60), (19, 19)])
+def test_images_smaller_than_any_board_show_none(shape):
+    rng = np.random.default_rng(0)
+    for image in (rng.integers(0, 256, shape), np.zeros(shape), np.full(shape, 255)):
+        assert find_board(image.astype(np.uint8), columns=3, rows=3) is None
+        for axis in ("u", "v"):
+            assert len(trace(image.astype(np.uint8), axis)) >= 0
