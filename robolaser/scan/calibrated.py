@@ -8,22 +8,21 @@ from typing import final
 
 import numpy as np
 
-from robolaser import effects as library
 from robolaser.calibration import FORMAT
 from robolaser.dataset import Dataset, Poses
 from robolaser.effects.effect import Effect, Suspect
 from robolaser.effects.run import Run
-from robolaser.errors import CalibrationUnreadable, EffectForeign, FormatUnknown, ScannerDiffers
-from robolaser.folder import GRAVITY, inside
+from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
+from robolaser.folder import GRAVITY, QUATERNION_SLACK, inside
 from robolaser.parameters import Parameter, Values
 from robolaser.robot import Robot
 from robolaser.scan.entries import Entries
+from robolaser.scan.found import suspects_of
 from robolaser.sensors.chain import SCANNER
-from robolaser.settings import unit_of
+from robolaser.settings import POSITIVE, unit_of
 from robolaser.tables import read_text
 
 FILE = "calibration.json"
-SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")
 
 
 @final
@@ -114,7 +113,7 @@ def read_calibration(path: Path) -> Calibrated:
         path: The file, or the folder that it is in.
 
     Raises:
-        CalibrationUnreadable: It lacks something, or is no calibration of a stripe scanner.
+        CalibrationUnreadable: It lacks something, something in it is impossible, or it is of no stripe scanner.
         FormatUnknown: It is of another format.
         EffectForeign: An effect is not known here.
         FileUnreadable, UrdfError: It or the robot beside it cannot be read.
@@ -122,7 +121,7 @@ def read_calibration(path: Path) -> Calibrated:
     path = path / FILE if path.is_dir() else path
     try:
         whole = json.loads(read_text(path))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise CalibrationUnreadable(path, f"it is no JSON ({error})") from None
     file = Entries(path, "", whole)
     found = file.text("format")
@@ -132,13 +131,16 @@ def read_calibration(path: Path) -> Calibrated:
     if model.text("sensor") != "stripe":
         raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
     robot = _robot(path, model)
-    values = {name: np.array([numbers.part(name).number("value")]) for name in SCANNER}
-    suspects = tuple(_suspect(part, robot) for part in file.parts("effects"))
+    values = {name: np.array([_value(name, numbers.part(name))]) for name in SCANNER}
+    suspects = suspects_of(file.parts("effects"), robot)
     for suspect, part in zip(suspects, file.parts("effects"), strict=True):
         for key in suspect.parameters.names:
             values[key] = np.array([part.part("parameters").part(key.rsplit(".", 1)[-1]).number("value")])
-    quat, size = model.numbers("bracket_quat", 4), model.numbers("image", 2)
-    errors = [file.number(key) for key in ("held_out_rms_m", "rms_m") if file.has(key)]
+    quat, size = model.numbers("bracket_quat", 4), model.counts("image", 2)
+    norm = float(np.linalg.norm(quat))
+    if abs(norm - 1) > QUATERNION_SLACK:
+        raise CalibrationUnreadable(path, f"model.bracket_quat has length {norm:g}, which is no rotation's: that is 1")
+    errors = [file.number(key, least=0.0) for key in ("held_out_rms_m", "rms_m") if file.has(key)]
     return Calibrated(
         name=file.text("dataset"),
         origin=f"calibrated from {file.text('dataset')}",
@@ -149,8 +151,8 @@ def read_calibration(path: Path) -> Calibrated:
         stripe_axis=model.one_of("stripe_axis", ("u", "v")),
         bracket_quat=(quat[0], quat[1], quat[2], quat[3]),
         angles=model.one_of("angles", ("xyz", "zyz")),
-        image_px=(int(size[0]), int(size[1])),
-        noise={key: file.part("noise").number(key) for key in file.part("noise").keys} if file.has("noise") else {},
+        image_px=(size[0], size[1]),
+        noise=_noise(file.part("noise")) if file.has("noise") else {},
         rms_m=errors[0] if errors else None,
         run=_run(file.part("run")) if file.has("run") else None,
     )
@@ -174,21 +176,19 @@ def _robot(path: Path, model: Entries) -> Robot | None:
     )
 
 
-def _suspect(part: Entries, robot: Robot | None) -> Suspect:
-    kinds = {kind.name: kind for kind in library.EFFECTS}
-    name, where = part.text("effect"), part.text("where")
-    if name not in kinds:
-        raise EffectForeign(part.path, name, kinds)
-    if where not in (*SITES, *(robot.joints if robot else ())):
-        raise CalibrationUnreadable(part.path, f"its {name} sits at '{where}', which is no joint or part of it")
-    return Suspect(kinds[name], where)
+def _value(name: str, part: Entries) -> float:
+    return part.positive("value") if name in POSITIVE else part.number("value")
+
+
+def _noise(part: Entries) -> dict[str, float]:
+    return {key: part.number(key, least=0.0) for key in part.keys}
 
 
 def _run(part: Entries) -> Run:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
     return Run(
-        poses=int(part.number("poses")),
+        poses=part.count("poses"),
         sha256=part.text("sha256"),
         middle_m=(x, y, z),
         temperature_c=(low, high) if part.has("temperature_c") else None,

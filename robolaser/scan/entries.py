@@ -1,12 +1,13 @@
 """Entries of calibration.json, each checked for presence and kind."""
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, final
 
-import numpy as np
-
 from robolaser.errors import CalibrationUnreadable
+
+LARGEST = sys.float_info.max
 
 
 @final
@@ -50,14 +51,14 @@ class Entries:
     def text(self, key: str) -> str:
         """A text."""
         found = self._get(key)
-        if not isinstance(found, str):
+        if not _is_text(found):
             raise CalibrationUnreadable(self.path, f"{self._name(key)} is no text")
-        return found
+        return str(found)
 
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of texts."""
         found = self._get(key)
-        if not (isinstance(found, list) and all(isinstance(one, str) for one in found)):
+        if not (isinstance(found, list) and all(map(_is_text, found))):
             raise CalibrationUnreadable(self.path, f"{self._name(key)} is no list of texts")
         return tuple(found)
 
@@ -68,9 +69,28 @@ class Entries:
             raise CalibrationUnreadable(self.path, f"{self._name(key)} is '{found}', not one of {', '.join(words)}")
         return found
 
-    def number(self, key: str) -> float:
-        """A finite number."""
-        return self._number(self._name(key), self._get(key))
+    def number(self, key: str, *, least: float = -LARGEST) -> float:
+        """A finite number, no less than the least."""
+        found = self._number(self._name(key), self._get(key))
+        if found < least:
+            raise CalibrationUnreadable(self.path, f"{self._name(key)} is {found:g}, less than {least:g}")
+        return found
+
+    def positive(self, key: str) -> float:
+        """A finite number above zero."""
+        found = self.number(key)
+        if not found > 0:
+            raise CalibrationUnreadable(self.path, f"{self._name(key)} is {found:g}, not above 0")
+        return found
+
+    def count(self, key: str) -> int:
+        """A whole number from 1."""
+        return self._count(self._name(key), self._get(key))
+
+    def counts(self, key: str, count: int) -> tuple[int, ...]:
+        """So many whole numbers from 1."""
+        self.numbers(key, count)
+        return tuple(self._count(self._name(key), one) for one in self._get(key))
 
     def numbers(self, key: str, count: int) -> tuple[float, ...]:
         """So many finite numbers."""
@@ -80,9 +100,15 @@ class Entries:
         return tuple(self._number(self._name(key), one) for one in found)
 
     def _number(self, name: str, found: Any) -> float:
-        if isinstance(found, bool) or not isinstance(found, int | float) or not np.isfinite(found):
+        if isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) <= LARGEST:
             raise CalibrationUnreadable(self.path, f"{name} is no finite number")
         return float(found)
+
+    def _count(self, name: str, found: Any) -> int:
+        number = self._number(name, found)
+        if number < 1 or number != int(number):
+            raise CalibrationUnreadable(self.path, f"{name} is {number:g}, no whole number from 1")
+        return int(number)
 
     def _get(self, key: str) -> Any:
         if key not in self._values:
@@ -91,3 +117,8 @@ class Entries:
 
     def _name(self, key: str) -> str:
         return f"{self._where}.{key}".lstrip(".")
+
+
+def _is_text(found: Any) -> bool:
+    """Whether it can be written again: JSON spells halves of letters too."""
+    return isinstance(found, str) and not any("\ud800" <= letter <= "\udfff" for letter in found)

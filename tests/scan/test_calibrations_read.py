@@ -1,14 +1,17 @@
 """A calibration's file is enough to scan with, and says so where it is not."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
+from robolaser.effects import EFFECTS
 from robolaser.effects.run import Run
 from robolaser.errors import CalibrationUnreadable, EffectForeign, FileUnreadable, FormatUnknown, PathLeaves
 from robolaser.scan import read_calibration
+from robolaser.scan.found import complete
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +65,23 @@ def test_what_was_calibrated_is_read(folder, data):
         (("effects", 0, "parameters"), {}, "no effects[0].parameters.lost_motion"),
         (("dataset",), 3, "dataset is no text"),
         (("run", "poses"), ..., "no run.poses"),
+        (("run", "poses"), 2.5, "run.poses is 2.5"),
+        (("run", "poses"), 0, "run.poses is 0"),
+        (("effects", 0, "where"), "laser", "at 'laser', where it cannot: it can at joint_1"),
+        (("effects", 0, "where"), "", "''"),
+        (("model", "bracket_quat"), [0, 0, 0, 0], "length 0"),
+        (("model", "bracket_quat"), [0, 0, 0, 2], "length 2"),
+        (("model", "image"), [640.5, 480], "model.image is 640.5"),
+        (("model", "image"), [640, 0], "model.image is 0"),
+        (("model", "image"), [10**400, 480], "no finite number"),
+        (("noise", "joint"), -1e-5, "noise.joint is -1e-05"),
+        (("noise", "joint"), 10**400, "noise.joint is no finite number"),
+        (("parameters", "s_u", "value"), 0, "parameters.s_u.value is 0, not above 0"),
+        (("parameters", "f", "value"), -0.008, "parameters.f.value is -0.008"),
+        (("parameters", "b", "value"), -(10**400), "no finite number"),
+        (("rms_m",), -1, "rms_m is -1"),
+        (("dataset",), "\ud800", "dataset is no text"),
+        (("model", "joints"), ["\ud800"], "list of texts"),
     ],
 )
 def test_what_is_wrong_is_named(folder, path, value, said):
@@ -69,6 +89,49 @@ def test_what_is_wrong_is_named(folder, path, value, said):
     with pytest.raises(CalibrationUnreadable) as wrong:
         read_calibration(folder)
     assert said in str(wrong.value)
+
+
+def test_an_effect_that_is_there_twice_is_named(folder):
+    effects = json.loads((folder / "calibration.json").read_text())["effects"]
+    change(folder, ("effects",), 2 * effects)
+    with pytest.raises(CalibrationUnreadable, match="backlash at joint_2 twice"):
+        read_calibration(folder)
+
+
+@pytest.mark.parametrize("robot", [True, False], ids=["arm", "flange poses"])
+def test_every_effect_is_read_at_every_place_that_it_was_found_at(robot, data, tmp_path):
+    if not robot:
+        poses = replace(data.poses, q=None, qd=None, T_base_flange=data.flange())
+        data = replace(data, robot=None, poses=poses)
+    names = [kind.name for kind in EFFECTS if kind.places(data)]
+    assert len(names) > (12 if robot else 5)
+    calibration = calibrated(data, names)
+    read = read_calibration(written(calibration, tmp_path))
+    assert read.suspects == calibration.model.suspects
+    assert len(read.suspects) > len(names) or not robot
+
+
+def test_where_there_are_no_joints_nothing_sits_in_one(data, tmp_path):
+    poses = replace(data.poses, q=None, qd=None, T_base_flange=data.flange())
+    folder = written(calibrated(replace(data, robot=None, poses=poses), ["laser_roll"]), tmp_path)
+    for where in ("laser", "joint_2"):
+        change(
+            folder, ("effects", 0), {"effect": "joint_offset", "where": where, "parameters": {"offset": {"value": 1}}}
+        )
+        with pytest.raises(CalibrationUnreadable, match="joint_offset sits at"):
+            read_calibration(folder)
+
+
+def test_every_effect_has_a_place_where_nothing_lacks(data):
+    for kind in EFFECTS:
+        assert set(kind.places(data)) <= set(kind.places(complete(data.robot))) != set(), kind.name
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"format": ' * 50_000, "9" * 5000])
+def test_a_file_that_goes_too_deep_is_no_json(text, folder):
+    (folder / "calibration.json").write_text(text)
+    with pytest.raises(CalibrationUnreadable, match="no JSON"):
+        read_calibration(folder)
 
 
 def test_an_effect_from_elsewhere_is_named(folder):

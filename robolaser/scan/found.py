@@ -1,0 +1,64 @@
+"""Effects that a calibration found: each of a kind that is known here, at a place where that kind may sit, and once."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser import effects as library
+from robolaser.dataset import Dataset, Points, Poses
+from robolaser.effects.course import TEMPERATURE
+from robolaser.effects.effect import Suspect
+from robolaser.effects.weight import PAYLOAD
+from robolaser.errors import CalibrationUnreadable, EffectForeign
+from robolaser.robot import Robot
+from robolaser.scan.entries import Entries
+
+SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")
+POSES = 25  # more than any effect asks for
+SIDE = 5  # points along a side of the target: enough for a plane
+
+
+def suspects_of(parts: Sequence[Entries], robot: Robot | None) -> tuple[Suspect, ...]:
+    """The effects that a file names.
+
+    Args:
+        parts: Each names its `effect` and `where`.
+        robot: The arm that they may sit in; None where flange poses were measured.
+
+    Raises:
+        EffectForeign: A kind is not known here.
+        CalibrationUnreadable: One sits where it cannot, or twice at one place.
+    """
+    kinds = {kind.name: kind for kind in library.EFFECTS}
+    cell = complete(robot)
+    joints = () if robot is None else robot.joints
+    found: list[Suspect] = []
+    for part in parts:
+        name, where = part.text("effect"), part.text("where")
+        if name not in kinds:
+            raise EffectForeign(part.path, name, kinds)
+        places = kinds[name].places(cell)
+        if not places and joints:  # a kind from elsewhere that looks at columns of its own: anything that has a name
+            places = (*SITES, *joints)
+        if where not in places:
+            which = f"it can at {', '.join(places)}" if places else kinds[name].missing(cell)
+            raise CalibrationUnreadable(part.path, f"its {name} sits at '{where}', where it cannot: {which}")
+        suspect = Suspect(kinds[name], where)
+        if suspect in found:
+            raise CalibrationUnreadable(part.path, f"it has {name} at {where} twice")
+        found.append(suspect)
+    return tuple(found)
+
+
+def complete(robot: Robot | None) -> Dataset:
+    """Data of a scanner on an arm that lack nothing an effect may look at: where it has no place, it never has."""
+    run = np.arange(float(POSES))
+    warm = {TEMPERATURE: tuple(map(repr, run.tolist())), PAYLOAD: ("1.0",) * POSES}
+    poses = Poses(tuple(map(str, range(POSES))), time_s=run, extra=warm, T_base_flange=np.eye(4)[None].repeat(POSES, 0))
+    if robot is not None:
+        q = run[:, None] * np.ones(len(robot.joints))
+        poses = Poses(poses.names, time_s=run, q=q, qd=np.ones_like(q), extra=warm)
+    grid = np.stack(np.meshgrid(np.arange(SIDE), np.arange(SIDE), [0.0]), axis=-1).reshape(-1, 3)
+    n = len(grid)
+    points = Points(np.arange(n) % POSES, tuple(map(str, range(n))), pixel=grid[:, :2], xyz=grid)
+    return Dataset("", poses, points, robot=robot, image_px=(SIDE, SIDE))
