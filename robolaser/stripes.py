@@ -43,7 +43,7 @@ def open_stripes(path: Path) -> Stripes:
         raise FileUnreadable(path, error.strerror or str(error)) from None
     except ValueError as error:
         raise FileUnreadable(path, str(error)) from None
-    if dtype != STRIPE or len(shape) != 1:
+    if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
         raise StripesForeign(path, f"{dtype} {shape}", f"{STRIPE} (n,)")
     if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
         raise FileUnreadable(path, f"it is cut off: its header promises {shape[0]} middles")

@@ -5,10 +5,12 @@ import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, make_folder, positive, progress_bar, warn
-from robolaser.errors import Interrupted, OutputExists
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.errors import OutputExists, StoppedLate
+from robolaser.typed import positive
 
 ENDING = ".ply"
+LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
 
 
 @final
@@ -37,7 +39,10 @@ class Scan(Command):
         )
         parser.add_argument("--plane", action="store_true", help="measure the scatter about the largest plane")
         parser.add_argument(
-            "--step", metavar="HEIGHT_M", type=positive, help="measure a step of this height on the largest plane"
+            "--step",
+            metavar="HEIGHT_M",
+            type=step_height,
+            help=f"measure a step of this height on the largest plane, at least {LEAST_STEP_M:g}",
         )
         parser.add_argument("--sphere", metavar="RADIUS_M", type=positive, help="measure a sphere of this radius")
         parser.add_argument("--report", action="store_true", help="write CLOUD.html beside it, with pictures")
@@ -63,27 +68,44 @@ class Scan(Command):
         for warning in (*scan.recording.warnings, *scan.warnings):
             warn(warning)
         survey = Survey()
-        try:
-            with progress_bar() as progress:
-                pieces = survey.watch(scan.cloud.pieces(progress))
-                write_ply(args.output, pieces, scan.comments(), overwrite=args.force)
-        except KeyboardInterrupt:
-            raise Interrupted(None) from None
+        with progress_bar() as progress:
+            pieces = survey.watch(scan.cloud.pieces(progress))
+            write_ply(args.output, pieces, scan.comments(), overwrite=args.force)
         wanted = [what for what in ("plane", "step", "sphere") if getattr(args, what)]
-        quality = measure(survey.vertices, wanted=wanted, step_m=args.step or 0.0, sphere_m=args.sphere or 0.0)
-        if args.report:
-            write_text(files[1], page(scan, quality, command=_again(args)))
+        try:
+            quality = measure(survey.vertices, wanted=wanted, step_m=args.step or 0.0, sphere_m=args.sphere or 0.0)
+            if args.report:
+                write_text(files[1], page(scan, quality, command=_again(args)))
+        except KeyboardInterrupt:
+            raise StoppedLate(str(args.output), "what is measured on it") from None
         print_cloud(scan, quality, *files)
+        for doubt in quality.doubts:
+            warn(doubt)
+        for missing in quality.missing[1:]:
+            warn(str(missing))
+        for missing in quality.missing[:1]:
+            raise missing
 
 
 def _again(args: argparse.Namespace) -> str:
     """What to type to repeat it."""
     sizes = [
-        word for what in ("step", "sphere") if getattr(args, what) for word in (f"--{what}", f"{vars(args)[what]:g}")
+        word for what in ("step", "sphere") if getattr(args, what) for word in (f"--{what}", repr(vars(args)[what]))
     ]
     options = [*(["--nominal"] if args.nominal else []), *(["--plane"] if args.plane else []), *sizes, "--report"]
-    names = [args.calibration.name, args.recording.name, "--output", args.output.name]
-    return shlex.join(["robolaser", "scan", *names, *options])
+    forced = ["--force"] if args.force else []
+    names = [str(args.calibration), str(args.recording), "--output", str(args.output)]
+    return shlex.join(["robolaser", "scan", *names, *options, *forced])
+
+
+def step_height(text: str) -> float:
+    """The height of a step, as typed."""
+    height = positive(text)
+    if height < LEAST_STEP_M:
+        raise argparse.ArgumentTypeError(
+            f"{text}, expected at least {LEAST_STEP_M:g}: less is as near as points of one plane are"
+        )
+    return height
 
 
 def cloud_file(text: str) -> Path:

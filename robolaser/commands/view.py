@@ -5,7 +5,10 @@ import webbrowser
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, count, warn
+from robolaser.commands.command import Command, warn
+from robolaser.typed import count
+
+LARGEST_PORT = 65535
 
 
 @final
@@ -22,7 +25,7 @@ class View(Command):
             "calibration", metavar="CALIBRATION", type=Path, nargs="?", help="calibration.json or its folder"
         )
         parser.add_argument("--cloud", metavar="CLOUD.ply", type=Path, help="a cloud from `robolaser scan`")
-        parser.add_argument("--port", metavar="N", type=count, help="default: 8080 or the next that is free")
+        parser.add_argument("--port", metavar="N", type=port, help="1 to 65535; default: 8080 or the next free one")
         parser.add_argument("--no-browser", action="store_true", help="serve only; open the address yourself")
 
     def run(self, args: argparse.Namespace) -> None:
@@ -39,7 +42,7 @@ class View(Command):
         if args.calibration is not None:
             beliefs = (*beliefs, calibrated(read_calibration(args.calibration), dataset))
         cloud = None if args.cloud is None else thinned(map_ply(args.cloud))
-        for warning in dataset.warnings:
+        for warning in (*dataset.warnings, *(note for belief in beliefs for note in belief.notes)):
             warn(warning)
         stage = Stage(beliefs, cloud, args.port)
         print(f"{dataset.name} is at {stage.url}; stop with Ctrl-C.", flush=True)
@@ -49,3 +52,11 @@ class View(Command):
             stage.wait()
         except KeyboardInterrupt:
             stage.stop()
+
+
+def port(text: str) -> int:
+    """The number of a port, as typed."""
+    number = count(text)
+    if number > LARGEST_PORT:
+        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from 1 to {LARGEST_PORT}")
+    return number

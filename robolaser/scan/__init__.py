@@ -35,7 +35,8 @@ class Scan:
         return (
             f"{self.recording.name}, scanned by robolaser, {self.calibrated.origin}",
             "x y z in the base frame of the robot, in metres",
-            "std in metres: how far noise moves a point, root mean square; errors of the calibration are not in it",
+            "std in metres: how far noise moves a point, root mean square, by the noise that the calibration tells",
+            "what its model did not explain counts there as noise of the joints; errors shared by all points do not",
             "pose: row of poses.csv, the first is 0; intensity: grey of the stripe, 0 to 255",
         )
 

@@ -1,8 +1,10 @@
 """From the stripes of a recording to points in the base frame, piece by piece on all cores.
 
 `std` of a point is the root-mean-square distance by which its noise moves it: the middle's standard deviation across
-the stripe, carried through ray and sheet, and the noise of the joints' readings, carried through the arm. It is the
-scatter of a point against its neighbours. Errors of the calibration are shared by all points and not in it.
+the stripe, carried through ray and sheet, and the noise of the joints, carried through the arm. The latter is what the
+calibration tells of it: the readings' noise, and whatever moved poses one by one that its model does not explain. Where
+that is much, points scatter less against their neighbours. Errors of the calibration that all points share are not in
+it.
 """
 
 from collections.abc import Callable, Iterator

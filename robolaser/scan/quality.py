@@ -9,9 +9,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import SolidNotFound
 from robolaser.scan.ply import Vertices, places_of
-from robolaser.scan.solids import Plane, Sphere, find_plane, find_sphere, stands_out
+from robolaser.scan.solids import Plane, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
+FAR_OFF = 3.0  # times that scatter and promise may differ without a word: shapes of noise and few points make two
+TINY = 1e-12  # metres: a promise of nothing is no divisor
 LEVEL = 0.9  # share of points whose scatter is below what is told beside the median
 
 
@@ -54,6 +56,7 @@ class Quality:
         scatter_m: Median of their `std`; NaN where it is not known.
         most_m: What LEVEL of them are below.
         bodies: What was measured.
+        missing: What was looked for in vain, and why, in the order wanted.
         plane: The largest plane, where one was looked for.
     """
 
@@ -61,12 +64,18 @@ class Quality:
     scatter_m: float
     most_m: float
     bodies: tuple[Measured, ...] = ()
+    missing: tuple[SolidNotFound, ...] = ()
     plane: Plane | None = None
 
     @property
     def places(self) -> Array:
         """Where they are, (n, 3) [m]."""
         return places_of(self.vertices)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """A sentence for each body whose scatter is far from what its points promise."""
+        return tuple(map(_doubt, filter(_differs, self.bodies)))
 
 
 def measure(
@@ -81,9 +90,6 @@ def measure(
         step_m: Height of the step.
         sphere_m: Radius of the sphere.
         seed: Of the samples drawn.
-
-    Raises:
-        SolidNotFound: One of them is not there.
     """
     rng = np.random.default_rng(seed)
     xyz, std = places_of(vertices), vertices["std"].astype(np.float64)
@@ -92,50 +98,64 @@ def measure(
     if not wanted:
         return Quality(vertices, scatter, most)
     plane = find_plane(xyz, std, rng)
+    left = np.ones(len(xyz), dtype=bool) if plane is None else ~plane.on
     bodies: list[Measured] = []
-    left = np.ones(len(xyz), dtype=bool)
-    if plane is not None:
-        left &= ~plane.on
-    if "plane" in wanted or "step" in wanted:
-        if plane is None:
-            raise SolidNotFound("plane", "too few points lie on one")
+    missing: list[SolidNotFound] = []
+    if plane is not None and ("plane" in wanted or "step" in wanted):
         bodies.append(Measured("plane", None, None, None, plane.rms_m, _promised(std, plane.on), int(plane.on.sum())))
-    if "step" in wanted and plane is not None:
-        other = _step(xyz, std, plane, step_m, rng)
-        left &= ~other.on
-        height, doubt = abs(other.offset - plane.offset), float(np.hypot(other.offset_std, plane.offset_std))
-        bodies.append(
-            Measured("step", height, doubt, step_m, other.rms_m, _promised(std, other.on), int(other.on.sum()))
-        )
+    elif "plane" in wanted:
+        missing.append(SolidNotFound("plane", "too few points lie on one"))
+    if "step" in wanted:
+        other = None if plane is None else _step(xyz, std, plane, step_m, rng)
+        if plane is None or other is None:
+            reason = f"too few points lie on a plane about {1e3 * step_m:.3g} mm off the largest one"
+            missing.append(SolidNotFound("step", reason))
+        else:
+            left &= ~other.on
+            height, doubt = abs(other.offset - plane.offset), float(np.hypot(other.offset_std, plane.offset_std))
+            promised = _promised(std, other.on)
+            bodies.append(Measured("step", height, doubt, step_m, other.rms_m, promised, int(other.on.sum())))
     if "sphere" in wanted:
-        sphere = _sphere(xyz, std, left, sphere_m, rng)
-        size, doubt = sphere.radius, sphere.radius_std
-        promised = _promised(std[left], sphere.on)
-        bodies.append(Measured("sphere", size, doubt, sphere_m, sphere.rms_m, promised, int(sphere.on.sum())))
-    return Quality(vertices, scatter, most, tuple(bodies), plane)
+        sphere = find_sphere(xyz[left], std[left], sphere_m, rng)
+        if sphere is None or not stands_out(sphere.distance, sphere.on):
+            beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
+            missing.append(SolidNotFound("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
+        else:
+            promised = _promised(std[left], sphere.on)
+            size, doubt = sphere.radius, sphere.radius_std
+            bodies.append(Measured("sphere", size, doubt, sphere_m, sphere.rms_m, promised, int(sphere.on.sum())))
+    return Quality(vertices, scatter, most, tuple(bodies), tuple(missing), plane)
 
 
-def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Generator) -> Plane:
+def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Generator) -> Plane | None:
     """The other plane, parallel to the first, about as far off as is known."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
     found = find_plane(xyz[there], std[there], rng, plane.normal)
-    if found is not None:
-        on = np.zeros(len(xyz), dtype=bool)
-        on[np.flatnonzero(there)[found.on]] = True
-        off = xyz @ found.normal - found.offset
-    if found is None or not stands_out(off[~plane.on], on[~plane.on]):
-        reason = f"too few points lie on a plane about {1e3 * height:.3g} mm off the largest one"
-        raise SolidNotFound("step", reason)
+    if found is None:
+        return None
+    on = np.zeros(len(xyz), dtype=bool)
+    on[np.flatnonzero(there)[found.on]] = True
+    off = xyz @ found.normal - found.offset
+    if not stands_out(off[~plane.on], on[~plane.on]):
+        return None
     return Plane(found.normal, found.offset, found.offset_std, on, off)
-
-
-def _sphere(xyz: Array, std: Array, left: Bools, radius: float, rng: np.random.Generator) -> Sphere:
-    found = find_sphere(xyz[left], std[left], radius, rng)
-    if found is None or not stands_out(found.distance, found.on):
-        reason = f"of {int(left.sum())} points beside the planes too few lie on one of radius {1e3 * radius:.3g} mm"
-        raise SolidNotFound("sphere", reason)
-    return found
 
 
 def _promised(std: Array, on: Bools) -> float:
     return float(np.sqrt(np.mean(std[on] ** 2)))
+
+
+def _differs(body: Measured) -> bool:
+    """Whether scatter and promise, where there is one, are more than FAR_OFF apart."""
+    return not (np.isnan(body.promised_m) or 1 / FAR_OFF <= body.rms_m / max(body.promised_m, TINY) <= FAR_OFF)
+
+
+def _doubt(body: Measured) -> str:
+    found = f"points scatter about the {body.what} by {1e3 * body.rms_m:.2g} mm"
+    said = f"{found}, their std promises {1e3 * body.promised_m:.2g} mm"
+    if body.rms_m > body.promised_m:
+        return f"{said}: the calibration does not fit this recording, or the surface is not what it is taken for."
+    return (
+        f"{said}: more than noise. What the calibrated model does not explain counts there as noise of the joints, but"
+        " is alike in points side by side."
+    )

@@ -85,6 +85,8 @@ def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array |
         normals = np.cross(drawn[:, 1] - drawn[:, 0], drawn[:, 2] - drawn[:, 0])
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals, drawn = normals[length[:, 0] > 0] / length[length[:, 0] > 0], drawn[length[:, 0] > 0]
+        if not len(normals):  # all points lie on one line
+            return None
     else:
         normals = np.broadcast_to(normal, (DRAWS, 3))
     offsets = (normals * drawn[:, 0]).sum(axis=-1)
@@ -180,7 +182,8 @@ def stands_out(distance: Array, on: Bools) -> bool:
 def _towards(xyz: Array, centre: Array) -> Array:
     """Derivative of the distances from a sphere's surface by its centre and radius, (n, 4)."""
     ray = xyz - centre
-    return np.column_stack([-ray / np.linalg.norm(ray, axis=-1, keepdims=True), -np.ones(len(xyz))])
+    length = np.linalg.norm(ray, axis=-1, keepdims=True)
+    return np.column_stack([-ray / np.where(length > 0, length, 1.0), -np.ones(len(xyz))])
 
 
 def _through(fours: Array) -> tuple[Array, Array]:

@@ -11,8 +11,9 @@ from robolaser.arrays import Array
 from robolaser.dataset import Dataset, Points, Poses
 from robolaser.errors import ParameterMissing
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.carried import sight_of
+from robolaser.scan.carried import carried_over, sight_of
 from robolaser.scan.sight import Sight
+from robolaser.scan.sources import places_in_images
 from robolaser.se3 import apply, rigid_fit
 from robolaser.sensors.chain import SCANNER
 
@@ -54,12 +55,14 @@ class Belief:
         dataset: What was measured, as this model has it.
         sight: What the scanner sees; None for other sensors.
         elsewhere: The same for other poses of the same cell.
+        notes: What the user should know about it.
     """
 
     name: str
     dataset: Dataset
     sight: Sight | None
     elsewhere: Callable[[Dataset], Sight] | None
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def points(self) -> Array:
@@ -169,4 +172,5 @@ def calibrated(scanner: Calibrated, dataset: Dataset) -> Belief:
         ScannerDiffers: It is of another scanner.
     """
     fitted = scanner.fitted_to(dataset)
-    return Belief("calibrated", fitted, sight_of(scanner, fitted), lambda here: sight_of(scanner, here))
+    sight, notes = carried_over(scanner, fitted, places_in_images(fitted, np.arange(len(fitted.poses))))
+    return Belief("calibrated", fitted, sight, lambda here: sight_of(scanner, here), notes)

@@ -2,6 +2,7 @@
 
 import io
 import socket
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, Any, final
@@ -42,6 +43,7 @@ class Stage:
 
     def __init__(self, beliefs: tuple[Belief, ...], cloud: Dots | None = None, port: int | None = None) -> None:
         self._server = _served(port)
+        self._turn_by_turn = threading.RLock()  # browsers are heard on many threads
         self._beliefs = {belief.name: belief for belief in beliefs}
         self._belief = beliefs[-1]
         self._arm_m = arm_length(self._belief.dataset)
@@ -49,12 +51,13 @@ class Stage:
         self._telling = True  # whether changes of sliders come from the user
         self._pose: int | None = 0
         self._groups = _groups(self._belief, has_cloud=cloud is not None)
-        self._declare()
-        if cloud is not None:
-            self._put(cloud)
-        self._stay()
-        self._move()
-        self._look()
+        with self._turn_by_turn:
+            self._declare()
+            if cloud is not None:
+                self._put(cloud)
+            self._stay()
+            self._move()
+            self._look()
 
     @property
     def url(self) -> str:
@@ -74,11 +77,11 @@ class Stage:
         gui.configure_theme(show_logo=False, show_share_button=False, control_layout="collapsible")
         gui.set_panel_label(dataset.name[:60])
         self._model = gui.add_dropdown("Model", tuple(self._beliefs), initial_value=self._belief.name)
-        self._model.on_update(lambda _: self._switch())
+        self._model.on_update(self._heard(self._switch))
         self._told = gui.add_markdown(_told(self._beliefs.values()))
         last = len(dataset.poses) - 1
         self._number = gui.add_slider("Row of poses.csv", 0, max(last, 1), 1, 0, disabled=last == 0)
-        self._number.on_update(lambda _: self._choose())
+        self._number.on_update(self._heard(self._choose))
         self._name: Any = gui.add_text("Pose", dataset.poses.names[0], disabled=True)
         self._sliders: list[Any] = []
         if dataset.robot is not None:
@@ -87,7 +90,16 @@ class Stage:
         with gui.add_folder("Show"):
             self._shown = {group: gui.add_checkbox(group, initial_value=True) for group in self._groups}
         for box in self._shown.values():
-            box.on_update(lambda _: self._reveal())
+            box.on_update(self._heard(self._reveal))
+
+    def _heard(self, act: Callable[[], None]) -> Callable[[Any], None]:
+        """What a change in the browser calls: one after the other, each by what the sliders say when it is its turn."""
+
+        def locked(_: Any) -> None:
+            with self._turn_by_turn:
+                act()
+
+        return locked
 
     def _slider(self, joint: int) -> Any:
         robot, poses = self._belief.dataset.robot, self._belief.dataset.poses
@@ -103,7 +115,7 @@ class Stage:
         slider = self._server.gui.add_slider(
             f"{robot.joints[joint]} [{unit}]", float(low), float(high), STEPS[unit], round(float(own[0]), 1)
         )
-        slider.on_update(lambda _: self._turn())
+        slider.on_update(self._heard(self._turn))
         return slider
 
     def _unit(self, joint: int) -> tuple[str, float]:

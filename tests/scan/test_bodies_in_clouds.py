@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import SolidNotFound
+from robolaser.commands.scan import LEAST_STEP_M
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
 from robolaser.se3 import exp_so3
@@ -76,12 +76,52 @@ def test_the_same_cloud_gives_the_same_sizes():
     [("step", {"step_m": 0.05}, "50 mm off"), ("sphere", {"sphere_m": 0.1}, "radius 100 mm")],
 )
 def test_what_is_not_there_is_not_found(wanted, sizes, said):
-    with pytest.raises(SolidNotFound, match=said):
-        measure(scene(np.random.default_rng(3), strangers=0), wanted=(wanted,), **sizes)
+    found = measure(scene(np.random.default_rng(3), strangers=0), wanted=("plane", wanted), **sizes)
+    (missing,) = found.missing
+    assert said in str(missing)
+    assert [body.what for body in found.bodies] == ["plane"]  # what is there is measured all the same
 
 
 def test_no_body_is_found_in_a_handful_of_points():
     few = scene(np.random.default_rng(4))[:10]
-    for wanted in ("plane", "sphere"):
-        with pytest.raises(SolidNotFound):
-            measure(few, wanted=(wanted,), sphere_m=RADIUS)
+    found = measure(few, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    assert not found.bodies
+    assert len(found.missing) == 3
+
+
+@pytest.mark.parametrize("span", [0.0, 0.1], ids=["place", "line"])
+def test_no_body_is_found_at_one_place_or_on_one_line(span):
+    points = np.zeros(500, VERTEX)
+    points["x"] = span * np.linspace(0, 1, len(points))
+    points["std"] = 1e-4
+    found = measure(points, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    assert not found.bodies
+    assert len(found.missing) == 3
+
+
+def test_a_point_at_a_spheres_middle_stops_nobody():
+    vertices = scene(np.random.default_rng(6), strangers=0)
+    vertices = np.append(vertices, vertices[:1])
+    vertices["std"][-1] = 1.0
+    for axis in "xyz":
+        ball = measure(vertices[:-1], wanted=("sphere",), sphere_m=RADIUS)
+        vertices[axis][-1] = vertices[axis].mean()
+    assert len(ball.bodies) == 1
+    assert len(measure(vertices, wanted=("sphere",), sphere_m=RADIUS).bodies) == 1
+
+
+@pytest.mark.parametrize("noise", [2e-5, 1e-4])
+def test_the_least_step_that_may_be_asked_for_is_found_whatever_the_seed(noise):
+    vertices = scene(np.random.default_rng(8), noise=noise, step=LEAST_STEP_M, strangers=200)
+    for seed in range(10):
+        found = measure(vertices, wanted=("step",), step_m=LEAST_STEP_M, seed=seed)
+        assert abs(found.bodies[1].error_m) < 0.05 * LEAST_STEP_M
+
+
+@pytest.mark.parametrize(("factor", "said"), [(5.0, "more than noise"), (0.2, "does not fit"), (1.5, ""), (0.7, "")])
+def test_a_promise_that_is_far_from_the_scatter_is_told(factor, said):
+    vertices = scene(np.random.default_rng(9), strangers=0)
+    vertices["std"] *= factor
+    found = measure(vertices, wanted=("plane",))
+    assert len(found.doubts) == bool(said)
+    assert said in " ".join(found.doubts)

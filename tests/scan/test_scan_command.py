@@ -1,10 +1,14 @@
 """What `robolaser scan` keeps to."""
 
+import html
+import re
+import shlex
+
 import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
-from robolaser.cli import main
+from robolaser.cli import main, parser
 from robolaser.scan.ply import map_ply
 
 
@@ -48,9 +52,49 @@ def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):
 
 
 def test_a_body_that_is_not_there_is_told_and_the_cloud_stays(cell, tmp_path, capsys):
-    assert scan(cell, tmp_path / "cloud.ply", "--sphere", "0.01") == 1
-    assert "No sphere found" in capsys.readouterr().err
-    assert len(map_ply(tmp_path / "cloud.ply"))
+    assert scan(cell, tmp_path / "cloud.ply", "--sphere", "0.01", "--step", "0.01", "--report") == 1
+    said = capsys.readouterr()
+    assert "No step found" in said.err
+    assert "No sphere found" in said.err
+    cloud = map_ply(tmp_path / "cloud.ply")
+    assert f"{len(cloud)} points" in said.out
+    assert "No sphere found" in (tmp_path / "cloud.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("height", ["0.0002", "0", "-1", "flat", "nan"])
+def test_a_step_too_low_to_tell_is_wrong_usage(height, cell, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        scan(cell, tmp_path / "cloud.ply", f"--step={height}")
+    assert stopped.value.code == 2
+    assert height in capsys.readouterr().err
+
+
+def test_the_command_on_the_page_repeats_the_scan(cell, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(cell / "recording")
+    sizes = ["--step", "0.0123456789", "--sphere", "0.1"]
+    main(["scan", "../calibration", ".", "--output", str(tmp_path / "a b.ply"), *sizes, "--nominal", "--report"])
+    text = html.unescape((tmp_path / "a b.html").read_text(encoding="utf-8"))
+    (typed,) = set(re.findall(r"robolaser scan .*?--report", text))
+    args = parser().parse_args(shlex.split(typed)[1:])
+    assert (str(args.calibration), str(args.recording), args.output) == ("../calibration", ".", tmp_path / "a b.ply")
+    assert (args.step, args.sphere, args.nominal) == (0.0123456789, 0.1, True)
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("robolaser.scan.quality.measure", "cloud.ply was written"),
+        ("robolaser.scan.ply._written", "Nothing was written"),
+    ],
+)
+def test_who_stops_it_hears_what_is_on_the_disk(where, said, cell, tmp_path, monkeypatch, capsys):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(where, stopped)
+    assert scan(cell, tmp_path / "cloud.ply") == 1
+    assert said in capsys.readouterr().err
+    assert (tmp_path / "cloud.ply").exists() is ("was written" in said and "Nothing" not in said)
 
 
 def test_the_same_recording_gives_the_same_bytes(cell, tmp_path):

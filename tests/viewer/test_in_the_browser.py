@@ -1,16 +1,11 @@
 """The scene in a real browser without a screen: it is drawn, and follows what is touched."""
 
 import shutil
-import sys
 import time
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
-
 from scanned import calibrated as made
 from scanned import dataset, written
 

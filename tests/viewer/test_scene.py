@@ -1,14 +1,9 @@
 """What a scene shows is where the models say it is."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
-
 from scanned import calibrated as made
 from scanned import dataset, written
 

@@ -82,6 +82,15 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path):
         open_stripes(tmp_path / "s.npy")
 
 
+def test_less_than_nothing_is_refused(tmp_path):
+    with (tmp_path / "s.npy").open("wb") as file:
+        header = {"descr": np.lib.format.dtype_to_descr(STRIPE), "fortran_order": False, "shape": (-3,)}
+        np.lib.format.write_array_header_1_0(file, header)
+        file.write(bytes(1000))
+    with pytest.raises(StripesForeign, match="-3"):
+        open_stripes(tmp_path / "s.npy")
+
+
 @pytest.mark.parametrize("array", [np.zeros(4), np.zeros((2, 2), STRIPE), np.zeros(3, STRIPE.newbyteorder(">"))])
 def test_another_kind_of_array_is_refused(array, tmp_path):
     np.save(tmp_path / "s.npy", array)

@@ -22,6 +22,7 @@ def page(scan: Scan, quality: Quality, *, command: str = "") -> str:
         heading=heading(scan),
         lines=list(figures(scan, quality)),
         pictures=[drawn for draw in PICTURES if (drawn := draw(quality)) is not None],
+        warnings=(*scan.warnings, *quality.doubts, *map(str, quality.missing)),
         looked_at=len(quality.vertices),
         command=command,
     )

@@ -36,8 +36,9 @@ def scatter(quality: Quality) -> Picture | None:
         return None
     across, along, _, _ = _view(quality)
     caption = (
-        "What noise alone does to a point: the middle of the stripe carried through ray and sheet, joint readings"
-        " through the arm. It grows where rays meet the sheet at a flat angle. Errors of the calibration are not in it."
+        "What noise does to a point: that of the stripe's middle carried through ray and sheet, that of the joints"
+        " through the arm. It grows where rays meet the sheet at a flat angle. What the calibrated model did not"
+        " explain counts as noise of the joints; errors that all points share are not in it."
     )
     return _map("Scatter of the points", caption, across, along, 1e3 * std, "magma", "std [mm]")
 
@@ -68,7 +69,8 @@ def off_plane(quality: Quality) -> Picture | None:
     return picture(
         "Points about the largest plane",
         "Distances of the points that lie on the largest plane. Wider than promised: stripes do not agree with each"
-        " other, and the calibration has its share; narrower: the surface is met at a flat angle to the error.",
+        " other, and the calibration has its share; narrower: the surface is met at a flat angle to the error, or the"
+        " calibration took for noise what its model did not explain.",
         f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * plane.rms_m:.3g} mm.",
         paint,
     )
