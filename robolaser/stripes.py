@@ -4,9 +4,7 @@
 along the stripe.
 """
 
-import os
 import stat
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -15,7 +13,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
+from robolaser.errors import FileUnreadable, OutputExists, StripesForeign
+from robolaser.tables import written_whole
 
 FILE = "stripes.npy"
 """Its name in the recording's folder."""
@@ -69,18 +68,8 @@ def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = Fa
     """
     if path.exists() and not overwrite:
         raise OutputExists(path)
-    try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                count = _written(file, blocks)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-    except OSError as error:
-        raise FileUnwritable(path, error.strerror or str(error)) from None
-    return count
+    with written_whole(path) as file:
+        return _written(file, blocks)
 
 
 def _written(file: BinaryIO, blocks: Iterable[Stripes]) -> int:
@@ -92,8 +81,6 @@ def _written(file: BinaryIO, blocks: Iterable[Stripes]) -> int:
         count += len(block)
     file.seek(0)
     _announce(file, count)
-    file.flush()
-    os.fsync(file.fileno())
     return count
 
 

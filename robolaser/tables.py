@@ -6,10 +6,10 @@ import os
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import final
+from typing import BinaryIO, final
 
 import numpy as np
 
@@ -247,17 +247,30 @@ def write_together(files: Mapping[Path, bytes]) -> None:
     Raises:
         FileUnwritable: The disk or the rights say no.
     """
-    staged: dict[Path, str] = {}
-    try:
-        for path, data in files.items():
+    with ExitStack() as open_files:
+        staged = {path: open_files.enter_context(_beside(path)) for path in files}
+        for path, file in staged.items():
             with _naming(path):
-                staged[path] = _staged(path, data)
-        for path, temporary in staged.items():
+                file.write(files[path])
+                _settle(file)
+        for path, file in staged.items():
             with _naming(path):
-                os.replace(temporary, path)
-    finally:
-        for temporary in staged.values():
-            Path(temporary).unlink(missing_ok=True)
+                os.replace(file.name, path)
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to write to that is there once all is written, and not at all where something goes wrong.
+
+    What was there before stays until then.
+
+    Raises:
+        FileUnwritable: The disk or the rights say no.
+    """
+    with _beside(path) as file, _naming(path):
+        yield file
+        _settle(file)
+        os.replace(file.name, path)
 
 
 @contextmanager
@@ -268,16 +281,20 @@ def _naming(path: Path) -> Iterator[None]:
         raise FileUnwritable(path, error.strerror or str(error)) from None
 
 
-def _staged(path: Path, data: bytes) -> str:
-    """The data, safe on the disk, under a name of its own beside the file that it will become."""
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return temporary
+@contextmanager
+def _beside(path: Path) -> Iterator[BinaryIO]:
+    """A file under a name of its own beside the one that it may become; gone afterwards unless it was renamed."""
+    with _naming(path):
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    with open(name, "wb", opener=lambda *_: descriptor) as file:
+        try:
+            yield file
+        finally:
+            Path(name).unlink(missing_ok=True)
+
+
+def _settle(file: BinaryIO) -> None:
+    """See that all is safe on the disk, for everybody to read."""
+    file.flush()
+    os.fsync(file.fileno())
+    os.chmod(file.name, 0o644)

@@ -1,7 +1,5 @@
 """Point clouds on disk: binary PLY, written piece by piece, whole or not at all."""
 
-import os
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import BinaryIO
@@ -10,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
-from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
+from robolaser.errors import CloudUnreadable, OutputExists
+from robolaser.tables import written_whole
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
@@ -40,18 +39,8 @@ def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *
     """
     if path.exists() and not overwrite:
         raise OutputExists(path)
-    try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                count = _written(file, pieces, comments)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-    except OSError as error:
-        raise FileUnwritable(path, error.strerror or str(error)) from None
-    return count
+    with written_whole(path) as file:
+        return _written(file, pieces, comments)
 
 
 def map_ply(path: Path) -> Vertices:
@@ -91,8 +80,6 @@ def _written(file: BinaryIO, pieces: Iterable[Vertices], comments: Sequence[str]
         count += len(piece)
     file.seek(0)
     file.write(_header(count, comments))
-    file.flush()
-    os.fsync(file.fileno())
     return count
 
 
