@@ -3,15 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.compiled.light import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.compiled.loops import compiled
-
-FULL = 255
-STEPS = 4
-DAMPING = 1e-3
-SETTLED = 1e-9
-STILL = 1e-3
-SHORTER, LONGER = -0.4, 0.6
-FEWEST = 7
 
 
 @compiled
@@ -57,7 +50,7 @@ def fit(
                 _solve(N, r)
                 s = bell[2]
                 r[1] = min(max(r[1], -s), s)
-                r[2] = min(max(r[2], SHORTER * s), LONGER * s)
+                r[2] = min(max(r[2], LONGEST[0] * s), LONGEST[1] * s)
                 for k in range(5):
                     bell[k] += r[k]
                 step = step + 1 if max(abs(r[1]), abs(r[2])) > STILL * s else STEPS

@@ -1,7 +1,7 @@
 """How loops are compiled: without Python's lock, and kept on disk from one run to the next.
 
-What is kept is made anew when the file of a function changes, but not when a function in another file does that it
-calls: after such a change, delete `__pycache__/*.nb?`.
+What is kept is made anew when the file of a function changes, but not when a function or a number in another file does
+that it takes from there: after such a change, delete `__pycache__/*.nb?`.
 """
 
 import sys

@@ -3,11 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.compiled.light import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.compiled.loops import compiled
-
-LEVEL, FOOT = 0.6, 0.3
-FULL = 255
-LEAST_TOLD = 0.1
 
 
 @compiled

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.scatter import spread
 
 DRAWS = 600  # samples of points: with a fifth of them on the solid one is clean, but for one case in a hundred
 JUDGES = 4000  # points by which samples are judged
@@ -105,11 +106,11 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
         w = weight[on] / weight[on].sum()
         middle = w @ xyz[on]
         if free:
-            spread = xyz[on] - middle
-            normal = np.linalg.eigh((w[:, None] * spread).T @ spread)[1][:, 0]
+            about = xyz[on] - middle
+            normal = np.linalg.eigh((w[:, None] * about).T @ about)[1][:, 0]
         offset = float(normal @ middle)
         off = xyz @ normal - offset
-        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * _spread(off[on]))
+        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
         if np.array_equal(before, on):
             break
     if free and normal[np.abs(normal).argmax()] < 0:
@@ -159,7 +160,7 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sph
         step = np.linalg.lstsq(np.sqrt(w)[:, None] * J, -np.sqrt(w) * off[on], rcond=None)[0]
         centre, radius = centre + step[:3], radius + float(step[3])
         off = np.linalg.norm(xyz - centre, axis=-1) - radius
-        on = np.abs(off) < np.maximum(near, NEAR_STD * _spread(off[on]))
+        on = np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
         if np.abs(step).max() < 1e-9:
             break
     if on.sum() < FEWEST:
@@ -207,8 +208,3 @@ def _weights(std: Array) -> Array:
     if not np.isfinite(std).all() or not (std > 0).any():
         return np.ones(len(std))
     return np.asarray(1.0 / np.maximum(std, FLOOR * np.median(std)) ** 2)
-
-
-def _spread(off: Array) -> float:
-    """Standard deviation by the median distance."""
-    return 1.4826 * float(np.median(np.abs(off)))

@@ -7,10 +7,10 @@ from robolaser.arrays import Array
 from robolaser.scan.ply import Vertices, places_of
 from robolaser.viewer.shapes import Dots
 
-MOST = 1_000_000
-CLEAR = 1.0, 99.0  # percentiles between which colours are spread
-SPACING = 0.6  # of dots, as a share of what each has of the cloud's extent
-LEAST_M, MOST_M = 1e-4, 3e-3
+MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
+CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all
+SPACING = 0.6  # size of a dot over the distance to its neighbours: a surface looks closed, its grain still shows
+LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger ones hide edges
 
 
 def thinned(vertices: Vertices, most: int = MOST) -> Dots | None:

@@ -8,6 +8,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 
 Axis = Literal["u", "v"]
+MOST_LOPSIDED = 0.15
+"""Shift of the middle between foot and top, as a share of the width, beyond which a profile is no stripe's."""
 
 
 @final
@@ -37,6 +39,11 @@ class Centres:
 
     def __len__(self) -> int:
         return len(self.line)
+
+    @property
+    def even(self) -> Bools:
+        """Whether each profile is as even as a stripe's, (n,)."""
+        return np.asarray(np.abs(self.lopsided) <= MOST_LOPSIDED * self.width)
 
     def at(self, kept: Bools | Ints) -> "Centres":
         """Give some of them, by mask or index."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.scatter import spread
 from robolaser.vision.centres import Centres
-from robolaser.vision.places import spread
 
 STEEPEST = 3.0
 """Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
@@ -17,17 +17,15 @@ WINNING = 0.5
 stripe is hidden."""
 BREADTHS = (1 / 3, 3.0)
 """Width of a run over the typical one, within which it may be the stripe."""
-MOST_LOPSIDED = 0.15
-"""Shift of the middle between foot and top, as a share of the width, beyond which a profile is no stripe's."""
 ROUGHEST_PX = 0.7
 """Mean distance of a piece's middles from where their neighbours see them; more is texture."""
 MOST_JUMP_PX = 3.0
 """Distance [px] beyond which a middle does not speak more against its piece."""
 BESIDE = 5
 """Lines on either side that say where a middle should be."""
-JUMP_SIGMAS = 5.0
+STRAY_SIGMAS = 5.0
 """Distance from there, in standard deviations as the stripe shows them, beyond which a middle is a stray."""
-JUMP_LEAST_PX = 0.3
+STRAY_LEAST_PX = 0.3
 """The same at least [px]: surfaces are not smooth."""
 OF_JUMP = 1.08
 """Scatter of a middle against the median of five pairs about it, over its own."""
@@ -70,7 +68,7 @@ def one_stripe(centres: Centres, across: Array) -> tuple[Bools, float]:
     at, jump = at[calm], jump[calm]
     relative = jump / (OF_JUMP * centres.std[at])
     excess = max(1.0, spread(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
-    stray = np.abs(jump) > np.maximum(JUMP_SIGMAS * excess * OF_JUMP * centres.std[at], JUMP_LEAST_PX)
+    stray = np.abs(jump) > np.maximum(STRAY_SIGMAS * excess * OF_JUMP * centres.std[at], STRAY_LEAST_PX)
     chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
     return chosen, excess
 
@@ -91,8 +89,9 @@ def _fitting(centres: Centres) -> Bools:
     if len(heavy) == 0:
         return np.zeros(0, dtype=np.bool_)
     typical = centres.width[order[np.searchsorted(heavy, 0.5 * heavy[-1])]]
-    even = np.abs(centres.lopsided) <= MOST_LOPSIDED * centres.width
-    return np.asarray(even & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical))
+    return np.asarray(
+        centres.even & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical)
+    )
 
 
 def pieces(line: Ints, x: Array) -> Ints:

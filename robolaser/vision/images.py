@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from robolaser.compiled.light import FULL
 from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.shots import Shots
 from robolaser.vision.board import Image
@@ -16,8 +17,6 @@ BRIGHTEST_ROOM = 200
 """Grey without the laser from which on a pixel is a lamp, full by itself."""
 SATURATED_FULL = 95.0
 """Percentage of the pixels that the laser saturated which are to be full in the difference."""
-FULL = 255
-"""Grey at which a pixel says no more than that it was at least as bright."""
 
 
 def read_grey(path: Path, width_px: int, height_px: int) -> Image:
@@ -41,9 +40,9 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
 
 def laser_alone(lit: Image, unlit: Image) -> Image:
     """What the laser adds to an image, on an even ground; what it saturated is full here too."""
-    ambient = unlit[lit == FULL]
-    ambient = ambient[ambient < BRIGHTEST_ROOM]
-    ground = max(PEDESTAL, int(np.percentile(ambient, SATURATED_FULL)) if len(ambient) else 0)
+    room = unlit[lit == FULL]
+    room = room[room < BRIGHTEST_ROOM]
+    ground = max(PEDESTAL, int(np.percentile(room, SATURATED_FULL)) if len(room) else 0)
     return np.asarray(cv2.addWeighted(lit, 1.0, unlit, -1.0, ground), dtype=np.uint8)
 
 

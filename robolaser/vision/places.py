@@ -4,14 +4,13 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.scatter import spread
 from robolaser.vision.centres import Centres
 
-GATE_PX = 3.0
-"""Distance [px] within which a middle speaks for a line, while lines are still being tried."""
 STRATA = 20
 """Lines tried are drawn through middles in this many parts of the image."""
 WIDEST_GATE_PX = 3.0
-"""Distance [px] beyond which no middle is kept, however much the board bows."""
+"""Distance [px] beyond which no middle is kept, however much the board bows, nor speaks for a line that is tried."""
 NARROWEST_GATE_PX = 1.0
 """Distance [px] within which a middle is always kept: no board is perfectly flat."""
 GATE_SIGMAS = 3.0
@@ -28,8 +27,12 @@ CHANGE_SPAN = 10
 """Lines of pixels on either side between which the stripe's width is compared."""
 MOST_CHANGE = 0.12
 """Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
-MOST_LOPSIDED = 0.15
-"""Shift of the middle between foot and top, as a share of the width, beyond which a profile is not trusted."""
+ROUNDS = 6
+"""Fits of the straight line at most, each to the middles near the one before; mostly two settle it."""
+APART = 0.8
+"""Distance of two middles that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
+JURY = 200
+"""Middles that judge a line, at least, where there are as many: more tell no more."""
 
 
 def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> tuple[Bools, Array]:
@@ -46,11 +49,11 @@ def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> 
     """
     if len(along) < 2:
         return np.zeros(len(along), dtype=np.bool_), np.zeros(len(along))
-    usable = np.abs(centres.lopsided) < MOST_LOPSIDED * centres.width
+    usable = centres.even
     slope, start = _likeliest(along, across, np.where(usable, nearness, 0.0))
     off = _distance(along, across, slope, start)
-    gate = GATE_PX
-    for _ in range(6):
+    gate = WIDEST_GATE_PX
+    for _ in range(ROUNDS):
         kept = usable & (np.abs(off) <= gate)
         if kept.sum() < 2:
             return np.zeros(len(along), dtype=np.bool_), off
@@ -60,11 +63,6 @@ def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> 
     kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= WIDEST_GATE_PX))
     kept = _undisturbed(centres, off, kept) & (np.abs(off) <= gate)
     return kept & _supported(centres.line, kept), off
-
-
-def spread(values: Array) -> float:
-    """Standard deviation as the median tells it, for values about zero."""
-    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def jumps(off: Array) -> Array:
@@ -91,15 +89,15 @@ def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float
     post = np.concatenate(posts)
     i, j = np.triu_indices(len(post), k=1)
     i, j = post[i], post[j]
-    apart = np.abs(along[j] - along[i]) >= 0.8 * (high - low) / STRATA
+    apart = np.abs(along[j] - along[i]) >= APART * (high - low) / STRATA
     i, j = i[apart], j[apart]
     if len(i) == 0:
         return 0.0, float(np.median(across[able]))
     slope = (across[j] - across[i]) / (along[j] - along[i])
     start = across[i] - slope * along[i]
-    jury = able[:: max(1, len(able) // 200)]
+    jury = able[:: max(1, len(able) // JURY)]
     off = np.abs(across[jury] - slope[:, None] * along[jury] - start[:, None])
-    votes = (off <= GATE_PX * np.hypot(1.0, slope)[:, None]) @ weight[jury]
+    votes = (off <= WIDEST_GATE_PX * np.hypot(1.0, slope)[:, None]) @ weight[jury]
     best = int(np.argmax(votes))
     return float(slope[best]), float(start[best])
 

@@ -1,3 +1,5 @@
+"""A lens is found where it is, and freed only as far as the boards say."""
+
 import cv2
 import numpy as np
 import pytest

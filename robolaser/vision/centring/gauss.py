@@ -4,9 +4,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import available
+from robolaser.compiled.light import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.vision.board import Image
-from robolaser.vision.centring.mass import FOOT, LEVEL, Profiles
-from robolaser.vision.images import FULL
+from robolaser.vision.centring.mass import Profiles
 from robolaser.vision.runs import Runs
 
 BEYOND_SIGMAS = 3.0
@@ -15,18 +15,6 @@ BEYOND_FULL_SIGMAS = 2.0
 """The same for saturated profiles, whose ground is taken for level: flanks alone tell its slope from a shift badly."""
 BROADEST_FULL = 12
 """Saturated pixels beyond which light is glare and no bell: the centre of mass between the flanks stands."""
-STEPS = 4
-"""Gauss-Newton steps; the start is good to a tenth of the width."""
-DAMPING = 1e-3
-"""Added to the normal equations' diagonal while stepping, as a share."""
-SETTLED = 1e-9
-"""Added always, so that the equations have a solution where pixels tell nothing."""
-STILL = 1e-3
-"""Step of middle and breadth, in breadths, after which no further one is worth while."""
-LONGEST = (-0.4, 0.6)
-"""Steps of the bell's breadth at most, as shares; its middle moves by less than one breadth."""
-FEWEST = 7
-"""Pixels that are needed for five unknowns."""
 FARTHEST = 0.5
 """Distance of the bell's middle from the centre of mass, and its deviation, in widths, beyond which it is no fit."""
 

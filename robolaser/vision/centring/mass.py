@@ -7,18 +7,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.compiled import available
+from robolaser.compiled.light import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.vision.board import Image
-from robolaser.vision.images import FULL
 from robolaser.vision.runs import Runs, grey_at
 
-LEVEL = 0.6
-"""Height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo."""
-FOOT = 0.3
-"""Height at which a second middle is taken; how far it lies off tells a lopsided profile."""
 FLANK_PX = 0.05
 """Error [px] of a saturated middle beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
-LEAST_TOLD = 0.1
-"""Squared distances of pixels from the middle [px²] that a middle hangs on, at least."""
 
 
 @final
