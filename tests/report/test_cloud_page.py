@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 from scanned import calibrated, dataset, middles, recorded, written
 
 from robolaser.report.cloud import page, print_cloud
+from robolaser.report.cloud.lines import figures, heading
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
@@ -86,9 +87,15 @@ def test_the_same_cloud_gives_the_same_page(scan, pages):
 
 
 @pytest.mark.parametrize("name", QUALITIES)
-def test_the_terminal_says_what_the_page_says(scan, name):
+def test_the_terminal_says_what_the_page_says(scan, pages, name):
     out = StringIO()
     print_cloud(scan, QUALITIES[name](), Path("cloud.ply"), console=Console(file=out))
-    assert "scatter" in out.getvalue()
-    assert f"{scan.cloud.tally.points} points" in out.getvalue()
-    assert "nan" not in out.getvalue()
+    words = " ".join(out.getvalue().split())
+    shown = " ".join(" ".join(Reader(pages[name]).texts).split())
+    lines = list(figures(scan, QUALITIES[name]()))
+    assert len(lines) >= 2
+    for text in (heading(scan), *(text for line in lines for text in (line.what, line.value, line.remark))):
+        assert " ".join(text.split()) in words
+        assert " ".join(text.split()) in shown.replace("\u2212", "−")
+    assert f"{scan.cloud.tally.points} points" in words
+    assert "nan" not in words
