@@ -9,7 +9,7 @@ it.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import islice
 from typing import final
 
@@ -18,15 +18,15 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.compiled import available, cores, share_out
 from robolaser.errors import NoMiddles, NothingMet
+from robolaser.scan.bent import bent
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.lever import levers
-from robolaser.scan.ply import VERTEX, Vertices, places_of
+from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.sight import FARTHEST_M, Sight
 from robolaser.scan.sources import Source, as_points, check_poses
-from robolaser.se3 import apply, carry
+from robolaser.se3 import apply
 from robolaser.seams import Seam
 from robolaser.search import Progress
-from robolaser.sensors.head import in_image
 from robolaser.stripes import STRIPE, Stripes
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
@@ -96,58 +96,33 @@ class Cloud:
     def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:
         stripes = read()
         check_poses(stripes, self.sight.dataset)
-        whole = self.source.points is not None or not available()
+        whole = self.source.points is not None or self._bent is None or not available()
         found[place] = len(stripes), self._in_numpy(stripes) if whole else self._compiled(stripes)
 
+    @cached_property
+    def _bent(self) -> tuple[Array, Array] | None:
+        return bent(self.sight.effects, self.sight.dataset)
+
     def _compiled(self, stripes: Stripes) -> Vertices:
-        if self.sight.bends(Seam.LIGHT):
-            return self._lit(stripes)
-        return self._shown(stripes, self.sight.camera, packed=True)
-
-    def _lit(self, stripes: Stripes) -> Vertices:
-        """Points that an effect slides along their rays; their scatter is that of the rays that it found."""
-        stand = np.broadcast_to(np.eye(4), self.sight.camera.shape)
-        out = self._shown(stripes, np.ascontiguousarray(stand), packed=False)
-        bend, pose = self.sight.bend(as_points(stripes)), stripes["pose"].astype(np.int64)
-        places: Array = carry(self.sight.camera[None], pose, bend(Seam.LIGHT, places_of(out)[None]))[0]
-        for axis, name in enumerate("xyz"):
-            out[name] = places[:, axis]
-        seen = np.isfinite(out["x"])  # a point is a number as a whole, or not at all
-        return out if seen.all() else out[seen]
-
-    def _shown(self, stripes: Stripes, T_base_camera: Array, *, packed: bool) -> Vertices:
         from robolaser.compiled.cloud import vertices  # noqa: PLC0415 - numba takes a third of a second to load
 
-        camera = np.array([self.sight.values[name][0] for name in CAMERA])
+        assert self._bent is not None  # else it would be done in NumPy
         n, stripes = len(stripes), np.ascontiguousarray(stripes)
-        if self.sight.bends(Seam.PIXELS, Seam.IMAGE):
-            stripes = self._flat(stripes)
-            camera[:5] = 0.0, 0.0, 1.0, 1.0, 0.0  # takes metric points as they are
         out = np.empty(n, VERTEX)
         count = vertices(
             stripes.view("<f4").reshape(n, STRIPE.itemsize // 4),
             stripes.view("<u4").reshape(n, STRIPE.itemsize // 4),
-            camera,
+            np.array([self.sight.values[name][0] for name in CAMERA]),
             self.sight.dataset.stripe_axis == "u",
             self.sight.sheet,
-            T_base_camera,
+            self.sight.camera,
             self.arm,
+            *self._bent,
             FARTHEST_M,
-            packed,
             out.view("<f4").reshape(n, VERTEX.itemsize // 4),
             out.view("<u4").reshape(n, VERTEX.itemsize // 4),
         )
         return out[:count]
-
-    def _flat(self, stripes: Stripes) -> Stripes:
-        """Metric image points without distortion in the place of pixels, their scatter in metres too."""
-        sight, points = self.sight, as_points(stripes)
-        flat = stripes.copy()
-        assert points.pixel is not None  # stripes have pixels
-        image = in_image(points.pixel[None], sight.values, sight.bend(points))[0]
-        flat["u"], flat["v"] = image[:, 0], image[:, 1]
-        flat["std"] *= sight.values["s_v" if sight.dataset.stripe_axis == "u" else "s_u"][0]
-        return flat
 
     def _in_numpy(self, stripes: Stripes) -> Vertices:
         points = self.source.points or as_points(stripes)

@@ -1,18 +1,21 @@
 """Where a scan puts points, and how sure it is of them."""
 
 import tracemalloc
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
 
 import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
 from robolaser.effects import suspects
+from robolaser.effects.effect import Effect, parameter
 from robolaser.errors import NothingMet, NothingToScan, ScannerDiffers, StripesStray
 from robolaser.scan import prepare, read_calibration, sources
 from robolaser.scan.ply import VERTEX, places_of
 from robolaser.scan.survey import Survey
 from robolaser.scanner import Model
+from robolaser.seams import Seam
 
 EFFECTS = {
     "none": ([], {}),
@@ -42,6 +45,9 @@ EFFECTS = {
         {
             "laser_roll.laser.angle": 0.02,
             "laser_curvature.laser.curvature": 0.1,
+            "laser_curvature.laser.cone": 0.02,
+            "tangential_distortion.camera.p_1": 0.4,
+            "tangential_distortion.camera.p_2": -0.3,
             "radial_distortion.camera.k_2": 2e7,
             "stripe_bias.laser.slope": 0.4,
         },
@@ -99,6 +105,38 @@ def test_compiled_and_plain_ways_agree(data, effects, tmp_path):
     near = np.linalg.norm(places_of(plain), axis=1) < 2.0
     np.testing.assert_allclose(places_of(compiled)[near], places_of(plain)[near], atol=1e-6)
     np.testing.assert_allclose(compiled["std"][near], plain["std"][near], rtol=0.05)
+
+
+@final
+@dataclass(frozen=True)
+class Smudge(Effect):
+    """A lens that somebody touched: nothing that any loop was compiled for."""
+
+    name: ClassVar[str] = "smudge"
+    title: ClassVar[str] = "a smudge"
+    reference: ClassVar[str] = "made up"
+    seam: ClassVar[Seam] = Seam.IMAGE
+
+    size: np.ndarray = parameter(unit="m", bound=1e-3, typical=1e-5)
+
+    @classmethod
+    def places(cls, dataset):
+        return ("camera",)
+
+    def bend(self, passing, scene):
+        return passing + self.size[:, None, None] * np.sin(1e3 * passing)
+
+
+def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tmp_path):
+    scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", middles(data, per_pose=200)), tmp_path)
+    straight = places(scan)
+    cloud = replace(scan.cloud, sight=replace(scan.cloud.sight, effects=(Smudge("camera", np.array([1e-5])),)))
+    smudged = np.concatenate([places_of(piece) for piece in cloud.pieces()])
+    stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
+    wanted = cloud.sight.in_base(sources.as_points(stripes))
+    np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)
+    assert len(smudged) > 1000
+    assert len(smudged) != len(straight) or np.abs(smudged - straight).max() > 1e-5
 
 
 def test_std_is_how_far_noise_moves_a_point(data, tmp_path):
