@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, count, make_folder, progress_bar, seed, warn
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists, SearchStopped
+from robolaser.typed import count, seed
 
 RESULT = "calibration.json"
 

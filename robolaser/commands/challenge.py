@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, final
 
-from robolaser.commands.command import Command, count, make_folder, progress_bar, seed
+from robolaser.commands.command import Command, make_folder, progress_bar
 from robolaser.errors import OutputExists, RangeUnclear
+from robolaser.typed import count, seed
 
 if TYPE_CHECKING:
     from robolaser.challenge.building import Ranges

@@ -1,7 +1,6 @@
 """What a command is, and what commands have in common: folders, progress and messages."""
 
 import argparse
-import math
 import sys
 import tempfile
 import time
@@ -33,33 +32,6 @@ class Command(ABC):
         Raises:
             RobolaserError: What was wrong, for the user.
         """
-
-
-def count(text: str) -> int:
-    """A whole number from 1, as typed."""
-    return _whole(text, least=1)
-
-
-def positive(text: str) -> float:
-    """A number above zero, as typed."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}, expected a number above 0")
-    return number
-
-
-def seed(text: str) -> int:
-    """A seed, as typed."""
-    return _whole(text, least=0)
-
-
-def _whole(text: str, *, least: int) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from {least}")
-    return int(text)
 
 
 def make_folder(folder: Path) -> None:

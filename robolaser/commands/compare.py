@@ -7,9 +7,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
-from robolaser.commands.command import Command, count, make_folder, positive
+from robolaser.commands.command import Command, make_folder
 from robolaser.comparison.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
+from robolaser.typed import count, positive
 
 if TYPE_CHECKING:
     from robolaser.comparison.contest import Contest

@@ -6,8 +6,9 @@ import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, make_folder, progress_bar, seed, warn
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists
+from robolaser.typed import seed
 
 RESULT = "diagnosis.json"
 

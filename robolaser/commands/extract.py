@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
-from robolaser.commands.command import Command, count, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import FileUnwritable, OutputExists, StoppedLate
+from robolaser.typed import count
 
 if TYPE_CHECKING:
     from robolaser.dataset import Dataset

@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, count, seed
+from robolaser.commands.command import Command
 from robolaser.errors import OptionsClash, OutputExists
+from robolaser.typed import count, seed
 
 NOISES = ("pixel_px", "target_m", "joint_rad", "point_m")
 OWN = {"sensor": "stripe", "poses": 40, "points": None, "repeats": 1, "unplaced": False, **dict.fromkeys(NOISES)}

@@ -15,19 +15,19 @@ from types import TracebackType
 from typing import Self, final
 
 from robolaser.errors import EmulatorSilent
+from robolaser.typed import hurry, port, seed
 
 STARTING_S = 60.0
 """Longest that an emulator may take to come up: numba may compile first."""
 ENDING_S = 5.0
-LAST_PORT = 65535
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
     """Say what can be given to an emulator."""
     parser.add_argument("cell", metavar="CELL", type=Path, help="folder with cell.toml, dataset.toml and the URDF")
     parser.add_argument("--world", metavar="WORLD.toml", type=Path, help="what the camera sees; without it, no camera")
-    parser.add_argument("--hurry", metavar="N", type=_positive, default=1.0, help="its clock runs N times faster")
-    parser.add_argument("--seed", metavar="N", type=_whole, default=1, help="of noise and faults; default: 1")
+    parser.add_argument("--hurry", metavar="N", type=hurry, default=1.0, help="its clock runs N times faster")
+    parser.add_argument("--seed", metavar="N", type=seed, default=1, help="of noise and faults; default: 1")
     parser.add_argument(
         "--fault",
         metavar="KIND[:AMOUNT][@WHEN]",
@@ -35,7 +35,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="for example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again",
     )
-    parser.add_argument("--camera-port", metavar="N", type=_port, default=0, help="default: any that is free")
+    parser.add_argument("--camera-port", metavar="N", type=port, default=0, help="default: any that is free")
     parser.add_argument("--socket", action="store_true", help="serve the arm as socket://, not as a pseudo terminal")
 
 
@@ -139,25 +139,3 @@ def _hung_up() -> bool:
             return bool(ready.select(0)) and not os.read(0, 1024)
     except OSError:
         return False
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number <= 1000:
-        raise argparse.ArgumentTypeError(f"{text}, expected a number above 0, up to 1000")
-    return number
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from 0")
-    return int(text)
-
-
-def _port(text: str) -> int:
-    if _whole(text) > LAST_PORT:
-        raise argparse.ArgumentTypeError(f"{text}, expected a port, up to {LAST_PORT}")
-    return int(text)
