@@ -5,14 +5,17 @@ from pathlib import Path
 from typing import final
 
 from robolaser.dataset import Dataset
-from robolaser.errors import FormatUnknown, NotACell
+from robolaser.errors import CellWithoutRobot, FormatUnknown, NotACell, SettingWrong
 from robolaser.folder import describe
+from robolaser.robot import Robot
 from robolaser.settings import Settings, read_settings
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
 USUAL_BAUD = 9600
 USUAL_SETTLE_S = 0.3
+ADDRESSES = range(254)
+"""Of servos; 254 is everybody's."""
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -22,7 +25,7 @@ class ArmLine:
     """The arm's controller and the line to it.
 
     Attributes:
-        kind: Name of its language, see `robolaser.devices.ARMS`.
+        kind: Name of its language, see `robolaser.devices.arms.ARMS`.
         port: A device or any URL that pyserial opens.
         baud: Bits a second.
         flow: "none" or "xonxoff".
@@ -65,9 +68,13 @@ class CameraLine:
 class Limits:
     """What no pose may break.
 
+    Links are straight lines between their joints here, as thick as nothing, so the ends of each say how low it reaches:
+    state a floor higher than the real one by half of what the thickest link measures. Only the flange's reach counts.
+
     Attributes:
-        floor_m: Height in the base frame that no moving part of the arm goes below [m]; None: no floor.
-        reach_m: Farthest that the flange may be from the base's axis and foot [m]; None: as far as the arm goes.
+        floor_m: Height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no
+            floor.
+        reach_m: Farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes.
         speed_rad_s: Fastest that any joint turns [rad/s or m/s].
     """
 
@@ -98,6 +105,12 @@ class Cell:
     warnings: tuple[str, ...] = ()
 
     @property
+    def robot(self) -> Robot:
+        """Its arm."""
+        assert self.description.robot is not None  # a cell without one is not read
+        return self.description.robot
+
+    @property
     def folder(self) -> Path:
         """Where it lies."""
         assert self.description.folder is not None  # it was read from there
@@ -112,6 +125,7 @@ def load_cell(folder: str | Path) -> Cell:
     """Read and check a cell.
 
     Raises:
+        CellWithoutRobot: There is no arm in it.
         RobolaserError: With file and key of what is wrong.
     """
     folder = Path(folder)
@@ -122,7 +136,9 @@ def load_cell(folder: str | Path) -> Cell:
     if found != FORMAT:
         raise FormatUnknown(FILE, found, FORMAT)
     description = describe(folder)
-    joints = 0 if description.robot is None else len(description.robot.joints)
+    if description.robot is None:
+        raise CellWithoutRobot(folder)
+    joints = len(description.robot.joints)
     limits, laser = settings.section("limits"), settings.section("laser")
     return Cell(
         description=description,
@@ -134,22 +150,33 @@ def load_cell(folder: str | Path) -> Cell:
             reach_m=_maybe(limits, "reach_m"),
             speed_rad_s=limits.number("speed_rad_s", positive=True, default=USUAL_SPEED_RAD_S),
         ),
-        warnings=(*description.warnings, *settings.passed_over()),
+        warnings=(*description.warnings, *settings.passed_over(), *_unlimited(limits)),
     )
+
+
+def _unlimited(limits: Settings) -> list[str]:
+    kept = {"floor_m": "no part of the arm is kept from the floor", "reach_m": "the arm may stretch as far as it goes"}
+    return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if key not in limits]
 
 
 def _arm(said: Settings, joints: int) -> ArmLine:
     def each(key: str) -> tuple[float, ...]:
         return said.numbers(key, joints, default=()) if key in said else ()
 
+    direction, ids = each("direction"), each("ids")
+    if not set(direction) <= {-1.0, 1.0}:
+        raise SettingWrong(said.key("direction"), list(direction), "+1 or -1 for each joint", FILE)
+    if len(set(ids)) < len(ids) or not set(ids) <= set(ADDRESSES):
+        expected = f"different whole numbers from {ADDRESSES[0]} to {ADDRESSES[-1]}"
+        raise SettingWrong(said.key("ids"), list(ids), expected, FILE)
     return ArmLine(
         kind=said.text("kind"),
         port=said.text("port"),
         baud=said.count("baud", least=1, default=USUAL_BAUD),
         flow=said.text("flow", default="none", one_of=("none", "xonxoff")),
-        ids=tuple(int(number) for number in each("ids")),
+        ids=tuple(int(number) for number in ids),
         reference_rad=each("reference_rad"),
-        direction=each("direction"),
+        direction=direction,
         home=said.flag("home", default=False),
     )
 

@@ -19,9 +19,9 @@ from robolaser.sensors.sensor import SIX, motion
 from robolaser.simulate.reaching import touching
 
 SPARE = 4  # candidates for each posture wanted,
-LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds
+LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted
 BATCH = 600  # postures tried at a time
-BATCHES = 60
+BATCHES = 60  # for so many candidates as usual, and more in proportion
 MARGIN = 0.04  # of the image, left free around the board
 ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
 Allowed = Callable[[Array], Bools]
@@ -52,9 +52,9 @@ class _Sight:
         Raises:
             TooFewSights: There are not enough.
         """
-        enough = int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES))
-        found, tried = np.empty((0, len(self.robot.joints))), 0
-        for _ in range(BATCHES):
+        enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
+        found, tried, seeing = np.empty((0, len(self.robot.joints))), 0, 0
+        for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
             start = anywhere(self.robot, BATCH, rng)
             start = start[self._turned_to_it(start)]
             inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
@@ -63,11 +63,11 @@ class _Sight:
             q, reached = touching(self.robot, lambda q: self.robot.forward(q[None])[0], place, goal, start)
             q = q[reached]
             q = q[self._sees(q)]
-            found, tried = np.concatenate([found, q[allowed(q)]]), tried + BATCH
+            found, tried, seeing = np.concatenate([found, q[allowed(q)]]), tried + BATCH, seeing + len(q)
             if len(found) >= enough:
                 break
         if len(found) < wanted:
-            raise TooFewSights(self.robot.name, wanted, tried, len(found))
+            raise TooFewSights(self.robot.name, wanted, tried, seeing, len(found))
         return found[:enough]
 
     def _in_flange(self, aside: float) -> Array:
@@ -118,7 +118,7 @@ def planned(
 
     Raises:
         CannotPlan, TargetPlaceUnknown: Something is not said.
-        TooFewSights: The arm sees the board from too few postures.
+        TooFewSights: The arm sees the board from too few postures where it may stand.
         EffectUnknown, EffectSenseless, PlaceUnknown: The effects cannot be.
     """
     sight = _sight(description)
@@ -141,6 +141,8 @@ def most_telling(slopes: Array, count: int) -> Ints:
     Returns:
         Numbers of the blocks, (count,).
     """
+    if count == len(slopes):
+        return np.arange(count)
     of_each = np.einsum("krd,kre->kde", slopes, slopes)
     known = np.eye(slopes.shape[2])
     chosen: list[int] = []

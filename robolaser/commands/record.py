@@ -11,8 +11,9 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Never, final
 
-from robolaser.commands.command import Command, count, make_folder, positive, progress_bar, seed, warn
-from robolaser.errors import ArmDiffers, NothingMoved, NowhereToGo, PlanUnsafe
+from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.errors import NothingMoved, NowhereToGo, OptionIdle, PlanUnsafe
+from robolaser.typed import count, positive, seed
 
 if TYPE_CHECKING:
     from robolaser.cell import Cell
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
     from robolaser.robot import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
+SEED = 1
 SOURCES = ("poses", "plan", "next")
+NEEDS = {"seed": "plan", "separate": "plan", "run_up": "both_ways"}
+"""Options that say nothing without another."""
 
 
 @final
@@ -43,6 +47,12 @@ class Record(Command):
         where.add_argument(
             "--next", metavar="DIAGNOSIS.json", type=Path, help="go to the poses that a diagnosis asks for"
         )
+        parser.add_argument(
+            "--separate",
+            metavar="EFFECT[:WHERE]",
+            action="append",
+            help="with --plan: also tell this effect from all else; may be given again",
+        )
         parser.add_argument("--repeats", metavar="N", type=count, help="shots at each pose; default: 1")
         parser.add_argument(
             "--both-ways", action="store_true", help="visit each pose twice, all joints from below and from above"
@@ -51,12 +61,11 @@ class Record(Command):
             "--run-up",
             metavar="DEGREES",
             type=positive,
-            default=RUN_UP_DEG,
             help=f"with --both-ways: from how far; default: {RUN_UP_DEG:g}",
         )
         parser.add_argument("--port", metavar="URL", help="of the arm, in place of cell.toml's")
         parser.add_argument("--camera", metavar="SOURCE", help="in place of cell.toml's")
-        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="of --plan; default: 1")
+        parser.add_argument("--seed", metavar="N", type=seed, help=f"of --plan; default: {SEED}")
         going = parser.add_mutually_exclusive_group()
         going.add_argument("--dry-run", action="store_true", help="print the plan, check it, open nothing")
         going.add_argument("--move", action="store_true", help="let the arm move")
@@ -67,25 +76,23 @@ class Record(Command):
     def run(self, args: argparse.Namespace) -> None:
         """Check, and only then move."""
         from robolaser.cell import load_cell  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.devices.arms import language_of  # noqa: PLC0415
         from robolaser.devices.journal import Journal  # noqa: PLC0415
 
-        asked = [f"--{name}" for name in SOURCES if getattr(args, name) is not None]
-        if not asked and not args.resume:
-            raise NowhereToGo()
+        _see_sense(args)
         cell = _as_asked(load_cell(args.cell), args)
-        robot = cell.description.robot
-        if robot is None:
-            raise ArmDiffers(cell.arm.kind, 0, 1)
+        robot = cell.robot
         for sentence in cell.warnings:
             warn(sentence)
-        visits = _visits(cell, robot, args) if asked else None
+        language_of(cell)
+        visits = _visits(cell, robot, args) if _asked(args) else None
         if args.resume:
             journal = Journal.resume(cell, robot, args.output, visits, args.repeats)
             remaining = journal.remaining
         else:
             remaining = visits or ()
         _print_plan(cell, robot, remaining)
-        if args.dry_run:
+        if args.dry_run or not remaining:
             return
         if not args.move:
             raise NothingMoved()
@@ -93,6 +100,22 @@ class Record(Command):
             make_folder(args.output)
             journal = Journal.begin(cell, robot, args.output, remaining, args.repeats or 1, force=args.force)
         _record(cell, robot, journal)
+
+
+def _asked(args: argparse.Namespace) -> list[str]:
+    """The sources of poses that were named."""
+    return [name for name in SOURCES if getattr(args, name) is not None]
+
+
+def _see_sense(args: argparse.Namespace) -> None:
+    if not _asked(args):
+        if not args.resume:
+            raise NowhereToGo()
+        if args.both_ways:
+            raise OptionIdle("--both-ways", "poses that are named")
+    for option, other in NEEDS.items():
+        if getattr(args, option) is not None and not getattr(args, other):
+            raise OptionIdle(f"--{option.replace('_', '-')}", f"--{other.replace('_', '-')}")
 
 
 def _as_asked(cell: "Cell", args: argparse.Namespace) -> "Cell":
@@ -114,6 +137,7 @@ def _visits(cell: "Cell", robot: "Robot", args: argparse.Namespace) -> "tuple[Vi
     from robolaser.devices.checked import allowed  # noqa: PLC0415
     from robolaser.devices.route import both_ways, from_diagnosis, from_table, numbered  # noqa: PLC0415
 
+    run_up = math.radians(args.run_up or RUN_UP_DEG) if args.both_ways else 0.0
     if args.poses is not None:
         visits = from_table(args.poses, robot)
     elif args.next is not None:
@@ -121,10 +145,12 @@ def _visits(cell: "Cell", robot: "Robot", args: argparse.Namespace) -> "tuple[Vi
     else:
         from robolaser.visits import planned  # noqa: PLC0415
 
-        run_up = math.radians(args.run_up) if args.both_ways else 0.0
         may = allowed(cell.description, cell.limits, run_up)
-        visits = numbered(planned(cell.description, count=args.plan, allowed=may, seed=args.seed))
-    return both_ways(visits, math.radians(args.run_up)) if args.both_ways else visits
+        wanted = args.separate or ()
+        number = SEED if args.seed is None else args.seed
+        q = planned(cell.description, count=args.plan, effects=wanted, allowed=may, seed=number)
+        visits = numbered(q)
+    return both_ways(visits, run_up) if args.both_ways else visits
 
 
 def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None:
@@ -134,8 +160,8 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
         PlanUnsafe: It breaks the cell's limits.
     """
     from robolaser.devices.angles import shown  # noqa: PLC0415
-    from robolaser.devices.arriving import seconds_for  # noqa: PLC0415
     from robolaser.devices.checked import carried, lowest, violations  # noqa: PLC0415
+    from robolaser.devices.pace import seconds_for  # noqa: PLC0415
     from robolaser.devices.route import way  # noqa: PLC0415
 
     if not visits:
@@ -153,7 +179,8 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
     print(f"{len(visits)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
     broken = violations(robot, cell.limits, tools, None, names, q)
     if broken:
-        raise PlanUnsafe([str(violation) for violation in broken])
+        run_up = any(visit.approach is not None for visit in visits)
+        raise PlanUnsafe([str(violation) for violation in broken], run_up=run_up)
 
 
 def _record(cell: "Cell", robot: "Robot", journal: "Journal") -> None:
@@ -171,12 +198,16 @@ def _record(cell: "Cell", robot: "Robot", journal: "Journal") -> None:
     planned = len(journal.visits)
     with (
         _ended_as_by_hand(),
+        progress_bar() as progress,  # which counts from here: to open a line takes its time too
         open_camera(cell, clock, warn) as camera,
         open_arm(cell, clock) as arm,
-        progress_bar() as progress,
     ):
+
+        def tell(what: str) -> None:
+            progress(what, journal.done / planned)
+
         session = Session(cell, robot, arm, camera, journal, clock, warn)
-        session.run(lambda visit: progress(visit.name, journal.done / planned))
+        session.run(lambda visit: tell(visit.name), tell)
     print(f"Wrote {journal.done} of {planned} poses to {journal.folder}")
 
 

@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from typing import Self, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.cell import ArmLine
-from robolaser.devices.acl_talk import Talk
+from robolaser.devices.acl_talk import CALM, Talk
 from robolaser.devices.arm import Arm
 from robolaser.devices.clock import Clock
 from robolaser.devices.line import Line
@@ -22,8 +22,7 @@ AT_REFERENCE = 52
 MOST_COUNTS = 10_000_000
 PLACE = "RLP"
 """The controller's position that is overwritten for each motion; names have five letters at most."""
-CALM = "SPEED 10"
-"""Percent, for what moves the arm without saying how fast."""
+SEARCH = "HOME"
 HOMING_S = 300.0
 """Homing takes one to three minutes."""
 HOMING_QUIET_S = 1.5
@@ -42,6 +41,9 @@ class Acl(Arm):
     angle = reference_rad + direction (count - PAR(51 + axis)) (pi / 2) / PAR(32 + axis).
     """
 
+    all_at_once: ClassVar[bool] = True
+    knows_itself: ClassVar[bool] = False
+
     def __init__(self, line: Line, arm: ArmLine, joints: Sequence[str]) -> None:
         if not 0 < len(joints) <= AXES:
             raise ArmDiffers("acl", len(joints), AXES)
@@ -57,7 +59,7 @@ class Acl(Arm):
             raise ParameterSenseless(line.port, f"PAR {PER_QUARTER + i}", 0, "the counts for 90 degrees, not 0")
         self.step = np.abs(np.pi / 2 / self._per_quarter)
         self._talk.tell("CON")
-        self._talk.tell(CALM)
+        self._talk.tell(f"SPEED {CALM}")
         self._talk.ask(f"DEFP {PLACE}", lambda said: True if "O.K." in said or "DEFINED" in said.upper() else None)
         self._talk.tell(f"HERE {PLACE}")
 
@@ -103,7 +105,7 @@ class Acl(Arm):
 
     def home(self) -> None:
         """Search its home."""
-        self._talk.start("HOME")
+        self._talk.start(SEARCH)
         heard, asked, listens, silent = "", False, False, 0
         began = self._line.clock.now()
         while self._line.clock.now() - began < HOMING_S:
@@ -112,6 +114,8 @@ class Acl(Arm):
             failure = FAILED.search(heard)
             if failure:
                 raise HomeNotFound(self._line.port, f"the switch of axis {failure[1]} was not found")
+            self._talk.mind(text, SEARCH)
+            self._talk.see_whether_restarted()
             if ended:
                 self._talk.settle()
                 self._talk.tell(f"HERE {PLACE}")

@@ -12,16 +12,24 @@ Value = TypeVar("Value")
 ENTER = "\r"
 ABORT = "\x01"
 """Ctrl-A: stops all motion, wherever the controller is."""
+AT_ONCE = 4
+"""How often it is said without waiting, for a line that swallows bytes."""
 SPOIL = "XQ"
 """Makes any command unknown, for one that was misheard and not yet entered."""
 QUIET_S = 0.9
 """Half of how long silence may last: after the first half something else is tried."""
 TRIES = 3
 PAUSE_S = 0.2
+CALM = 10
+"""Speed that is set for what moves the arm without saying how fast [percent]; who has started anew has another."""
 PROMPT = re.compile(">")
 ECHO = re.compile("echo", re.IGNORECASE)
 NOTHING = re.compile(r"(?!)")
 LINE_END = re.compile(r"[\r\n>]")
+BOOT = re.compile(r"[\r\n]>_")
+"""The prompt after power comes on; a disturbed line may write one too."""
+SAID = re.compile(r"\*\*\*[^\r\n>]*")
+IS_CALM = re.compile(rf"\b{CALM}\b")
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
 AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
 TROUBLE = {
@@ -53,7 +61,8 @@ class Talk:
         self._turn = 0
         self._mixing = False
         self._begun = False
-        self._unfinished = ""
+        self._restarted = False
+        self._unfinished = self._last = ""
 
     def begin(self) -> None:
         """Stop whatever runs, get a prompt and the echo.
@@ -89,7 +98,7 @@ class Talk:
             ArmRefused: The controller says no.
             AnswerUnclear: None was understood.
         """
-        answer = ""
+        answer, refusals = "", []
         for _ in range(TRIES):
             if not self._typed(command):
                 continue
@@ -97,6 +106,9 @@ class Talk:
             value = understand(answer)
             if value is not None:
                 return value
+            refusals += SAID.findall(answer)[-1:]
+        if len(refusals) == TRIES and len(set(refusals)) == 1:  # no disturbed line says the same each time
+            raise ArmRefused(self._line.port, command, refusals[0].strip(), "")
         raise self._unclear(command, answer)
 
     def tell(self, command: str) -> None:
@@ -117,12 +129,44 @@ class Talk:
         raise self._unclear(command, "")
 
     def listen(self) -> None:
-        """Hear what the controller has said by itself."""
-        self._mind(self._line.drop())
+        """Hear what the controller has said by itself, between two commands."""
+        self.mind(self._line.drop())
+        self.see_whether_restarted()
+
+    def mind(self, text: str, command: str = "") -> None:
+        """Look through what came for what the controller says by itself, or against a command that it heard right.
+
+        Raises:
+            ArmRefused: It says no.
+        """
+        if not self._begun:
+            return
+        self._restarted |= BOOT.search(self._last + text) is not None
+        self._last = (self._last + text)[-2:]
+        *lines, rest = LINE_END.split(self._unfinished + text)
+        self._unfinished = rest
+        for line in lines:
+            if "***" in line:
+                self._complain(line[line.index("***") :].strip(), command)
+
+    def see_whether_restarted(self) -> None:
+        """Where a prompt looked like the first one: who has started anew has forgotten the speed that was set."""
+        if not self._restarted:
+            return
+        self._restarted = False
+        try:
+            calm = any(
+                self.ask("SHOW SPEED", lambda said: bool(IS_CALM.search(said)) if ">" in said else None)
+                for _ in range(2)  # one answer may be spoilt
+            )
+        except (AnswerUnclear, ArmRefused):
+            calm = False
+        if not calm:
+            raise ArmRestarted(self._line.port)
 
     def abort(self) -> None:
         """Stop all motion, now."""
-        self._line.send(ABORT)
+        self._line.send(ABORT * AT_ONCE)
 
     def settle(self) -> None:
         """Let pass what is still being said."""
@@ -130,21 +174,21 @@ class Talk:
 
     def _typed(self, command: str) -> bool:
         """Type a command without entering it; whether it was heard right. A misheard one is spoilt and thrown away."""
-        self._mind(self._line.drop())
+        self.listen()
         text = self._mixed(command)
         self._line.send(text)
         heard, echo = self._line.until(re.compile(re.escape(text), 0 if self._mixing else re.IGNORECASE), QUIET_S)
-        self._mind(heard)
+        self.mind(heard)
         if echo:
             return True
         self._line.send(SPOIL + ENTER)
-        self._mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0]))
+        self.mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0])[len(heard) :])
         return False
 
     def _entered(self, command: str) -> str:
         """Enter what was typed, and hear the answer with its prompt; without, where the prompt got lost."""
         answer, _ = self._prompted()
-        self._mind(answer, command)
+        self.mind(answer, command)
         return answer
 
     def _prompted(self) -> "tuple[str, re.Match[str] | None]":
@@ -169,18 +213,6 @@ class Talk:
         if not heard:
             raise LineLost(self._line.port, f"no answer for {2 * QUIET_S:.1f} s")
         return heard
-
-    def _mind(self, text: str, command: str = "") -> None:
-        """Look through what came for what the controller says by itself, or against a command that it heard right."""
-        if not self._begun:
-            return
-        if ">_" in self._unfinished[-1:] + text:
-            raise ArmRestarted(self._line.port)
-        *lines, rest = LINE_END.split(self._unfinished + text)
-        self._unfinished = text[-1:] if text.endswith(">") else rest
-        for line in lines:
-            if "***" in line:
-                self._complain(line[line.index("***") :].strip(), command)
 
     def _complain(self, line: str, command: str) -> None:
         for pattern, advice in TROUBLE.items():

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from types import TracebackType
-from typing import Self
+from typing import ClassVar, Self
 
 from robolaser.arrays import Array
 
@@ -17,6 +17,10 @@ class Arm(ABC):
 
     step: Array
     """The smallest difference of angles that it can tell, (j,) [rad or m]."""
+    all_at_once: ClassVar[bool]
+    """Whether a reading shows all joints at the same moment, not one after the other."""
+    knows_itself: ClassVar[bool]
+    """Whether its readings still mean the same angles after its power was off."""
 
     @abstractmethod
     def read(self) -> Array:

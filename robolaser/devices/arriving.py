@@ -8,7 +8,8 @@ from robolaser.arrays import Array
 from robolaser.devices.angles import shown
 from robolaser.devices.arm import Arm
 from robolaser.devices.clock import Clock
-from robolaser.errors import ArmAlarm, NotArrived, Restless, Strayed
+from robolaser.devices.pace import seconds_for, seen_after
+from robolaser.errors import AnswerUnclear, ArmAlarm, NotArrived, Restless, Strayed
 from robolaser.robot import Robot
 
 POLL_S = 0.05
@@ -19,28 +20,16 @@ STEPS = 2.5
 NEAR = np.deg2rad(0.1)
 """How near to its goal an arm rests at least, however fine its encoders: servos let go a little [rad or m]."""
 STRAY = np.deg2rad(3.0)
-"""How far an arm may be off the straight way of one joint: they overshoot, and do not start all at once."""
+"""How far a joint may be off the straight way: they overshoot, and do not gain speed all alike [rad or m]."""
 PATIENCE = 2.0
 PATIENCE_S = 4.0
 """A motion may take this many times as long as it was given, and so much longer."""
 STILL_S = 3.0
-"""Who has not moved for so long will not arrive."""
+"""A joint that has not moved for so long, and should have, will not arrive."""
 STOPPING_S = 1.0
 """An arm that still moves so long after it was told to stop did not hear it."""
 STOPS = 5
-PEAK = 1.875
-"""Highest speed over mean speed of the smoothest motions usual (a polynomial of fifth degree)."""
-LEAST_S = 0.5
-
-
-def seconds_for(way: Array, speed: float) -> float:
-    """Time for a motion so that no joint ever exceeds a speed [s].
-
-    Args:
-        way: Differences of joint values, (j,) [rad or m].
-        speed: [rad/s or m/s].
-    """
-    return max(LEAST_S, PEAK * float(np.abs(way).max(initial=0.0)) / speed)
+TINY = 1e-12
 
 
 @final
@@ -90,24 +79,29 @@ class Mover:
         """
         seconds = seconds_for(goal - start, self._speed)
         self._arm.go(goal, seconds)
-        began = moved = alike = self._clock.now()
-        before, astray = start, 0
+        began = alike = self._clock.now()
+        before, last, moved, astray = start, start, np.full(len(goal), began), 0
+        still_s = STILL_S + seconds * self._unseen(goal - start)
         while True:
-            self._clock.wait(POLL_S)
+            if not astray:
+                self._clock.wait(POLL_S)
             self._arm.watch()
             q = self._arm.read()
             now = self._clock.now()
-            if (np.abs(q - before) > STEPS * self._arm.step).any():
-                before, alike = q, now
-                moved = now
-            elif now - alike >= ALIKE_S and (np.abs(q - goal) <= self.near).all():
+            moving = np.abs(q - before) > STEPS * self._arm.step
+            there = np.abs(q - goal) <= self.near
+            if moving.any():
+                alike = now
+            elif now - alike >= ALIKE_S and there.all():
                 return q
-            astray = astray + 1 if self._off(q, start, goal).any() else 0
+            before, moved = np.where(moving, q, before), np.where(moving, now, moved)
+            off = self._off(q, last, start, goal)
+            astray, last = astray + 1 if (off > STRAY).any() else 0, q
             if astray > 1:  # one reading alone may be the line's fault
-                joint = int(np.argmax(self._off(q, start, goal)))
-                raise Strayed(place, self._robot.joints[joint], *self._shown(joint, q, start, goal))
-            if now - moved > STILL_S:
-                raise self._not_arrived(place, q, goal, "stands still")
+                joint = int(np.argmax(off))
+                raise Strayed(place, self._robot.joints[joint], *self._shown(joint, q, off, start, goal))
+            if (~there & (now - moved > still_s)).any():
+                raise self._not_arrived(place, q, np.where(now - moved > still_s, goal, q), "stands still")
             if now - began > PATIENCE * seconds + PATIENCE_S:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
@@ -118,21 +112,31 @@ class Mover:
             Restless: It moves on whatever it is told.
             RobolaserError: The line does not let it be stopped.
         """
-        trouble: Restless | ArmAlarm | None = None
+        trouble: Restless | ArmAlarm | AnswerUnclear | None = None
         for _ in range(STOPS):
             self._arm.stop()
             try:
                 return self.resting("After it was told to stop", STOPPING_S)
-            except (Restless, ArmAlarm) as error:  # what it reports now is no news
+            except (Restless, ArmAlarm, AnswerUnclear) as error:  # what it reports now is no news
                 trouble = error
         assert trouble is not None
         raise trouble
 
-    def _off(self, q: Array, start: Array, goal: Array) -> Array:
-        """How much further than allowed each joint is from between start and goal, (j,); 0: it is not."""
-        outside = np.maximum(np.minimum(start, goal) - q, q - np.maximum(start, goal))
-        too_far: Array = np.maximum(outside - STRAY, 0.0)
-        return too_far
+    def _off(self, q: Array, last: Array, start: Array, goal: Array) -> Array:
+        """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,).
+
+        Joints that are read one after the other seem off by no more than they move from one reading to the next.
+        """
+        way = goal - start
+        share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
+        apart = 0.0 if self._arm.all_at_once else np.abs(q - last)
+        off: Array = np.abs(q - start - share * way) - apart
+        return off
+
+    def _unseen(self, way: Array) -> Array:
+        """Share of a motion's time in which each joint has not gone far enough to be seen moving, (j,)."""
+        least = STEPS * self._arm.step / np.maximum(np.abs(way), TINY)
+        return seen_after(np.minimum(least, 1.0))
 
     def _shown(self, joint: int, *postures: Array) -> tuple[str, ...]:
         return tuple(shown(self._robot, joint, float(q[joint])) for q in postures)

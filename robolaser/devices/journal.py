@@ -3,10 +3,10 @@
 import csv
 import io
 import os
-import re
 import time
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self, final
@@ -15,17 +15,26 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.cell import FILE as CELL
 from robolaser.cell import Cell
-from robolaser.devices.camera import Image
+from robolaser.devices.camera import Image, Warn
+from robolaser.devices.left import is_number, named, same, see_same_cell, whole
 from robolaser.devices.route import Visit, read_route, route_text
-from robolaser.errors import FileUnwritable, NothingToResume, OutputExists, PlanDiffers
+from robolaser.devices.stated import KEY, SECTION, reading_rad, with_noise
+from robolaser.errors import (
+    CellDiffers,
+    FileUnwritable,
+    NothingToResume,
+    OutputExists,
+    OutputIsCell,
+    PlanDiffers,
+)
 from robolaser.robot import Robot
 from robolaser.shots import UNLIT
 from robolaser.tables import read_text, write_together
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 IMAGE_OFF = UNLIT
-PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""
 
@@ -63,7 +72,8 @@ class Journal:
         self._cell = cell
         self._robot = robot
         self._rows: list[dict[str, str]] = []
-        self._reading_rad = 0.0
+        self._tidy = True
+        self._text: str | None = None
 
     @classmethod
     def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
@@ -79,7 +89,10 @@ class Journal:
 
         Raises:
             OutputExists: There is one.
+            OutputIsCell: What is there is a cell.
         """
+        if (folder / CELL).exists():
+            raise OutputIsCell(folder)
         journal = cls(cell, robot, folder, visits, shots)
         there = [file for file in journal._files() if file.exists()]
         if there and not force:
@@ -89,6 +102,8 @@ class Journal:
     @classmethod
     def resume(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit] | None, shots: int | None) -> Self:
         """Go on with a recording that was interrupted. What an interruption left half done is done again.
+
+        Nothing is written before the first entry.
 
         Args:
             cell: Where it is taken.
@@ -100,19 +115,19 @@ class Journal:
         Raises:
             NothingToResume: None was begun there.
             PlanDiffers: It was begun with other poses or shots.
+            CellDiffers: It was begun in another cell.
         """
         if not (folder / PLAN).is_file():
             raise NothingToResume(folder)
         planned, planned_shots = read_route(folder / PLAN, robot)
         if shots is not None and shots != planned_shots:
             raise PlanDiffers(folder, f"{planned_shots} shots a pose, not {shots}")
-        if visits is not None and not _same(visits, planned):
+        if visits is not None and not same(visits, planned):
             raise PlanDiffers(folder, f"its {len(planned)} poses are not the {len(visits)} asked for")
         journal = cls(cell, robot, folder, planned, planned_shots)
-        journal.begun = True
-        (folder / IMAGES).mkdir(exist_ok=True)
-        for left in (*folder.glob(".*.csv.*"), *(folder / IMAGES).glob(".*.png.*")):
-            left.unlink(missing_ok=True)  # what a power cut left of a file
+        journal.begun, journal._tidy = True, False
+        if (folder / DATASET).is_file():
+            see_same_cell(folder, DATASET, cell)
         if (folder / POSES).is_file():
             journal._take_up(folder / POSES)
         return journal
@@ -136,13 +151,26 @@ class Journal:
             number += 1
         return free
 
-    def read_in_steps(self, step: Array) -> None:
+    @property
+    def left_at(self) -> Array | None:
+        """Where the arm last was, as far as the disk knows, (j,) [rad or m]; None: nowhere yet."""
+        if not self._rows:
+            return None
+        return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
+
+    def read_in_steps(self, step: Array, warn: Warn) -> None:
         """Let the recording state how finely joints were read, unless its cell states a noise of readings.
 
         Args:
             step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
+            warn: Is told where there is no room for it.
         """
-        self._reading_rad = float(np.sqrt(np.mean(step**2) / 12.0))
+        if self.begun and (self.folder / DATASET).exists():
+            return
+        noise_rad = reading_rad(step, self._robot)
+        self._text = with_noise(read_text(self._cell.folder / DATASET), noise_rad)
+        if self._text is None:
+            warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
     def add(self, stays: Sequence[Stay]) -> None:
         """Write where the arm was: the images first, then the table that names them, all or nothing.
@@ -150,7 +178,11 @@ class Journal:
         Raises:
             FileUnwritable: The disk is full; the recording is as it was before.
         """
+        described = self.begun and (self.folder / DATASET).exists()
+        description = {} if described else self._description()
         files: dict[Path, bytes] = {} if self.begun else self._begin()
+        if not self._tidy:
+            self._tidy_up()
         rows = list(self._rows)
         for stay in stays:
             row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
@@ -161,8 +193,7 @@ class Journal:
                 row[column] = path
             rows.append(row)
         files[self.folder / POSES] = self._table(rows)
-        if not (self.folder / DATASET).exists():
-            files |= self._description()
+        files |= description
         write_together(files)
         self._rows, self.begun = rows, True
 
@@ -172,13 +203,28 @@ class Journal:
 
     def _begin(self) -> dict[Path, bytes]:
         """Clear away what was there."""
-        try:
-            for file in self._files():
+        with _writing(self.folder):
+            for file in (*self._pictured(), *self._files()):
                 file.unlink(missing_ok=True)
             (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileUnwritable(self.folder, error.strerror or str(error)) from None
         return {self.folder / PLAN: route_text(self._robot, self.visits, self.shots).encode()}
+
+    def _pictured(self) -> list[Path]:
+        """Images that a recording that is thrown away has taken."""
+        if not (self.folder / POSES).is_file():
+            return []
+        text = (self.folder / POSES).read_text(encoding="utf-8", errors="replace")
+        names = [name for row in csv.DictReader(io.StringIO(text, newline="")) for name in named(row)]
+        images = [self.folder / IMAGES / Path(name).name for name in names if Path(name).parent == Path(IMAGES)]
+        return [image for image in images if image.is_file()]
+
+    def _tidy_up(self) -> None:
+        """Clear away what a power cut left of files."""
+        with _writing(self.folder):
+            (self.folder / IMAGES).mkdir(exist_ok=True)
+            for left in (*self.folder.glob(".*.csv.*"), *(self.folder / IMAGES).glob(".*.png.*")):
+                left.unlink(missing_ok=True)
+        self._tidy = True
 
     def _stem(self, name: str) -> str:
         """A file's name for a pose, whatever the pose is called; only a name of our own has a dot in it."""
@@ -200,21 +246,30 @@ class Journal:
 
     def _description(self) -> dict[Path, bytes]:
         """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
-        text = _with_noise(read_text(self._cell.folder / DATASET), self._reading_rad)
+        text = self._text or read_text(self._cell.folder / DATASET)
         urdf = tomllib.loads(text)["robot"]["urdf"]
         files: dict[Path, bytes] = {}
         if (self._cell.folder / urdf).is_file():
-            (self.folder / urdf).parent.mkdir(parents=True, exist_ok=True)
+            with _writing(self.folder):
+                (self.folder / urdf).parent.mkdir(parents=True, exist_ok=True)
             files[self.folder / urdf] = (self._cell.folder / urdf).read_bytes()
         return {**files, self.folder / DATASET: text.encode()}
 
     def _take_up(self, table: Path) -> None:
         """Read the rows that are whole and whose images are; the others' poses are visited again."""
         columns = self._columns()
-        for cells in csv.DictReader(io.StringIO(read_text(table), newline="")):
+        text = read_text(table)
+        reader = csv.DictReader(io.StringIO(text, newline=""))
+        header = set(reader.fieldnames or ())
+        if "\n" in text and header != set(columns):
+            differing = ", ".join(sorted(header ^ set(columns)))
+            raise CellDiffers(self.folder, f"its poses.csv and what would be recorded now differ in {differing}")
+        for cells in reader:
             row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
             images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
-            if len(row) == len(columns) and all(_whole(self.folder / image) for image in images):
+            readings = [row.get(name, "") for name in columns if name == "time_s" or name.startswith("q_")]
+            complete = len(row) == len(columns) and all(map(is_number, readings))
+            if complete and all(whole(self.folder / image) for image in images):
                 self._rows.append(row)
                 self.time_s = max(self.time_s, float(row["time_s"]))
         again = {visit.approach_name for visit in self.remaining}
@@ -223,33 +278,14 @@ class Journal:
         self.time_s += max(LEAST_PAUSE_S, pause_s)
 
 
-def _with_noise(text: str, reading_rad: float) -> str:
-    """dataset.toml with the standard deviation of a reading that is cut off at steps, where it states none."""
-    said = tomllib.loads(text).get("noise", {})
-    if "joint_rad" in said or reading_rad == 0:
-        return text
-    line = f"joint_rad = {reading_rad:.2g}   # the steps of the arm's readings over the root of 12"
-    if not said:
-        return f"{text.rstrip()}\n\n[noise]\n{line}\n"
-    return re.sub(r"^\[noise\].*$", rf"\g<0>\n{line}", text, count=1, flags=re.MULTILINE)
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FileUnwritable(folder, error.strerror or str(error)) from None
 
 
 def _ending(column: str) -> str:
     """image: .png, image_2: .2.png, image_off: .off.png."""
     return f"{column.removeprefix('image').replace('_', '.')}.png"
-
-
-def _same(visits: Sequence[Visit], planned: Sequence[Visit]) -> bool:
-    def text(visit: Visit) -> tuple[object, ...]:
-        return visit.name, visit.q.tolist(), None if visit.approach is None else visit.approach.tolist()
-
-    return [text(visit) for visit in visits] == [text(visit) for visit in planned]
-
-
-def _whole(image: Path) -> bool:
-    """Whether a PNG file is there from its first byte to its last."""
-    try:
-        data = image.read_bytes()
-    except OSError:
-        return False
-    return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from robolaser.cell import CameraLine
-from robolaser.devices.camera import Camera, Image, Warn, grey, see_to
+from robolaser.devices.camera import DARK, WHITE, Camera, Image, Warn, grey, see_to
 from robolaser.devices.clock import Clock
 from robolaser.devices.streams import open_stream
 from robolaser.errors import CameraFrozen, CameraLost, CameraUnusable, RobolaserError
@@ -64,14 +64,15 @@ class Live(Camera):
             self._capture.release()
 
     def _wait_for(self, number: int, patience_s: float) -> Image:
-        """The first image from a number on that differs from the one before it."""
+        """The first image from a number on that differs from the one before it, or is black or white all over."""
         with self._news:
-            while self._image is None or self._count < number or self._same:
+            while self._image is None or self._count < number or (self._same and not _cut_off(self._image)):
                 if self._end is not None:
                     raise self._end
                 if not self._news.wait(patience_s):  # every image wakes it, and the end
                     raise CameraLost(self._source, f"none came for {patience_s:.0f} s")
-                if self._same and self._clock.now() - self._same_s > SILENT_S:
+                cut_off = self._image is not None and _cut_off(self._image)
+                if self._same and not cut_off and self._clock.now() - self._same_s > SILENT_S:
                     raise CameraFrozen(self._source, self._same + 1, self._clock.now() - self._same_s)
             return self._image
 
@@ -100,6 +101,11 @@ class Live(Camera):
         else:
             self._same, self._same_s = 0, self._clock.now()
         self._image, self._count = image, self._count + 1
+
+
+def _cut_off(image: Image) -> bool:
+    """Whether so little or so much light fell into it that no noise is left to tell a live camera by."""
+    return bool(image.max(initial=0) < DARK or image.min(initial=WHITE) >= WHITE)
 
 
 def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from robolaser.folder import load
 @final
 class Replay(Arm):
     """Stands at the recorded pose nearest to where it is sent."""
+
+    all_at_once: ClassVar[bool] = True
+    knows_itself: ClassVar[bool] = True
 
     def __init__(self, folder: Path, joints: Sequence[str]) -> None:
         q = load(folder).poses.q

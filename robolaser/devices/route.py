@@ -11,9 +11,13 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import FileUnreadable, PosesUnusable, RowTwice
+from robolaser.errors import BadCell, FileUnreadable, PoseFar, PosesUnusable, RowTwice
 from robolaser.robot import Robot
-from robolaser.tables import read_table, read_text
+from robolaser.tables import Table, read_table, read_text
+
+FAR = 1.0
+"""How far beyond its limits a joint value is another unit's [rad or m]."""
+KINDS = ("approach", "pose")
 
 
 @final
@@ -50,17 +54,20 @@ def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
 
     Raises:
         PosesUnusable: It has none.
+        PoseFar: A value is in degrees or millimetres.
         RobolaserError: The file cannot be read, or row and column of what is wrong.
     """
     columns = [f"q_{joint}" for joint in robot.joints]
     table = read_table(path, columns)
     q = table.numbers(columns)
+    for i, j in np.argwhere((q < robot.lower - FAR) | (q > robot.upper + FAR))[:1]:
+        unit = "m" if robot.prismatic[j] else "rad"
+        lower, upper = float(robot.lower[j]), float(robot.upper[j])
+        raise PoseFar(table.file, table.lines[i], columns[j], float(q[i, j]), lower, upper, unit)
     visits = numbered(q)
     if "pose" in table:
         names = table.texts("pose")
-        for i, name in enumerate(names):
-            if name in names[:i]:
-                raise RowTwice(table.file, table.lines[i], table.lines[names.index(name)], f"pose {name}")
+        _see_different(table, names)
         visits = tuple(Visit(name, row) for name, row in zip(names, q, strict=True))
     images = table.columns.get("image", ())
     if any(images):
@@ -137,15 +144,31 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
     """
     table = read_table(path)
     q = table.numbers([f"q_{joint}" for joint in robot.joints])
-    shots = table.numbers(["shots"])[:, 0]
+    names, kinds, shots = table.texts("pose"), table.texts("kind"), table.numbers(["shots"])[:, 0]
+    for line, kind in zip(table.lines, kinds, strict=True):
+        if kind not in KINDS:
+            raise BadCell(table.file, line, "kind", kind, " or ".join(KINDS))
+    _see_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)])
     visits: list[Visit] = []
     approach: Array | None = None
-    for name, kind, row in zip(table.texts("pose"), table.texts("kind"), q, strict=True):
+    wanted = float(shots.max(initial=0))
+    for i, (name, kind, row) in enumerate(zip(names, kinds, q, strict=True)):
+        line = table.lines[i]
         if kind == "approach":
+            if names[i + 1 : i + 2] != (name,):
+                raise BadCell(table.file, line, "pose", name, "the name of the pose in the next row")
             approach = row
-        else:
-            visits.append(Visit(name, row, approach))
-            approach = None
+            continue
+        if shots[i] != wanted or wanted < 1 or wanted % 1:
+            raise BadCell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
+        visits.append(Visit(name, row, approach))
+        approach = None
     if not visits:
         raise PosesUnusable(path.name, "it has no row of kind 'pose'")
-    return tuple(visits), int(shots.max())
+    return tuple(visits), int(wanted)
+
+
+def _see_different(table: Table, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise RowTwice(table.file, table.lines[i], table.lines[names.index(name)], f"pose {name}")

@@ -16,11 +16,25 @@ from robolaser.devices.checked import carried, violations
 from robolaser.devices.clock import Clock
 from robolaser.devices.journal import IMAGE_OFF, Journal, Stay
 from robolaser.devices.route import Visit, way
-from robolaser.errors import FileUnwritable, PlanUnsafe, RecordingStopped, Restless, RobolaserError
+from robolaser.errors import (
+    ArmRestarted,
+    FileUnwritable,
+    MovedMeanwhile,
+    PlanUnsafe,
+    RecordingStopped,
+    Restless,
+    RobolaserError,
+)
 from robolaser.robot import Robot
 
 LIGHT_GREY = 40
 """By which a laser brightens some pixel at least, if it is seen: noise alone does by a dozen."""
+SAGGED = np.deg2rad(1.0)
+"""How far an arm gives way while its motors are off [rad or m]."""
+
+
+def _nothing(what: str) -> None:
+    """Nobody wants to know."""
 
 
 @final
@@ -40,49 +54,68 @@ class Session:
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock)
         self._began = clock.now() - journal.time_s
         self._at: Array | None = None
+        self._sure = arm.knows_itself or not cell.arm.home
+        """Whether what is read means the angles that the arm has."""
+        self._under_way = False
 
-    def run(self, told: Callable[[Visit], None]) -> None:
+    def run(self, told: Callable[[Visit], None], begins: Callable[[str], None] = _nothing) -> None:
         """Visit all poses that remain.
 
         Args:
             told: Hears of each pose once it is safe on the disk.
+            begins: Hears what is done next: homing, or the name of a pose.
 
         Raises:
             RecordingStopped: Something was wrong, or somebody pressed Ctrl-C. The arm was stopped; what is on the disk
                 is a whole recording of the poses up to there.
             PlanUnsafe: Nothing was moved.
+            MovedMeanwhile: Likewise: it is not known where the arm stands.
         """
         try:
-            self._run(told)
-        except PlanUnsafe:
+            self._run(told, begins)
+        except (PlanUnsafe, MovedMeanwhile):
             raise
         except BaseException as error:
             standing = self._stopped(error)
             raise self._why(error, standing) from None
 
-    def _run(self, told: Callable[[Visit], None]) -> None:
+    def _run(self, told: Callable[[Visit], None], begins: Callable[[str], None]) -> None:
         if self._cell.arm.home:
+            begins("homing")
             self._arm.home()
-        self._journal.read_in_steps(self._arm.step)
+            self._sure = True
+        self._journal.read_in_steps(self._arm.step, self._warn)
         self._at = self._mover.resting("Before its first motion")
+        if not self._arm.knows_itself and not self._cell.arm.home:
+            self._see_unmoved(self._at)
         visits = self._journal.remaining
         self._check(self._at, visits)
         name = self._journal.unused("resumed" if self._journal.begun else "start")
         self._journal.add([Stay(name, self._now(), self._at)])
+        self._under_way = True
         if self._cell.laser_output is not None:
             self._arm.light(self._cell.laser_output)
         for visit in visits:
+            begins(visit.name)
             self._journal.add(self._visit(visit, self._at))
             told(visit)
         if self._cell.laser_output is not None:
             self._arm.dark(self._cell.laser_output)
+
+    def _see_unmoved(self, at: Array) -> None:
+        left = self._journal.left_at
+        if left is not None and (np.abs(at - left) > SAGGED).any():
+            joint = int(np.argmax(np.abs(at - left)))
+            stands, stood = (shown(self._robot, joint, float(q[joint])) for q in (at, left))
+            raise MovedMeanwhile(self._robot.joints[joint], stands, stood)
 
     def _check(self, start: Array, visits: tuple[Visit, ...]) -> None:
         if visits:
             tools = carried(self._cell.description)
             broken = violations(self._robot, self._cell.limits, tools, start, *way(visits))
             if broken:
-                raise PlanUnsafe([str(violation) for violation in broken])
+                run_up = any(visit.approach is not None for visit in visits)
+                raise PlanUnsafe([str(violation) for violation in broken], run_up=run_up)
 
     def _visit(self, visit: Visit, at: Array) -> list[Stay]:
         stays: list[Stay] = []
@@ -121,12 +154,17 @@ class Session:
 
     def _stopped(self, cause: BaseException) -> str:
         """Stop the arm, then the laser, and say where the arm is."""
+        last = "" if self._at is None else f" It last rested at {posture(self._robot, self._at)}."
+        stands: Array | None = None
         try:
-            self._at = self._mover.halt()
-            said = f"The arm was stopped. It stands at {posture(self._robot, self._at)}."
+            halted = self._mover.halt()
+            if self._sure and not isinstance(cause, ArmRestarted):
+                stands = self._at = halted
+                said = f"The arm was stopped. It stands at {posture(self._robot, stands)}."
+            else:
+                said = f"The arm was stopped. It was not homed since it came on, so where it stands is not known.{last}"
         except (RobolaserError, KeyboardInterrupt) as error:
             why = "" if isinstance(error, type(cause)) else f" {error or 'Interrupted again.'}"
-            last = "" if self._at is None else f" It last rested at {posture(self._robot, self._at)}."
             said = (
                 f"The arm could not be seen to stop.{why}{last} It goes no further than to the place it was on its way"
                 " to; keep clear of it, and press its emergency button."
@@ -134,6 +172,9 @@ class Session:
         if self._cell.laser_output is not None:
             with suppress(RobolaserError, KeyboardInterrupt):
                 self._arm.dark(self._cell.laser_output)
+        if stands is not None and self._under_way:
+            with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to go on from; the cause is said anyway
+                self._journal.add([Stay(self._journal.unused("stopped"), self._now(), stands)])
         return said
 
     def _why(self, error: BaseException, standing: str) -> BaseException:

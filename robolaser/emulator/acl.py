@@ -14,7 +14,7 @@ from robolaser.emulator.controller import Blow, Controller
 from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.homing import Homing
 from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
-from robolaser.emulator.positions import BAD_COORDINATE, NOT_ASSIGNED, OK, Positions, number
+from robolaser.emulator.positions import BAD_COORDINATE, OK, Missing, Positions, number
 from robolaser.robot import Robot
 
 FASTEST_RAD_S = 1.0
@@ -139,7 +139,7 @@ class Acl(Controller):
 
     def _listpv(self, rest: list[str], now_s: float) -> list[str]:
         found = self._counts(now_s) if rest == ["POSITION"] else self._positions.find(rest)
-        return found if isinstance(found, list) else self._positions.show(found)
+        return found.lines(rest) if isinstance(found, Missing) else self._positions.show(found)
 
     def _show(self, rest: list[str], now_s: float) -> list[str]:
         if rest == ["SPEED"]:
@@ -158,9 +158,8 @@ class Acl(Controller):
         return self._positions.define(rest)
 
     def _delp(self, rest: list[str], now_s: float) -> list[str]:
-        found = self._positions.find(rest)
-        if isinstance(found, list) and found is not NOT_ASSIGNED:
-            return found
+        if self._positions.find(rest) is Missing.UNDEFINED:
+            return Missing.UNDEFINED.lines(rest)
         self._asked = rest[0]
         return ["DELETE POINT? (YES/NO)"]
 
@@ -181,8 +180,8 @@ class Acl(Controller):
 
     def _move(self, rest: list[str], now_s: float) -> list[str]:
         counts = self._positions.find(rest)
-        if isinstance(counts, list):
-            return counts
+        if isinstance(counts, Missing):
+            return counts.lines(rest)
         hundredths = number(rest[1]) if len(rest) == 2 else 0
         if hundredths is None or hundredths < 0 or len(rest) > 2:
             return BAD_COORDINATE

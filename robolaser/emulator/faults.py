@@ -82,9 +82,9 @@ def read_fault(text: str) -> Fault:
         raise FaultSenseless(text, f"axes are numbered 1, 2, ..., not {amount:g}")
     if kind == "camera_size" and amount == 0:
         raise FaultSenseless(text, "a frame of no size cannot be sent")
-    return Fault(
-        kind,
-        amount,
-        commands=(float(said["first"] or 0), float(said["last"] or np.inf)),
-        seconds=(float(said["begin"] or 0), float(said["end"] or np.inf)),
-    )
+    commands = float(said["first"] or 0), float(said["last"] or np.inf)
+    seconds = float(said["begin"] or 0), float(said["end"] or np.inf)
+    for first, last in (commands, seconds):
+        if first > last:
+            raise FaultSenseless(text, f"it would end at {last:g}, before it begins at {first:g}")
+    return Fault(kind, amount, commands, seconds)

@@ -15,6 +15,8 @@ from robolaser.robot import Robot
 TENTHS = 1800 / np.pi
 """Of a degree, in a radian."""
 FASTEST_RAD_S = 1.0
+USUAL_SPEED = 1800
+"""Cap on the speed of a servo that was just switched on; it cannot reach it [tenths of a degree/s]."""
 ALL = 254
 BOOT_S = 1.25
 LONGEST_LINE = 64
@@ -43,6 +45,8 @@ class Servo:
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
         self.state = Status.HOLDING
+        self.fastest = USUAL_SPEED
+        """Cap on its speed [tenths of a degree/s]."""
 
     def status(self, now_s: float) -> Status:
         """What it does now."""
@@ -146,6 +150,8 @@ class Lss(Controller):
             return self._shown(number, servo.axis.at(now_s))
         if word == "QDT":
             return self._shown(number, servo.axis.goal)
+        if word == "QSD":
+            return servo.fastest
         usual = {"QV": 11200, "QT": 310, "QC": 140, "QID": number}
         return usual.get(word)
 
@@ -157,6 +163,8 @@ class Lss(Controller):
             return
         elif word in ("H", "L"):
             servo.rest(Status.HOLDING if word == "H" else Status.LIMP, now_s)
+        elif word == "SD" and value is not None and value > 0:
+            servo.fastest = value
         elif word in ("D", "MD") and value is not None:
             shown = value + (self._shown(number, servo.axis.at(now_s)) if word == "MD" else 0)
             self._go(number, shown, modifiers, now_s)
@@ -168,7 +176,7 @@ class Lss(Controller):
         goal = float(np.clip(wanted, self._lower[i], self._upper[i]))
         servo.rest(Status.HOLDING if abs(goal - wanted) * TENTHS < 1 else Status.OUTSIDE_LIMITS, now_s)
         way = goal - servo.axis.goal
-        seconds = least_seconds(way, FASTEST_RAD_S)
+        seconds = max(least_seconds(way, FASTEST_RAD_S), least_seconds(way, servo.fastest / TENTHS))
         if int(modifiers.get("SD", 0)) > 0:
             seconds = max(seconds, least_seconds(way, int(modifiers["SD"]) / TENTHS))
         servo.axis.queue(goal, now_s, max(seconds, int(modifiers.get("T", 0)) / 1000))
@@ -179,4 +187,5 @@ class Lss(Controller):
 
     def _reset(self, servo: Servo, now_s: float) -> None:
         servo.rest(Status.LIMP, now_s)
+        servo.fastest = USUAL_SPEED
         self._awake_s = now_s + BOOT_S

@@ -1,6 +1,7 @@
 """The positions that an ACL controller keeps by name, and what it answers about them."""
 
 import re
+from enum import Enum
 from typing import final
 
 from robolaser.arrays import Ints
@@ -9,10 +10,23 @@ from robolaser.emulator.encoders import Encoders
 from robolaser.robot import Robot
 
 OK = ["O.K."]
-NOT_ASSIGNED = ["*** ERROR 303: NO POSITION ASSIGNED"]
 BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
 BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
 BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
+
+
+class Missing(Enum):
+    """Why there are no counts under a name."""
+
+    UNDEFINED = "*** UNDEFINED POSITION"
+    """Nobody defined it."""
+    NOT_ASSIGNED = "*** ERROR 303: NO POSITION ASSIGNED"
+    """It was defined, and nothing stored in it."""
+
+    def lines(self, rest: list[str]) -> list[str]:
+        """The answer to the words after a command."""
+        name = rest[:1] if self is Missing.UNDEFINED else []
+        return [" ".join([self.value, *name])]
 
 
 @final
@@ -24,12 +38,12 @@ class Positions:
         self._encoders = encoders
         self._kept: dict[str, Ints | None] = {}
 
-    def find(self, rest: list[str]) -> Ints | list[str]:
-        """The counts of the position that is named first, (j,); or lines that say why there are none."""
+    def find(self, rest: list[str]) -> Ints | Missing:
+        """The counts of the position that is named first, (j,); or why there are none."""
         if not rest or rest[0] not in self._kept:
-            return [f"*** UNDEFINED POSITION {' '.join(rest[:1])}".rstrip()]
+            return Missing.UNDEFINED
         counts = self._kept[rest[0]]
-        return NOT_ASSIGNED if counts is None else counts
+        return Missing.NOT_ASSIGNED if counts is None else counts
 
     def define(self, rest: list[str]) -> list[str]:
         """DEFP name."""
@@ -51,17 +65,16 @@ class Positions:
 
     def store(self, rest: list[str], counts: Ints) -> list[str]:
         """HERE name."""
-        found = self.find(rest)
-        if found is not NOT_ASSIGNED and isinstance(found, list):
-            return found
+        if self.find(rest) is Missing.UNDEFINED:
+            return Missing.UNDEFINED.lines(rest)
         self._kept[rest[0]] = counts
         return OK
 
     def set_counts(self, rest: list[str]) -> list[str]:
         """SETPV name axis counts."""
         stored = self.find(rest)
-        if isinstance(stored, list):
-            return stored
+        if isinstance(stored, Missing):
+            return stored.lines(rest)
         axis, counts = (number(word) for word in (*rest[1:3], "", "")[:2])
         if axis is None or not 1 <= axis <= len(stored):
             return BAD_AXIS
@@ -74,8 +87,8 @@ class Positions:
     def set_cartesian(self, rest: list[str]) -> list[str]:
         """SETPVC name coordinate value."""
         stored = self.find(rest)
-        if isinstance(stored, list):
-            return stored
+        if isinstance(stored, Missing):
+            return stored.lines(rest)
         value = number(rest[2]) if len(rest) == 3 else None
         if value is None or rest[1] not in NAMES:
             return BAD_COORDINATE

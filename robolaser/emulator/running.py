@@ -2,7 +2,7 @@
 
 import select
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from robolaser.cell import Cell, load_cell
 from robolaser.emulator.acl import Acl
-from robolaser.emulator.controller import Controller
+from robolaser.emulator.controller import Blow, Controller
 from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.faults import ARM, Fault, read_fault
 from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.line import MOST_PENDING, Line, Socket, Terminal
 from robolaser.emulator.lss import Lss
 from robolaser.emulator.moment import Moment
-from robolaser.errors import AxisMissing, ControllerUnknown, NoArmToEmulate
+from robolaser.errors import AxisMissing, ControllerUnknown, FaultSenseless
 
 if TYPE_CHECKING:
     from robolaser.emulator.stream import Stream
@@ -28,24 +28,30 @@ LOOKS_A_S, MOST_LOOKS = 50.0, 400
 """How often, on its own clock, the arm is looked at; how often at most after a long moment."""
 BITS_A_BYTE = 10
 """Start, eight, stop."""
-KINDS = ("acl", "lss")
+HOMELESS = "lss"
+"""The kind whose servos search no home."""
+
+
+def _acl(cell: Cell) -> Controller:
+    return Acl(cell.robot, Encoders(cell.robot, cell.arm.reference_rad, cell.arm.direction))
+
+
+def _lss(cell: Cell) -> Controller:
+    return Lss(cell.robot, cell.arm.ids, cell.arm.reference_rad, cell.arm.direction)
+
+
+CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {"acl": _acl, "lss": _lss}
 
 
 def controller_of(cell: Cell) -> Controller:
     """The controller that a cell's arm has.
 
     Raises:
-        NoArmToEmulate: The cell has no robot.
         ControllerUnknown: No emulated controller speaks the arm's language.
     """
-    robot, arm = cell.description.robot, cell.arm
-    if robot is None:
-        raise NoArmToEmulate(cell.description.folder or Path())
-    if arm.kind == "acl":
-        return Acl(robot, Encoders(robot, arm.reference_rad, arm.direction))
-    if arm.kind == "lss":
-        return Lss(robot, arm.ids, arm.reference_rad, arm.direction)
-    raise ControllerUnknown(arm.kind, KINDS)
+    if cell.arm.kind not in CONTROLLERS:
+        raise ControllerUnknown(cell.arm.kind, CONTROLLERS)
+    return CONTROLLERS[cell.arm.kind](cell)
 
 
 @final
@@ -72,7 +78,7 @@ class Running:
         wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
         wanted = [read_fault(text) for text in faults]
         self._controller = Faulty(controller_of(cell), wanted, wire)
-        _check(wanted, len(self._controller.motor(0.0)))
+        _check(wanted, cell.arm.kind, len(cell.robot.joints))
         self._line: Line = Socket() if over_socket else Terminal(cell.arm.baud, line)
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._hurry = hurry
@@ -134,7 +140,9 @@ def _watching(
     return Stream(load_world(world, cell.description), begin, faults, rng, port)
 
 
-def _check(faults: Sequence[Fault], axes: int) -> None:
+def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
     for fault in faults:
+        if kind == HOMELESS and fault.kind == Blow.HOMELESS.value:
+            raise FaultSenseless(fault.kind, f"arms of kind '{kind}' search no home")
         if fault.kind in ARM and fault.amount > axes:
             raise AxisMissing(fault.kind, int(fault.amount), axes)

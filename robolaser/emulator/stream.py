@@ -15,6 +15,7 @@ from robolaser.emulator.faults import Fault
 from robolaser.emulator.moment import Moment
 from robolaser.emulator.spoilt import Spoilt
 from robolaser.emulator.world import World
+from robolaser.errors import CameraPortTaken
 
 FRAMES_A_S = 15.0
 BUFFER_BYTES = 65536
@@ -35,6 +36,7 @@ class Stream:
         self._fresh = threading.Condition()
         self._watched = 0
         self._ended = False
+        self._broken: Exception | None = None
         self._draw(begin)
         self._server = _server(port, self._send_frames)
         self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
@@ -46,14 +48,19 @@ class Stream:
             thread.start()
 
     def tell(self, moment: Moment) -> None:
-        """Say how the arm went on."""
-        self._moments.append(moment)
+        """Say how the arm went on.
+
+        Raises:
+            Exception: Whatever broke while it drew.
+        """
+        if self._broken is not None:
+            raise self._broken
+        if not self._ended:
+            self._moments.append(moment)
 
     def close(self) -> None:
         """Stop, and let go of everyone."""
-        with self._fresh:
-            self._ended = True
-            self._fresh.notify_all()
+        self._end()
         self._server.shutdown()
         for thread in self._threads:
             thread.join()
@@ -77,6 +84,18 @@ class Stream:
                 self._watched -= 1
 
     def _watch(self) -> None:
+        try:
+            self._go_on()
+        except Exception as error:  # the one who tells of the arm must hear of it
+            self._broken = error
+            self._end()
+
+    def _end(self) -> None:
+        with self._fresh:
+            self._ended = True
+            self._fresh.notify_all()
+
+    def _go_on(self) -> None:
         moment = self._moments[-1]
         while not self._ended:
             began = time.monotonic()
@@ -85,9 +104,7 @@ class Stream:
                 for motor in moment.path:
                     self._world.follow(motor)
             if self._spoilt.gone(moment.now_s, moment.heard):
-                with self._fresh:
-                    self._ended = True
-                    self._fresh.notify_all()
+                self._end()
             elif self._watched:
                 self._draw(moment)
             time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
@@ -111,6 +128,9 @@ def _server(port: int, frames_to: Callable[[socket.socket], None]) -> socketserv
             self.request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
             frames_to(self.request)
 
-    server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Client)
+    try:
+        server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Client)
+    except OSError as error:
+        raise CameraPortTaken(port, error.strerror or str(error)) from None
     server.daemon_threads = True
     return server

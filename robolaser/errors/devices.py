@@ -12,6 +12,24 @@ class ArmUnknown(RobolaserError):
         super().__init__(f"cell.toml, [arm] kind: no arm speaks '{kind}'.{near(kind, known)}")
 
 
+class CellWithoutRobot(RobolaserError):
+    """A cell that does not say which robot it has."""
+
+    def __init__(self, folder: object) -> None:
+        super().__init__(
+            f"{folder}: dataset.toml has no [robot], so there is no arm to move."
+            " Name its urdf, flange and joints there."
+        )
+
+
+class OutputMissing(RobolaserError):
+    """An output that the arm's controller does not have."""
+
+    def __init__(self, kind: str, output: int, outputs: int) -> None:
+        has = f"has outputs 1 to {outputs}" if outputs else "switches nothing; take [laser] out"
+        super().__init__(f"cell.toml, [laser] output: {output}, but an arm of kind '{kind}' {has}.")
+
+
 class PortUnusable(RobolaserError):
     """A port that cannot be opened."""
 
@@ -107,6 +125,16 @@ class HomeNotFound(RobolaserError):
         )
 
 
+class MovedMeanwhile(RobolaserError):
+    """A recording is to be gone on with, and the arm is not where it was left."""
+
+    def __init__(self, joint: str, stands: str, stood: str) -> None:
+        super().__init__(
+            f"{joint} stands at {stands}, but when this recording was left it stood at {stood}. If the controller was"
+            " off in between, its counts mean other angles now: home the arm (home = true in cell.toml, [arm])."
+        )
+
+
 class NotArrived(RobolaserError):
     """The arm rests elsewhere than it was sent, or goes on and on."""
 
@@ -120,11 +148,11 @@ class NotArrived(RobolaserError):
 class Strayed(RobolaserError):
     """The arm leaves the way that was checked."""
 
-    def __init__(self, place: str, joint: str, stands: str, start: str, goal: str) -> None:
+    def __init__(self, place: str, joint: str, stands: str, off: str, start: str, goal: str) -> None:
         super().__init__(
-            f"On the way to {place}, {joint} is at {stands}, which does not lie between {start} and {goal}:"
-            " the arm does not go where it was sent."
-            " Check [arm] direction and reference_rad in cell.toml, and the line."
+            f"On the way to {place}, {joint} is at {stands}, {off} off the straight way from {start} to {goal} that was"
+            " checked: it sticks, does not keep step with the others, or goes elsewhere."
+            " Look for what holds it, and check [arm] direction and reference_rad in cell.toml, and the line."
         )
 
 
@@ -140,13 +168,13 @@ class Restless(RobolaserError):
 class PlanUnsafe(RobolaserError):
     """Poses that break the limits of the cell."""
 
-    def __init__(self, violations: Sequence[str], *, most: int = 12) -> None:
+    def __init__(self, violations: Sequence[str], *, run_up: bool, most: int = 12) -> None:
         shown = "".join(f"\n  {violation}" for violation in violations[:most])
         rest = f"\n  ... and {len(violations) - most} more" if len(violations) > most else ""
         super().__init__(
             f"No pose was gone to, for the plan breaks the cell's limits:{shown}{rest}\n"
-            "Leave these poses out, or take a smaller --run-up; if the limits are wrong, correct [limits] in cell.toml"
-            " or the URDF's."
+            f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
+            " [limits] in cell.toml or the URDF's."
         )
 
 
@@ -155,6 +183,17 @@ class PosesUnusable(RobolaserError):
 
     def __init__(self, file: str, reason: str) -> None:
         super().__init__(f"{file} gives no poses for this arm: {reason}.")
+
+
+class PoseFar(RobolaserError):
+    """A pose that no arm can mean."""
+
+    def __init__(self, file: str, line: int, column: str, value: float, lower: float, upper: float, unit: str) -> None:
+        hint = "Are these degrees?" if unit == "rad" else "Are these millimetres?"
+        super().__init__(
+            f"{file}, row {line}: {column} is {value:.4g} {unit}, but the URDF limits it to {lower:.2f} .. {upper:.2f}"
+            f" {unit}. {hint}"
+        )
 
 
 class CameraUnusable(RobolaserError):
@@ -214,6 +253,22 @@ class PlanDiffers(RobolaserError):
         )
 
 
+class CellDiffers(RobolaserError):
+    """A recording that was begun in another cell."""
+
+    def __init__(self, folder: object, what: str) -> None:
+        super().__init__(
+            f"{folder} was begun in another cell: {what}. Go on with the cell as it was, or choose another --output."
+        )
+
+
+class OutputIsCell(RobolaserError):
+    """A recording would be written over a cell."""
+
+    def __init__(self, folder: object) -> None:
+        super().__init__(f"{folder} is a cell: a recording there would overwrite it. Choose another --output.")
+
+
 class NothingToResume(RobolaserError):
     """A folder in which no recording was begun."""
 
@@ -238,6 +293,13 @@ class NowhereToGo(WrongUsage):
 
     def __init__(self) -> None:
         super().__init__("Say where the arm is to go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
+
+
+class OptionIdle(WrongUsage):
+    """An option that says nothing without another."""
+
+    def __init__(self, option: str, other: str) -> None:
+        super().__init__(f"{option} says nothing without {other}: add that, or leave {option} out.")
 
 
 class NothingMoved(WrongUsage):

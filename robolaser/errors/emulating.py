@@ -27,18 +27,21 @@ class ControllerUnknown(RobolaserError):
         super().__init__(f"cell.toml, [arm] kind: no emulated controller speaks '{kind}'.{near(kind, known)}")
 
 
-class NoArmToEmulate(RobolaserError):
-    """A cell that does not say which robot it has."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(f"{folder / 'dataset.toml'} has no [robot]: an emulated arm needs its URDF and joints.")
-
-
 class AxisMissing(RobolaserError):
     """A fault of an axis that the arm does not have."""
 
     def __init__(self, kind: str, axis: int, axes: int) -> None:
         super().__init__(f"--fault {kind}:{axis}: the arm has axes 1 to {axes}.")
+
+
+class CameraPortTaken(RobolaserError):
+    """A port at which no camera can be served."""
+
+    def __init__(self, port: int, reason: str) -> None:
+        super().__init__(
+            f"The camera cannot be served at port {port}: {reason}."
+            " Choose another --camera-port, or leave it out for any that is free."
+        )
 
 
 class EmulatorSilent(RobolaserError):

@@ -26,9 +26,11 @@ class TargetPlaceUnknown(RobolaserError):
 class TooFewSights(RobolaserError):
     """An arm that sees the target from too few postures."""
 
-    def __init__(self, robot: str, wanted: int, tried: int, found: int) -> None:
+    def __init__(self, robot: str, wanted: int, tried: int, seeing: int, allowed: int) -> None:
+        limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
+        narrow = "widen [limits] in cell.toml if it may, take a smaller --run-up, " if 2 * allowed < seeing else ""
         super().__init__(
-            f"{robot} sees the whole board and the stripe on it from {found} of {tried} postures that were tried, but"
-            f" {wanted} are wanted. Move the board nearer to the middle of the arm's reach, correct target.x ... in"
-            " dataset.toml, or ask for fewer poses."
+            f"{robot} sees the whole board and the stripe on it from {seeing} of {tried} postures that were"
+            f" tried{limits}, but {wanted} are wanted. Ask for fewer poses, {narrow}move the board nearer to the middle"
+            " of the arm's reach, or correct target.x ... in dataset.toml."
         )

@@ -24,7 +24,8 @@ from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.running import controller_of
 from robolaser.errors import CameraLost
 
-BYTES_A_S = 960.0
+BITS_A_BYTE = 10
+BAUD = 9600
 
 
 class Jumping(Clock):
@@ -48,8 +49,11 @@ class Jumping(Clock):
 class Bench:
     """A wire to an emulated controller, as pyserial would open it."""
 
-    def __init__(self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1) -> None:
+    def __init__(
+        self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1, baud: int = BAUD
+    ) -> None:
         self.clock = clock
+        self._bytes_a_s = baud / BITS_A_BYTE
         self.controller = Faulty(controller, [read_fault(text) for text in faults], np.random.default_rng(seed))
         self.coming = b""
         self.sent = b""
@@ -73,18 +77,58 @@ class Bench:
             self.clock.wait(TICK_S)
             self._listen()
         data, self.coming = self.coming[:size], self.coming[size:]
-        self.clock.wait(len(data) / BYTES_A_S)
+        self.clock.wait(len(data) / self._bytes_a_s)
         return data
 
     def write(self, data: bytes) -> int:
         self._listen()
         self.sent += data
-        self.clock.wait(len(data) / BYTES_A_S)
+        self.clock.wait(len(data) / self._bytes_a_s)
         self.coming += self.controller.hear(data, self.clock.now())
         return len(data)
 
     def close(self) -> None:
         """Nothing."""
+
+
+class Watched:
+    """Looks at the motors, whatever the line says, while an arm goes where it is sent."""
+
+    def __init__(self, rig: Bench, every_s: float) -> None:
+        self._rig = rig
+        self._every_s = every_s
+        self._wait = rig.clock.wait
+        self._segment = (rig.motor(), rig.motor())
+        self.seen: list[tuple[float, Array]] = []
+        self.strayed = 0.0
+        """How far any motor was off the straight way at most [rad]."""
+        rig.clock.wait = self._waited  # type: ignore[method-assign]
+
+    def goes(self, arm: Arm) -> None:
+        """Know which way was checked: from where the motors are when the arm is sent, to where it is sent."""
+        go = arm.go
+
+        def told(q: Array, seconds: float) -> None:
+            self._segment = (self._rig.motor(), q)
+            go(q, seconds)
+
+        arm.go = told  # type: ignore[method-assign]
+
+    def fastest(self) -> float:
+        """Highest speed of any motor over a look [rad/s]."""
+        times, q = np.array([t for t, _ in self.seen]), np.array([q for _, q in self.seen])
+        return float((np.abs(np.diff(q, axis=0)).max(axis=1) / np.diff(times)).max(initial=0.0))
+
+    def _waited(self, seconds: float) -> None:
+        self._wait(seconds)
+        now = self._rig.clock.now()
+        if not self.seen or now - self.seen[-1][0] >= self._every_s:
+            q = self._rig.motor()
+            self.seen.append((now, q))
+            start, goal = self._segment
+            way = goal - start
+            share = np.clip((q - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+            self.strayed = max(self.strayed, float(np.abs(q - start - share * way).max()))
 
 
 class Painted(Camera):
@@ -125,7 +169,7 @@ def cell(tmp_path: Path, kind: str = "acl") -> Cell:
 
 def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
     """An emulated controller that the cell's arm would have."""
-    return Bench(controller_of(cell), Jumping(), faults, seed)
+    return Bench(controller_of(cell), Jumping(), faults, seed, cell.arm.baud)
 
 
 def arm_on(bench: Bench, cell: Cell) -> Arm:

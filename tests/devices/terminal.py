@@ -44,15 +44,19 @@ class Rig:
     def record(self, *more: str, port: str) -> int:
         return main(["record", str(self.folder), "--output", str(self.out), "--port", port, *more])
 
+    def home_first(self) -> None:
+        said = (self.folder / "cell.toml").read_text()
+        (self.folder / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
+
     def names(self) -> list[str]:
         poses = robolaser.load(self.out).poses
         return [name for name, image in zip(poses.names, poses.image or (), strict=True) if image]
 
 
 @contextmanager
-def emulated(rig: Rig, *faults: str) -> Iterator[str]:
+def emulated(rig: Rig, *faults: str, hurry: float = HURRY) -> Iterator[str]:
     """The cell's arm, on a pseudo terminal."""
-    running = Running(rig.folder, hurry=HURRY, faults=faults)
+    running = Running(rig.folder, hurry=hurry, faults=faults)
     over = threading.Event()
 
     def serve() -> None:

@@ -273,7 +273,7 @@ def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n{noise}", "utf-8")
     journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
-    journal.read_in_steps(np.full(len(robot.joints), 1e-3))
+    journal.read_in_steps(np.full(len(robot.joints), 1e-3), pytest.fail)
     journal.add([Stay("start", 0.0, Q[0])])
     stated = robolaser.load(tmp_path / "out").noise
     assert stated.joint_rad == pytest.approx(1e-3 / np.sqrt(12), rel=0.02)
@@ -284,6 +284,6 @@ def test_a_noise_of_readings_that_the_cell_states_is_kept(cell: Cell, robot: Rob
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n[noise]\njoint_rad = 3e-5\n", "utf-8")
     journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
-    journal.read_in_steps(np.full(len(robot.joints), 1e-3))
+    journal.read_in_steps(np.full(len(robot.joints), 1e-3), pytest.fail)
     journal.add([Stay("start", 0.0, Q[0])])
     assert robolaser.load(tmp_path / "out").noise.joint_rad == 3e-5

@@ -1,5 +1,7 @@
 """Smart servos on one line."""
 
+import re
+from contextlib import suppress
 from pathlib import Path
 
 import bench
@@ -10,7 +12,7 @@ from robolaser.cell import Cell
 from robolaser.devices.arriving import Mover
 from robolaser.devices.line import Line
 from robolaser.devices.lss import STEP, Lss
-from robolaser.errors import ArmAlarm, ArmRefused, LineLost
+from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, LineLost, Strayed
 
 
 @pytest.fixture
@@ -47,16 +49,46 @@ def test_a_servo_in_trouble_is_named(cell: Cell, fault: str, said: str) -> None:
         mover.travel(at + 0.5, "p", at)
 
 
-def test_a_goal_that_is_misheard_is_told_again(cell: Cell) -> None:
-    for seed in range(10):
-        rig = bench.bench_for(cell, ["misheard:0.02"], seed)
+def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> None:
+    went = 0
+    for seed in range(20):
+        rig = bench.bench_for(cell, ["misheard:0.01"], seed)
         home = rig.motor()
         try:
-            bench.arm_on(rig, cell).go(home + 0.5, 1.0)
-        except LineLost:
+            bench.arm_on(rig, cell).go(home + 0.5, 5.0)
+        except (AnswerUnclear, LineLost):
+            rig.clock.wait(30.0)
+            assert np.abs(rig.motor() - home).max() < 0.02, seed
             continue
+        went += 1
         rig.clock.wait(30.0)
         assert np.abs(rig.motor() - home - 0.5).max() < STEP
+    assert went > 12
+
+
+def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell) -> None:
+    """The time cannot be read back; the cap on the speed can."""
+    rig = bench.bench_for(cell)
+    hear = rig.controller.hear
+    rig.controller.hear = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
+    mover = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
+    at = mover.resting("Before")
+    watched = bench.Watched(rig, 0.3)
+    with suppress(Strayed):
+        mover.travel(at + np.array([0.5, 0.1, -0.4, 0.2, 0.3]), "p", at)
+    assert watched.fastest() < 1.05 * 0.3
+
+
+def test_a_servo_that_was_switched_on_anew_is_capped_again(cell: Cell) -> None:
+    rig = bench.bench_for(cell, ["reboot@>4s"])
+    arm = bench.arm_on(rig, cell)
+    arm.go(rig.motor() + 0.1, 2.0)
+    rig.clock.wait(8.0)
+    assert not rig.in_waiting  # the power fails when somebody looks
+    rig.clock.wait(2.0)
+    rig.sent = b""
+    arm.go(rig.motor() + 0.2, 4.0)
+    assert rig.sent.count(b"SD54\r") == 5  # 1.875 times 11.46 degrees in 4 s
 
 
 def test_servos_switch_no_laser(cell: Cell) -> None:

@@ -8,10 +8,19 @@ from pathlib import Path
 import bench
 import pytest
 
-from robolaser.cell import Cell
+from robolaser.cell import Cell, load_cell
 from robolaser.devices.arms import ARMS, open_arm
 from robolaser.devices.clock import WallClock
-from robolaser.errors import ArmDiffers, ArmUnknown, NotADataset, PortUnusable, RobolaserError
+from robolaser.errors import (
+    ArmDiffers,
+    ArmUnknown,
+    CellWithoutRobot,
+    NotADataset,
+    OutputMissing,
+    PortUnusable,
+    RobolaserError,
+    SettingWrong,
+)
 
 
 @pytest.fixture
@@ -20,7 +29,8 @@ def cell(tmp_path: Path) -> Cell:
 
 
 def named(cell: Cell, kind: str, port: str) -> Cell:
-    return replace(cell, arm=replace(cell.arm, kind=kind, port=port))
+    laser = cell.laser_output if kind == "acl" else None
+    return replace(cell, arm=replace(cell.arm, kind=kind, port=port), laser_output=laser)
 
 
 def test_importing_devices_opens_nothing() -> None:
@@ -59,3 +69,49 @@ def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> 
     (tmp_path / "other" / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4\na,0,0,0,0\n")
     with pytest.raises(ArmDiffers):
         open_arm(named(cell, "replay", str(tmp_path / "other")), WallClock())
+
+
+@pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
+def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(
+    cell: Cell, kind: str, said: str
+) -> None:
+    there = replace(named(cell, kind, "/nowhere"), laser_output=99)
+    with pytest.raises(OutputMissing, match=said):
+        open_arm(there, WallClock())
+
+
+def test_a_port_that_nobody_names_is_asked_for(cell: Cell) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] port"):
+        open_arm(named(cell, "acl", ""), WallClock())
+
+
+def changed(cell: Cell, before: str, after: str, file: str = "cell.toml") -> Path:
+    said = (cell.folder / file).read_text()
+    assert before in said
+    (cell.folder / file).write_text(said.replace(before, after))
+    return cell.folder
+
+
+@pytest.mark.parametrize("wrong", ["[0, 1, 1, 1, 1]", "[2, 1, 1, 1, 1]", "[1, 1, 1, 1]"])
+def test_a_joint_counts_up_or_down(cell: Cell, wrong: str) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] direction"):
+        load_cell(changed(cell, "direction = [1, -1, 1, 1, -1]", f"direction = {wrong}"))
+
+
+@pytest.mark.parametrize("wrong", ["[1, 2, 3, 4, 4]", "[1, 2, 3, 4, 5.5]", "[1, 2, 3, 4, 254]", "[1, 2, 3, 4, -1]"])
+def test_each_servo_has_an_address_of_its_own(cell: Cell, wrong: str) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] ids"):
+        load_cell(changed(cell, "baud = 9600", f"baud = 9600\nids = {wrong}"))
+
+
+def test_a_cell_without_a_robot_is_said_to_have_none(cell: Cell) -> None:
+    said = (cell.folder / "dataset.toml").read_text()
+    (cell.folder / "dataset.toml").write_text(said.replace("[robot]", "[rabbit]"))
+    with pytest.raises(CellWithoutRobot, match=r"no \[robot\]"):
+        load_cell(cell.folder)
+
+
+def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
+    sentences = " ".join(load_cell(cell.folder).warnings)
+    assert "no reach_m" in sentences
+    assert "no floor_m" not in sentences

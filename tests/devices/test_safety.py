@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from robolaser.cell import Limits, load_cell
-from robolaser.devices.arriving import PEAK, Mover, seconds_for
+from robolaser.devices.arriving import Mover
 from robolaser.devices.checked import allowed, carried, lowest, reach, violations
+from robolaser.devices.pace import PEAK, seconds_for
 from robolaser.errors import NotArrived, Restless, Strayed
 from robolaser.robots import find_robot
 from robolaser.se3 import apply
@@ -117,7 +118,31 @@ def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) ->
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
     with pytest.raises(NotArrived, match="On the way to p, joint_2 stands still"):
+        mover.travel(at + np.array([0.0, 0.5, 0.0, 0.0, 0.0]), "p", at)
+
+
+@pytest.mark.parametrize("joint", [1, 2, 5])
+def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Path, joint: int) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
+    at = mover.resting("Before")
+    with pytest.raises(Strayed, match=rf"joint_{joint} is at .* off the straight way"):
         mover.travel(at + 0.5, "p", at)
+    mover.halt()
+    assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
+
+
+def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path) -> None:
+    """Its way is so short that it is never far off."""
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell, ["stall:4@>2s"])
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.1, rig.clock)
+    at = mover.resting("Before")
+    began = rig.clock.now()
+    with pytest.raises(NotArrived, match="joint_4 stands still"):
+        mover.travel(at + np.array([1.0, 0.0, 0.0, 0.03, 0.0]), "p", at)
+    assert rig.clock.now() - began < 15.0
 
 
 def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
@@ -128,7 +153,7 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
     at = mover.resting("Before")
     go = arm.go
     arm.go = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
-    with pytest.raises(Strayed, match="does not lie between"):
+    with pytest.raises(Strayed, match="off the straight way"):
         mover.travel(at + 0.5, "p", at)
     assert np.abs(rig.motor() - at).max() < 0.15
 

@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,6 @@ import pytest
 
 import robolaser
 from robolaser.devices.route import Visit, both_ways
-from robolaser.emulator.running import controller_of
 from robolaser.errors import RecordingStopped, RobolaserError
 
 DAYS = 520
@@ -23,6 +23,11 @@ LASTS_S = 20.0
 """Of the clock on the bench: longer than any motion, and anything that comes late."""
 TRUE_RAD = 2e-3
 """What is written is where the arm stood, to a step of the coarser encoders, however bad the line."""
+STRAYED_RAD = np.deg2rad(12.0)
+"""The motors are never farther off the straight way that was checked; 3 degrees, and what goes by until it is read."""
+LOOK_S = 0.1
+SAID_DEG = 0.11
+"""What is said of where it stands is true, to a step of the coarser encoders."""
 LINE = ("garbage:0.02", "garbage:0.2", "lost:0.02", "lost:0.2", "misheard:0.02", "misheard:0.2", "late:0.5", "late:1.5",
         "late:3", "late:30", "silent", "flood", "flood:200", "cut")  # fmt: skip
 AXES = ("impact", "stall", "thermic", "reboot")
@@ -85,8 +90,11 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     if day.other == "disk":
         rig.clock.at.append((day.moment_s, lambda: patched.setattr("os.fsync", full_disk)))
     said, early = "", False
+    watched = bench.Watched(rig, LOOK_S)
     try:
-        bench.session(cell, rig, journal, camera).run(on_disk)
+        running = bench.session(cell, rig, journal, camera)
+        watched.goes(running._arm)
+        running.run(on_disk)
     except RecordingStopped as error:
         said = str(error)
     except (RobolaserError, KeyboardInterrupt) as error:
@@ -94,7 +102,11 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     finally:
         patched.undo()
     assert not (early and told), day
+    assert watched.strayed < STRAYED_RAD, (day, np.rad2deg(watched.strayed), said)
+    assert watched.fastest() < 1.05 * cell.limits.speed_rad_s, (day, watched.fastest())
     stood = rig.motor()
+    stands = re.findall(r"(-?\d+\.\d+)°", said.partition("It stands at")[2].partition("\n")[0])
+    assert not stands or np.abs(np.rad2deg(stood) - [float(angle) for angle in stands]).max() < SAID_DEG, (day, said)
     rig.clock.at.clear()
     rig.clock.time_s += LASTS_S
     moved = float(np.abs(rig.motor() - stood).max())
@@ -109,9 +121,12 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
 
 def go_on(cell: Any, folder: Path, visits: tuple[Visit, ...]) -> None:
     """The next day nothing is wrong."""
-    rig = bench.Bench(controller_of(cell), bench.Jumping())
+    rig = bench.bench_for(cell)
     there = (folder / "plan.csv").exists()
     journal = bench.resumed(cell, folder) if there else bench.begun(cell, folder, visits)
+    if journal.left_at is not None:  # the power was on all night
+        bench.arm_on(rig, cell).go(journal.left_at, 5.0)
+        rig.clock.wait(60.0)
     bench.session(cell, rig, journal).run(lambda visit: None)
     assert names_on_disk(folder) == {visit.name for visit in visits}
     poses = robolaser.load(folder).poses

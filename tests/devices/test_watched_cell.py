@@ -39,12 +39,14 @@ def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsy
     assert "gives no more images" in said
     assert "It stands at joint_1" in said
     begun = robolaser.load(out)
-    with Emulated(cell, world=world, hurry=HURRY) as emulated:
+    said = (cell / "cell.toml").read_text()
+    (cell / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
+    with Emulated(cell, world=world, hurry=2 * HURRY) as emulated:
         assert record(cell, out, emulated, "--resume") == 0
     dataset = robolaser.load(out)
     poses = dataset.poses
     assert poses.names[: len(begun.poses)] == begun.poses.names
-    assert {"start", "resumed", "p001", "p002"} == set(poses.names)
+    assert {"start", "stopped", "resumed", "p001", "p002"} == set(poses.names)
     assert poses.image is not None
     board = load_cell(cell).description.board
     assert board is not None

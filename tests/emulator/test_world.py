@@ -58,7 +58,8 @@ def test_without_departures_the_arm_stands_where_its_model_says(description: Dat
     T_flange_camera = pose(turn, np.array([v[f"t_{axis}"] for axis in "xyz"]))
     assert description.robot is not None
     T_base_flange = description.robot.forward(Q[None, None])[0, 0]
-    np.testing.assert_allclose(here.stand(Q), T_base_flange @ T_flange_camera, atol=1e-12)
+    here.follow(Q)
+    np.testing.assert_allclose(here.T_base_camera, T_base_flange @ T_flange_camera, atol=1e-12)
     np.testing.assert_allclose(here.T_base_flange, T_base_flange, atol=1e-12)
 
 

@@ -21,6 +21,7 @@ from robolaser.errors import (
     DepartureUnknown,
     FormatUnknown,
     NoScannerToEmulate,
+    NotARotation,
     NotToml,
     SettingWrong,
     WorldKeyUnknown,
@@ -41,6 +42,10 @@ KEYS = {
     "block": ("origin_m", "quat", "size_m", *SURFACE),
     "sphere": ("centre_m", "radius_m", *SURFACE),
 }
+OF_EFFECTS = ("name", "where", "size")
+POSITIVE = ("f", "s_u", "s_v")
+ROUNDED = 0.01
+"""How far a quaternion's length may be from one: files round their digits."""
 SECTIONS = ("truth", "light", "camera")
 UPWARD = (0.0, 0.0, 0.0, 1.0)
 FACING_UP = (1.0, 0.0, 0.0, 0.0)
@@ -71,7 +76,7 @@ def load_world(path: str | Path, description: Dataset) -> World:
     if robot is None or size is None:
         raise NoScannerToEmulate(path.name)
     eye = _eye(sections["truth"], sections["camera"], description, size)
-    sensor = _sensor(sections["camera"], sections["light"])
+    sensor = _sensor(path, sections["camera"], sections["light"])
     scene = Scene(tuple(_solids(path, said, description.board)))
     arm = Arm(robot)
     return World(arm, eye, _sheet(sections["light"], eye.truth), scene, sensor, _departures(path, said, arm))
@@ -81,7 +86,7 @@ def _eye(said: Settings, camera: Settings, description: Dataset, size: tuple[int
     drawn = {name: item.nominal for name, item in description.parameters.items()}
     k1, k2, p1, p2, k3 = camera.numbers("lens_error", 5, default=(0.0, 0.0, 0.0, 0.0, 0.0))
     return Eye(
-        {name: said.number(name, default=drawn.get(name)) for name in SCANNER},
+        {name: said.number(name, positive=name in POSITIVE, default=drawn.get(name)) for name in SCANNER},
         description.bracket_quat,
         description.angles,
         description.stripe_axis,
@@ -103,12 +108,12 @@ def _sheet(said: Settings, truth: Mapping[str, float]) -> Sheet:
     )
 
 
-def _sensor(said: Settings, light: Settings) -> Sensor:
+def _sensor(path: Path, said: Settings, light: Settings) -> Sensor:
     return Sensor(
-        ambient_grey=said.number("ambient_grey", default=Sensor.ambient_grey),
-        noise_grey=said.number("noise_grey", default=Sensor.noise_grey),
-        speckle=light.number("speckle", default=Sensor.speckle),
-        blur_px=said.number("blur_px", default=Sensor.blur_px),
+        ambient_grey=_some(path, said, "ambient_grey", Sensor.ambient_grey),
+        noise_grey=_some(path, said, "noise_grey", Sensor.noise_grey),
+        speckle=_some(path, light, "speckle", Sensor.speckle),
+        blur_px=_some(path, said, "blur_px", Sensor.blur_px),
         exposure=said.number("exposure", positive=True, default=Sensor.exposure),
     )
 
@@ -116,33 +121,35 @@ def _sensor(said: Settings, light: Settings) -> Sensor:
 def _solids(path: Path, said: Mapping[str, Any], drawn: Board | None) -> Iterable[Solid]:
     if "floor" in said:
         floor = _section(path, "floor", _table(path, "floor", said["floor"]))
-        yield Floor(floor.number("height_m", default=0.0), *_surface(floor, Floor.tone))
+        yield Floor(floor.number("height_m", default=0.0), *_surface(path, floor, Floor.tone))
     for block in _sections(path, "block", said):
         size = block.numbers("size_m", 3, default=())
-        yield Block(_placement(block, UPWARD), (size[0], size[1], size[2]), *_surface(block, Block.tone))
+        if min(size) <= 0:
+            raise SettingWrong(block.key("size_m"), list(size), "three lengths above 0", path.name)
+        yield Block(_placement(path, block, UPWARD), (size[0], size[1], size[2]), *_surface(path, block, Block.tone))
     for sphere in _sections(path, "sphere", said):
         centre = np.array(sphere.numbers("centre_m", 3, default=()))
-        yield Sphere(centre, sphere.number("radius_m", positive=True), *_surface(sphere, Sphere.tone))
+        yield Sphere(centre, sphere.number("radius_m", positive=True), *_surface(path, sphere, Sphere.tone))
     if "board" in said:
         board = _section(path, "board", _table(path, "board", said["board"]))
         if drawn is None:
             raise BoardNotDrawn(path.name)
         yield Checkerboard(
-            _placement(board, FACING_UP),
+            _placement(path, board, FACING_UP),
             drawn.columns,
             drawn.rows,
             board.number("square_m", positive=True, default=drawn.square_m),
-            board.number("border_m", default=Checkerboard.border_m),
-            board.number("white", default=Checkerboard.white),
-            board.number("black", default=Checkerboard.black),
-            board.number("shine", default=Checkerboard.shine),
+            _some(path, board, "border_m", Checkerboard.border_m),
+            _some(path, board, "white", Checkerboard.white),
+            _some(path, board, "black", Checkerboard.black),
+            _some(path, board, "shine", Checkerboard.shine),
         )
 
 
 def _departures(path: Path, said: Mapping[str, Any], arm: Arm) -> list[Departure]:
     known = {kind.name: kind for kind in DEPARTURES}
     departures = []
-    for effect in _sections(path, "effect", said):
+    for effect, keys in zip(_sections(path, "effect", said), said.get("effect", ()), strict=True):
         name = effect.text("name")
         if name not in known:
             raise DepartureUnknown(path.name, name, known)
@@ -151,7 +158,10 @@ def _departures(path: Path, said: Mapping[str, Any], arm: Arm) -> list[Departure
         where = effect.text("where")
         if where not in places:
             raise DepartureNowhere(path.name, name, where, places)
-        shape = {one.name: effect.number(one.name) for one in fields(kind)[2:] if one.name in effect}
+        shapes = [one.name for one in fields(kind) if one.name not in OF_EFFECTS]
+        for key in sorted(keys.keys() - {*OF_EFFECTS, *shapes}):
+            raise WorldKeyUnknown(path.name, "[effect]", key, [*OF_EFFECTS, *shapes])
+        shape = {one: effect.number(one) for one in shapes if one in effect}
         departures.append(kind(where, effect.number("size"), **shape))
     return departures
 
@@ -176,12 +186,22 @@ def _table(path: Path, name: str, values: Any) -> Mapping[str, Any]:
     return values
 
 
-def _surface(said: Settings, tone: float) -> tuple[float, float]:
-    return said.number("tone", default=tone), said.number("shine", default=0.0)
+def _surface(path: Path, said: Settings, tone: float) -> tuple[float, float]:
+    return _some(path, said, "tone", tone), _some(path, said, "shine", 0.0)
 
 
-def _placement(said: Settings, quat: tuple[float, float, float, float]) -> Array:
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_quat(said.numbers("quat", 4, default=quat)).as_matrix()
+def _some(path: Path, said: Settings, key: str, usual: float) -> float:
+    value = said.number(key, default=usual)
+    if value < 0:
+        raise SettingWrong(said.key(key), value, "0 or more", path.name)
+    return value
+
+
+def _placement(path: Path, said: Settings, usual: tuple[float, float, float, float]) -> Array:
+    T, quat = np.eye(4), said.numbers("quat", 4, default=usual)
+    norm = float(np.linalg.norm(quat))
+    if abs(norm - 1) > ROUNDED:
+        raise NotARotation(f"{path.name}, {said.key('quat')}", norm)
+    T[:3, :3] = Rotation.from_quat(quat).as_matrix()
     T[:3, 3] = said.numbers("origin_m", 3, default=())
     return T

@@ -77,11 +77,6 @@ class World:
                 self._hanging[i] = departure.follow(now, last, self._hanging[i])
         self._motor = motor.copy()
 
-    def stand(self, motor: Array) -> Array:
-        """Go on to where the encoders are now, (j,) [rad], and say where that brings the camera, (4, 4)."""
-        self.follow(motor)
-        return self.T_base_camera
-
     @property
     def q(self) -> Array:
         """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
