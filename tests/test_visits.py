@@ -76,6 +76,15 @@ def test_where_the_arm_may_not_stand_nothing_is_planned(description: Dataset) ->
     assert (q[:, 0] > 0.02).all()
 
 
+def test_where_limits_keep_the_arm_from_looking_they_are_named(description: Dataset) -> None:
+    with pytest.raises(TooFewSights, match=r"from [1-9]\d* of \d+ postures.*and 0 of these are allowed.*\[limits\]"):
+        planned(description, count=5, allowed=lambda q: q[:, 0] > 9.0, seed=1)
+
+
+def test_as_many_postures_are_planned_as_are_asked_for(description: Dataset) -> None:
+    assert len(planned(description, count=420, seed=1)) == 420
+
+
 def test_effects_to_be_told_apart_change_the_plan(description: Dataset, q: Array) -> None:
     other = planned(description, count=20, effects=["joint_compliance:joint_2"], seed=1)
     assert {tuple(row) for row in other} != {tuple(row) for row in q}

@@ -211,6 +211,42 @@ def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
     assert rig.clock.now() < 20.0 + 5.0
 
 
+@pytest.mark.parametrize(
+    ("fault", "error"), [("impact:3", ArmAlarm), ("thermic:2", ArmAlarm), ("reboot", ArmRestarted)]
+)
+def test_what_befalls_an_arm_that_searches_its_home_is_heard(cell: Cell, fault: str, error: type[Exception]) -> None:
+    rig = bench.bench_for(cell, [f"{fault}@>30s"])
+    arm = bench.arm_on(rig, cell)
+    with pytest.raises(error):
+        arm.home()
+    assert rig.clock.now() < 35.0
+
+
+def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    rig.controller.hear(b"COFF\r", rig.clock.now())
+    began = rig.clock.now()
+    with pytest.raises(ArmRefused, match=r"'HOME'.*304"):
+        arm.home()
+    assert rig.clock.now() - began < 5.0
+
+
+def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    with pytest.raises(ArmRefused, match=r"'SET OUT\[99\]=1' with '\*\*\* BAD OUTPUT 99'"):
+        bench.arm_on(rig, cell).light(99)
+
+
+def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    for noise in (b"x>_", b"\r\n>_", b">_\r\n>"):
+        rig.coming += noise
+        arm.watch()
+        np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-9)
+
+
 def test_outputs_switch(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)

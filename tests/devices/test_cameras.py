@@ -173,6 +173,16 @@ def test_a_covered_lens_is_pointed_out(running: Callable[..., Live]) -> None:
     assert "covered" in said[0]
 
 
+def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., Live]) -> None:
+    said: list[str] = []
+    assert not running(lambda number: np.zeros(SIZE[::-1], np.uint8), said).shot(0.01).any()
+    assert "covered" in said[0]
+    with pytest.raises(Overexposed):
+        running(lambda number: np.full(SIZE[::-1], 255, np.uint8)).shot(0.01)
+    with pytest.raises(CameraFrozen):
+        running(lambda number: np.full(SIZE[::-1], 128, np.uint8)).shot(0.01)
+
+
 def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., Live]) -> None:
     said: list[str] = []
     running(noisy, said, exposure=-5.0, gain=2.0, allows=False)

@@ -13,7 +13,10 @@ import pytest
 from terminal import Rig, emulated
 
 import robolaser
+from robolaser.cli import main
 from robolaser.devices.line import Line
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
 
 
 @pytest.fixture(params=["acl", "lss"])
@@ -80,6 +83,10 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
         (["--resume", "--move"], 1, "no recording was begun there"),
         (["--poses", "absent.csv", "--move"], 1, "absent.csv"),
         (["--next", "absent.json", "--move"], 1, "absent.json"),
+        (["--poses", "p.csv", "--run-up", "5", "--move"], 2, "--run-up says nothing without --both-ways"),
+        (["--poses", "p.csv", "--seed", "5", "--move"], 2, "--seed says nothing without --plan"),
+        (["--poses", "p.csv", "--separate", "backlash", "--move"], 2, "--separate says nothing without --plan"),
+        (["--resume", "--both-ways", "--move"], 2, "--both-ways says nothing without"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_sentence(
@@ -174,3 +181,70 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
     acl.out.write_text("a file")
     assert acl.record("--poses", str(acl.poses), "--move", port="nowhere") == 1
     assert "recording" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [('kind = "acl"', 'kind = "acll"', "no arm speaks 'acll'"), ("output = 1", "output = 99", "outputs 1 to 16")],
+)
+def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
+    acl: Rig, before: str, after: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace(before, after))
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
+    heard = capsys.readouterr()
+    assert said in heard.err
+    assert not heard.out
+
+
+def test_limits_that_are_not_set_are_pointed_out_with_the_plan(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
+    assert "[limits] has no reach_m" in capsys.readouterr().err
+
+
+def test_degrees_are_told_from_radians(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    acl.poses.write_text(acl.poses.read_text().splitlines()[0] + "\na,10,-20,30,0,0\n")
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
+    assert re.search(r"poses\.csv, row 2: q_joint_1 is 10 rad.*Are these degrees\?", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("both", [[], ["--both-ways"]])
+def test_a_run_up_is_spoken_of_where_there_is_one(
+    acl: Rig, both: Sequence[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace("floor_m = -0.5", "floor_m = 0.9"))
+    assert acl.record("--poses", str(acl.poses), "--dry-run", *both, port="nowhere") == 1
+    assert ("smaller --run-up" in capsys.readouterr().err) == bool(both)
+
+
+def test_a_recording_that_is_finished_moves_nothing(
+    acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
+    before = (acl.out / "poses.csv").read_bytes()
+    acl.home_first()
+    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    assert acl.record("--resume", "--move", port="nowhere") == 0
+    assert "No pose remains." in capsys.readouterr().out
+    assert (acl.out / "poses.csv").read_bytes() == before
+
+
+def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    acl.out = acl.folder
+    assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
+    assert "is a cell" in capsys.readouterr().err
+    assert (acl.folder / "robot.urdf").is_file()
+
+
+def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["record", str(EXAMPLE), "--output", "nowhere", "--plan", "4", "--dry-run"]
+    plans = []
+    for more in ([], ["--separate", "joint_compliance:joint_2"]):
+        assert main([*asked, *more]) == 0
+        plans.append(capsys.readouterr().out)
+    assert plans[0] != plans[1]
+    assert main([*asked, "--separate", "joint_complience"]) == 2
+    assert "Did you mean 'joint_compliance'" in capsys.readouterr().err

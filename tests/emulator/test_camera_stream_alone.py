@@ -11,6 +11,7 @@ import pytest
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.moment import Moment
 from robolaser.emulator.stream import Stream
+from robolaser.errors import CameraPortTaken
 
 SHAPE = (480, 640)
 HEADER = len(b"P5\n640 480\n255\n")
@@ -99,3 +100,28 @@ def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: Stream) 
             pass
     with watch(stream) as client:
         assert client.recv(1) == b""
+
+
+def test_an_unplugged_camera_is_told_nothing_more(stream: Stream) -> None:
+    stream.tell(moment(0.0, heard=9))
+    time.sleep(0.2)
+    for _ in range(50):
+        stream.tell(moment(0.0))
+    assert len(stream._moments) == 0
+
+
+def test_what_breaks_while_it_draws_is_heard(stream: Stream, world: Numbered) -> None:
+    def breaks(motor: np.ndarray) -> None:
+        raise ZeroDivisionError
+
+    world.follow = breaks  # type: ignore[method-assign]
+    stream.tell(moment(0.1))
+    time.sleep(0.2)
+    with pytest.raises(ZeroDivisionError):
+        stream.tell(moment(0.2))
+
+
+def test_a_port_that_is_taken_is_named(stream: Stream, world: Numbered) -> None:
+    port = int(stream.address.rpartition(":")[2])
+    with pytest.raises(CameraPortTaken, match=f"port {port}.*--camera-port"):
+        Stream(world, moment(0.0), [], np.random.default_rng(1), port)

@@ -60,6 +60,17 @@ def test_no_servo_turns_faster_than_it_can(servos: Lss) -> None:
     assert np.abs(np.diff(at)).max() / 0.01 <= FASTEST_RAD_S * 1.001
 
 
+def test_no_servo_turns_faster_than_it_was_told_to_and_says_so(servos: Lss) -> None:
+    assert servos.hear(b"#1SD100\r", 0.0) == b""
+    assert servos.hear(b"#1QSD\r", 0.0) == b"*1QSD100\r"
+    servos.hear(b"#1D300T1\r#2D300T1\r", 0.0)
+    at = np.array([servos.motor(t)[:2] for t in np.arange(0, 5, 0.01)])
+    fastest = np.abs(np.diff(at, axis=0)).max(axis=0) / 0.01
+    assert fastest[0] <= np.deg2rad(10.0) * 1.001 < fastest[1]
+    servos.suffer(Blow.REBOOT, 1, 9.0)
+    assert servos.hear(b"#1QSD\r", 12.0) != b"*1QSD100\r"
+
+
 def test_a_servo_says_whether_it_gains_speed_travels_loses_speed_or_holds(servos: Lss) -> None:
     servos.hear(b"#1D300T4000\r", 0.0)
     assert [servos.hear(b"#1Q\r", t) for t in (0.5, 2.0, 3.5, 4.5)] == [b"*1Q3\r", b"*1Q4\r", b"*1Q5\r", b"*1Q6\r"]

@@ -43,7 +43,8 @@ def test_amount_and_moment_are_read_as_written() -> None:
     assert read_fault("camera_over:8@>2s-4.5s") == Fault("camera_over", 8, seconds=(2, 4.5))
 
 
-@pytest.mark.parametrize("text", ["lost:2", "impact:0", "stall:1.5", "late:", "late@5s", "late@", "", "camera_size:0"])
+@pytest.mark.parametrize("text", ["lost:2", "impact:0", "stall:1.5", "late:", "late@5s", "late@", "", "camera_size:0",
+                                  "late@12-3", "lost@>9s-3s"])  # fmt: skip
 def test_nonsense_is_refused_with_an_example(text: str) -> None:
     with pytest.raises(FaultSenseless, match=r"For example: lost:0\.1"):
         read_fault(text)
@@ -57,6 +58,11 @@ def test_an_unknown_fault_is_refused_with_the_likeliest_meant() -> None:
 def test_an_axis_that_is_not_there_cannot_fail(tmp_path: Path) -> None:
     with pytest.raises(AxisMissing, match="axes 1 to 5"):
         Running(cell_folder(tmp_path), faults=["stall:6"])
+
+
+def test_servos_have_no_home_to_miss(tmp_path: Path) -> None:
+    with pytest.raises(FaultSenseless, match="search no home"):
+        Running(cell_folder(tmp_path, "lss"), faults=["homing:2"])
 
 
 def test_faults_that_are_not_there_change_nothing(arm: Callable[..., Faulty]) -> None:
