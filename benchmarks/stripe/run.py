@@ -55,7 +55,7 @@ def speed(rounds: int) -> None:
         "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in CENTRINGS) + " | NumPy [frames/s] ", end=""
     )
     print("| SciPy, line by line [frames/s] | gauss times NumPy | gauss times SciPy |")
-    print("|---" * (6 + len(CENTRINGS)) + "|")
+    print("|---" * (5 + len(CENTRINGS)) + "|")
     for name, (image, off) in images.items():
         ways = [partial(trace, image, "v", off, way) for way in CENTRINGS]
         ways += [partial(centre_of_mass, image), partial(curve_fitted, image)]
