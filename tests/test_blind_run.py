@@ -58,7 +58,8 @@ class Run:
         scan, survey = prepare(scanner, load(self.folder / "things")), Survey()
         for _ in survey.watch(scan.cloud.pieces(lambda what, share: None)):
             pass
-        return measure(survey.vertices, wanted=[what], step_m=STEP_M, sphere_m=RADIUS_M).bodies[0]
+        found = measure(survey.vertices, wanted=[what], step_m=STEP_M, sphere_m=RADIUS_M)
+        return next(body for body in found.bodies if body.what == what)
 
     def off_m(self, what: str, scanner: Calibrated) -> float:
         """How far points are from a body of the true size, root mean square [m]; infinite where none is to be seen."""
