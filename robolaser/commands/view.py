@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.command import Command, warn
-from robolaser.typed import count
-
-LARGEST_PORT = 65535
+from robolaser.typed import LAST_PORT, count
 
 
 @final
@@ -57,6 +55,6 @@ class View(Command):
 def port(text: str) -> int:
     """The number of a port, as typed."""
     number = count(text)
-    if number > LARGEST_PORT:
-        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from 1 to {LARGEST_PORT}")
+    if number > LAST_PORT:
+        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from 1 to {LAST_PORT}")
     return number
