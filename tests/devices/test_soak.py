@@ -14,7 +14,7 @@ import robolaser
 from robolaser.devices.route import Visit, both_ways
 from robolaser.errors import RecordingStopped, RobolaserError
 
-DAYS = 480
+DAYS = 520
 BATCH = 40
 POSES = 3
 LATEST_S = 12.0
