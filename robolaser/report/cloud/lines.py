@@ -59,6 +59,7 @@ def _remark(body: Measured) -> str:
     promised = f"promised {millimetres(body.promised_m)}" if body.promised_m == body.promised_m else "none promised"
     if body.error_m is None or body.known_m is None:
         return f"root mean square; {promised}; {body.points} of the points looked at"
+    off, _, _ = measured(abs(body.error_m), body.std_m or 0.0, "m").partition(" ±")
     sign = "+" if body.error_m >= 0 else "−"
-    error = f"known {plain(body.known_m, 'm')}: off by {sign}{millimetres(abs(body.error_m))}"
+    error = f"known {plain(body.known_m, 'm')}: off by {sign}{off} mm"
     return f"{error}; scatter {millimetres(body.rms_m)}, {promised}; {body.points} points"
