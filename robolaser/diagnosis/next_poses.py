@@ -127,4 +127,3 @@ def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, 
     on = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2))
     inside = view.holds(pixel.reshape(-1, 2)).reshape(len(q), -1).all(axis=1)
     return pixel, shown, np.asarray(on & inside)
-
