@@ -27,8 +27,9 @@ lint: .venv/developing
 	.venv/bin/mypy
 	.venv/bin/lint-imports
 
+# Half of the time is waiting for arms, cameras and processes: two files at a time.
 test: lint
-	.venv/bin/pytest
+	.venv/bin/pytest -n 2 --dist loadfile
 
 .venv/documenting: .venv/developing
 	$(PIP) install --quiet --requirement requirements-docs.txt
