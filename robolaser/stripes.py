@@ -4,6 +4,7 @@
 along the stripe.
 """
 
+import io
 import stat
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,8 +14,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from robolaser.errors import FileUnreadable, OutputExists, StripesForeign
-from robolaser.tables import written_whole
+from robolaser.errors import FileUnreadable, StripesForeign
+from robolaser.streamed import write_streamed
 
 FILE = "stripes.npy"
 """Its name in the recording's folder."""
@@ -66,26 +67,15 @@ def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = Fa
         OutputExists: There is a file.
         FileUnwritable: The disk or the rights say no.
     """
-    if path.exists() and not overwrite:
-        raise OutputExists(path)
-    with written_whole(path) as file:
-        return _written(file, blocks)
+    same = (np.asarray(block, STRIPE) for block in blocks)
+    return write_streamed(path, _announced, same, overwrite=overwrite)
 
 
-def _written(file: BinaryIO, blocks: Iterable[Stripes]) -> int:
-    """Count what is written; the header has room for every count and is written last."""
-    _announce(file, 0)
-    count = 0
-    for block in blocks:
-        file.write(np.ascontiguousarray(block, STRIPE).tobytes())
-        count += len(block)
-    file.seek(0)
-    _announce(file, count)
-    return count
-
-
-def _announce(file: BinaryIO, count: int) -> None:
-    npy.write_array_header_1_0(file, {"descr": npy.dtype_to_descr(STRIPE), "fortran_order": False, "shape": (count,)})
+def _announced(count: int) -> bytes:
+    """NumPy's header, which it fills up to one length for every count."""
+    head = io.BytesIO()
+    npy.write_array_header_1_0(head, {"descr": npy.dtype_to_descr(STRIPE), "fortran_order": False, "shape": (count,)})
+    return head.getvalue()
 
 
 def _header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -11,7 +11,7 @@ from robolaser.cell import ArmLine
 from robolaser.devices.acl_talk import CALM, Talk
 from robolaser.devices.arm import Arm
 from robolaser.devices.clock import Clock
-from robolaser.devices.line import Line
+from robolaser.devices.line import Line, spoken_over
 from robolaser.errors import AnswerUnclear, ArmDiffers, HomeNotFound, LineLost, ParameterSenseless
 
 AXES = 5
@@ -71,12 +71,7 @@ class Acl(Arm):
             PortUnusable: It cannot be opened.
             ArmDiffers, ParameterSenseless: The controller is not this robot's.
         """
-        line = Line.open(arm, clock)
-        try:
-            return cls(line, arm, joints)
-        except BaseException:
-            line.close()
-            raise
+        return spoken_over(lambda line: cls(line, arm, joints), arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""

@@ -1,12 +1,14 @@
 """A serial line: bytes out, text in, and how long silence may last."""
 
 import re
-from collections.abc import Sequence
-from typing import Any, Protocol, Self, final
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, Self, TypeVar, final
 
 from robolaser.cell import ArmLine
 from robolaser.devices.clock import Clock
 from robolaser.errors import LineFlooded, LineLost, PortUnusable
+
+Speaker = TypeVar("Speaker")
 
 TICK_S = 0.02
 """Longest that one look for bytes takes."""
@@ -131,3 +133,18 @@ def _ports() -> Sequence[str]:
     from serial.tools.list_ports import comports  # noqa: PLC0415
 
     return sorted(port.device for port in comports() if port.hwid != "n/a")
+
+
+def spoken_over(begin: Callable[[Line], Speaker], arm: ArmLine, clock: Clock) -> Speaker:
+    """Open a port and begin to speak; where that fails, the port is closed again.
+
+    Raises:
+        PortUnusable: It cannot be opened.
+        RobolaserError: What the beginning says.
+    """
+    line = Line.open(arm, clock)
+    try:
+        return begin(line)
+    except BaseException:
+        line.close()
+        raise

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.cell import ArmLine
 from robolaser.devices.arm import Arm
 from robolaser.devices.clock import Clock
-from robolaser.devices.line import Line
+from robolaser.devices.line import Line, spoken_over
 from robolaser.devices.pace import PEAK
 from robolaser.errors import AnswerUnclear, ArmAlarm, ArmDiffers, ArmRefused, LineLost
 
@@ -59,12 +59,7 @@ class Lss(Arm):
         Raises:
             PortUnusable: It cannot be opened.
         """
-        line = Line.open(arm, clock)
-        try:
-            return cls(line, arm, joints)
-        except BaseException:
-            line.close()
-            raise
+        return spoken_over(lambda line: cls(line, arm, joints), arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
-from robolaser.errors import CloudUnreadable, OutputExists
-from robolaser.tables import written_whole
+from robolaser.errors import CloudUnreadable
+from robolaser.streamed import write_streamed
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
@@ -37,10 +36,7 @@ def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *
         OutputExists: There is a file.
         FileUnwritable: The disk or the rights say no.
     """
-    if path.exists() and not overwrite:
-        raise OutputExists(path)
-    with written_whole(path) as file:
-        return _written(file, pieces, comments)
+    return write_streamed(path, lambda count: _header(count, comments), pieces, overwrite=overwrite)
 
 
 def map_ply(path: Path) -> Vertices:
@@ -69,18 +65,6 @@ def map_ply(path: Path) -> Vertices:
 def places_of(vertices: Vertices) -> Array:
     """The places of vertices, (n, 3) [m]."""
     return np.stack([vertices[axis] for axis in "xyz"], axis=-1).astype(np.float64)
-
-
-def _written(file: BinaryIO, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
-    """Count what is written; the header has room for every count and is written last."""
-    file.write(_header(0, comments))
-    count = 0
-    for piece in pieces:
-        file.write(np.ascontiguousarray(piece).data.cast("B"))
-        count += len(piece)
-    file.seek(0)
-    file.write(_header(count, comments))
-    return count
 
 
 def _head(count: str) -> list[str]:

@@ -84,7 +84,7 @@ def test_the_command_on_the_page_repeats_the_scan(cell, tmp_path, capsys, monkey
     ("where", "said"),
     [
         ("robolaser.scan.quality.measure", "cloud.ply was written"),
-        ("robolaser.scan.ply._written", "Nothing was written"),
+        ("robolaser.scan.ply._header", "Nothing was written"),
     ],
 )
 def test_who_stops_it_hears_what_is_on_the_disk(where, said, cell, tmp_path, monkeypatch, capsys):
