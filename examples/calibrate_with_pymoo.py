@@ -6,7 +6,7 @@ from pymoo.optimize import minimize
 from robolaser import Plan, calibrate, find_robot
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import ScannerCalibration
-from robolaser.simulate import paper
+from robolaser.simulation import paper
 
 cell = paper(find_robot("scorbot_er7"), seed=1)  # 5 points in each of 5 poses, as in the paper
 problem = ScannerCalibration(cell.dataset)

@@ -8,7 +8,7 @@ from pymoo.optimize import minimize
 from robolaser import find_robot
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import ScannerCalibration
-from robolaser.simulate import paper
+from robolaser.simulation import paper
 
 
 class BlendCrossover(Crossover):

@@ -4,32 +4,32 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robolaser.calibration import Calibration
-    from robolaser.comparison.contest import Contest
-    from robolaser.comparison.holding import compare
-    from robolaser.dataset import Dataset
+    from robolaser.calibration.result import Calibration
+    from robolaser.benchmark.plan import Contest
+    from robolaser.benchmark.run_loop import compare
+    from robolaser.data.dataset import Dataset
     from robolaser.diagnosis import diagnose
-    from robolaser.effects import EFFECTS
+    from robolaser.model.effects import EFFECTS
     from robolaser.errors import RobolaserError
-    from robolaser.fit import calibrate
-    from robolaser.folder import load
-    from robolaser.plan import Plan
-    from robolaser.robots import find_robot
-    from robolaser.saving import save
+    from robolaser.calibration.calibrate import calibrate
+    from robolaser.data.loading import load
+    from robolaser.calibration.options import Plan
+    from robolaser.geometry.robots import find_robot
+    from robolaser.data.writing import save
 
 _HOME = {
-    "Calibration": "calibration",
-    "Contest": "comparison.contest",
-    "Dataset": "dataset",
-    "EFFECTS": "effects",
-    "Plan": "plan",
+    "Calibration": "calibration.result",
+    "Contest": "benchmark.plan",
+    "Dataset": "data.dataset",
+    "EFFECTS": "model.effects",
+    "Plan": "calibration.options",
     "RobolaserError": "errors",
-    "calibrate": "fit",
-    "compare": "comparison.holding",
+    "calibrate": "calibration.calibrate",
+    "compare": "benchmark.run_loop",
     "diagnose": "diagnosis",
-    "find_robot": "robots",
-    "load": "folder",
-    "save": "saving",
+    "find_robot": "geometry.robots",
+    "load": "data.loading",
+    "save": "data.writing",
 }
 
 __all__ = [

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.calibration import Calibration
-from robolaser.dataset import Dataset, Noise, Points, Poses
-from robolaser.effects import suspects
+from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.model.effects import suspects
 from robolaser.parameters import Parameter
-from robolaser.robot import Robot
-from robolaser.scanner import Model
-from robolaser.se3 import exp_so3, pose
-from robolaser.search import History
-from robolaser.settings import unit_of
-from robolaser.uncertainty import Unidentifiable
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.calibration.pymoo_search import History
+from robolaser.data.toml_schema import unit_of
+from robolaser.estimation.identifiability import Unidentifiable
 
 NOMINAL = {
     "f": (8e-3, 6e-3, 10e-3), "s_u": (7.4e-6, 5e-6, 1e-5), "s_v": (7.4e-6, 5e-6, 1e-5), "u_0": (320, 290, 340),

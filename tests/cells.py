@@ -5,17 +5,17 @@ from typing import final
 
 import numpy as np
 
-from robolaser import optics
+from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
-from robolaser.dataset import Board, Dataset, Points, Poses
-from robolaser.effects.effect import Suspect
+from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.model.effects.effect import Suspect
 from robolaser.parameters import Parameter
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.se3 import apply, exp_so3, from_angles, inverse, pose
-from robolaser.sensors.sensor import motion
-from robolaser.sensors.stripe import SCANNER
-from robolaser.settings import unit_of
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
+from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.stripe import SCANNER
+from robolaser.data.toml_schema import unit_of
 
 TRUTH = {
     "f": 0.008, "s_u": 7.4e-6, "s_v": 7.5e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14, "theta": 0.45,

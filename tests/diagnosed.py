@@ -6,10 +6,10 @@ import numpy as np
 from calibrated import arm, point, socket, stripe
 
 from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number, Rival
-from robolaser.diagnosis.where import Lies
-from robolaser.diagnosis.words import sentence
-from robolaser.effects import EFFECTS, suspects
-from robolaser.effects.effect import Suspect
+from robolaser.diagnosis.localization import Lies
+from robolaser.diagnosis.summary_text import sentence
+from robolaser.model.effects import EFFECTS, suspects
+from robolaser.model.effects.effect import Suspect
 
 GEOMETRIC = ("joint_offset:bend", "link_geometry:lift")
 BY_NAME = {kind.name: kind for kind in EFFECTS}

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from robolaser.robots import find_robot
+from robolaser.geometry.robots import find_robot
 
 DATASET = """
 format = "robolaser-dataset/1"

@@ -10,12 +10,12 @@ import pytest
 
 from robolaser.cli import main
 from robolaser.errors import RobolaserError
-from robolaser.fit import calibrate
-from robolaser.folder import load
-from robolaser.plan import Plan
-from robolaser.robots import find_robot
-from robolaser.saving import save
-from robolaser.simulate import paper, simulate
+from robolaser.calibration.calibrate import calibrate
+from robolaser.data.loading import load
+from robolaser.calibration.options import Plan
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
+from robolaser.simulation import paper, simulate
 
 
 @pytest.fixture(scope="session")

@@ -12,10 +12,10 @@ import pytest
 from robolaser.cli import main
 from robolaser.emulator.serving import Emulated
 from robolaser.emulator.world import load_world
-from robolaser.folder import describe, load
+from robolaser.data.loading import describe, load
 from robolaser.scan import Calibrated, prepare, read_calibration
 from robolaser.scan.quality import Measured, measure
-from robolaser.scan.survey import Survey
+from robolaser.scan.subsample import Survey
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 HIDDEN = ("joint_3", 2.4e-3)

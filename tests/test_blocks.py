@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from robolaser.algorithms.loss import Loss
-from robolaser.blocks import blocks_of
-from robolaser.box import Box, Residuals
-from robolaser.dataset import Noise
-from robolaser.effects import suspects
-from robolaser.fit import calibrate
-from robolaser.held_out import TOLERANCE, fold_of_rows, held_out
-from robolaser.noise import noise_of
-from robolaser.plan import Plan
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.estimation.robust_loss import Loss
+from robolaser.model.pose_blocks import blocks_of
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.data.dataset import Noise
+from robolaser.model.effects import suspects
+from robolaser.calibration.calibrate import calibrate
+from robolaser.estimation.cross_validation import TOLERANCE, fold_of_rows, held_out
+from robolaser.model.noise import noise_of
+from robolaser.calibration.options import Plan
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
 SMALL = 50
@@ -34,7 +34,7 @@ def dataset(request):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr("robolaser.blocks.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
 
 
 def near(model, count):
@@ -77,8 +77,8 @@ def test_effects_that_look_around_keep_all_rows_together(small_blocks):
 def test_a_calibration_in_blocks_is_that_of_the_whole(dataset, monkeypatch, weights):
     plan = Plan(algorithm="gauss-newton", weights=weights)
     whole = calibrate(dataset, plan)
-    monkeypatch.setattr("robolaser.blocks.ROWS", SMALL)
-    monkeypatch.setattr("robolaser.reweighting.FEWER", 50)
+    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.estimation.robust_reweighting.FEWER", 50)
     parts = calibrate(dataset, plan)
     width = whole.model.parameters.width
     np.testing.assert_allclose(parts.x / width, whole.x / width, atol=1e-5)

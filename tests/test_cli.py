@@ -175,7 +175,7 @@ def test_a_folder_that_must_not_be_looked_into_is_said(
     def refuse(folder: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
 
-    monkeypatch.setattr("robolaser.folder.load", refuse)
+    monkeypatch.setattr("robolaser.data.loading.load", refuse)
     assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().err
     assert "Permission denied" in said
@@ -201,7 +201,7 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
     whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "1500"]
     script = (
         "import sys, threading, time, signal, os\n"
-        "import robolaser.search as search\n"
+        "import robolaser.calibration.pymoo_search as search\n"
         "search.SECONDS_BETWEEN_CHECKPOINTS = 0.0\n"
         "def stop():\n"
         "    while not os.path.exists(sys.argv[1]): time.sleep(0.005)\n"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.dataset import Points, some_of_each
+from robolaser.data.dataset import Points, some_of_each
 
 
 @pytest.fixture(params=range(8))

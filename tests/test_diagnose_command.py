@@ -9,17 +9,17 @@ import pytest
 from diagnosed import MADE
 
 from robolaser.cli import main
-from robolaser.dataset import Noise
+from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.corrected import corrected, corrected_json
-from robolaser.effects import suspects
-from robolaser.export import corrected_urdf, robot_urdf
-from robolaser.folder import load
-from robolaser.robot import Robot
-from robolaser.robots import find_robot
-from robolaser.saving import save
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.model.effects import suspects
+from robolaser.calibration.export import corrected_urdf, robot_urdf
+from robolaser.data.loading import load
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 OFFSET = 0.004
 

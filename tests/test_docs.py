@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import robolaser.operators
-from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY
+from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY
 from robolaser.cli import COMMANDS
-from robolaser.effects import EFFECTS
-from robolaser.robots import known_robots
-from robolaser.settings import UNITS
+from robolaser.model.effects import EFFECTS
+from robolaser.geometry.robots import known_robots
+from robolaser.data.toml_schema import UNITS
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}

@@ -1,4 +1,4 @@
-"""What every effect must keep to; a new file in robolaser/effects is tested without an edit."""
+"""What every effect must keep to; a new file in robolaser/model/effects is tested without an edit."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Noise
-from robolaser.effects import EFFECTS, suspects
-from robolaser.effects.effect import Effect, Suspect
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.model.effects import EFFECTS, suspects
+from robolaser.model.effects.effect import Effect, Suspect
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
 

@@ -8,11 +8,11 @@ from scipy.optimize import least_squares
 
 from robolaser import compiled
 from robolaser.arrays import Array
-from robolaser.elimination import placement, seats, similarity, tracker
-from robolaser.elimination.loop import Loops
-from robolaser.elimination.newton import minimise
-from robolaser.elimination.turns import along, angles_within, turn
-from robolaser.se3 import apply, exp_so3, from_angles, inverse, pose
+from robolaser.estimation.elimination import placement, seats, similarity, tracker
+from robolaser.estimation.elimination.loop import Loops
+from robolaser.estimation.elimination.newton import minimise
+from robolaser.estimation.elimination.turns import along, angles_within, turn
+from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
 
 ORDERS = ["xyz", "zyz"]
 BRACKET = exp_so3(np.array([0.3, -1.2, 0.7]))

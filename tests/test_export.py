@@ -6,10 +6,11 @@ import pinocchio
 import pytest
 from calibrated import KINDS, arm, point, socket, stripe
 
-from robolaser import optics, se3
+from robolaser.geometry import camera as optics
+from robolaser.geometry import rigid_motion as se3
 from robolaser.errors import NoCamera
-from robolaser.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
-from robolaser.robot import Robot
+from robolaser.calibration.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
+from robolaser.geometry.kinematics import Robot
 
 BENT = ("joint_offset", "link_geometry", "laser_roll")
 

@@ -10,21 +10,21 @@ from pymoo.optimize import minimize
 from scipy.optimize import least_squares
 
 from robolaser.algorithms import RCGA
-from robolaser.algorithms.names import ALGORITHMS
-from robolaser.box import Box, Residuals
-from robolaser.calibration import Calibration, as_json
-from robolaser.dataset import Dataset, Noise
+from robolaser.algorithms.registry import ALGORITHMS
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.result import Calibration, as_json
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.errors import CheckpointForeign, TooFewPoses
-from robolaser.fit import calibrate
-from robolaser.held_out import fold_of_rows
+from robolaser.calibration.calibrate import calibrate
+from robolaser.estimation.cross_validation import fold_of_rows
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
-from robolaser.plan import Plan
+from robolaser.calibration.options import Plan
 from robolaser.problems import ReducedCalibration, ScannerCalibration
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.search import CHECKPOINT, search
-from robolaser.simulate import Simulated, paper, simulate
-from robolaser.starts import polish_members
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.calibration.pymoo_search import CHECKPOINT, search
+from robolaser.simulation import Simulated, paper, simulate
+from robolaser.calibration.initialization import polish_members
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 BREEDING = Plan(algorithm="rcga", generations=80)
@@ -171,7 +171,7 @@ def test_weights_by_noise_come_closer_to_the_truth(rolled: Simulated) -> None:
 def test_a_stopped_search_goes_on_to_the_same_result(
     experiment: Simulated, bred: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robolaser.search.SECONDS_BETWEEN_CHECKPOINTS", 0.0)
+    monkeypatch.setattr("robolaser.calibration.pymoo_search.SECONDS_BETWEEN_CHECKPOINTS", 0.0)
 
     def stop(what: str, share: float) -> None:
         if share > 0.5:

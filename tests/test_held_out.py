@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from robolaser.box import Box, Residuals
-from robolaser.dataset import Noise
-from robolaser.held_out import _all_but_one, fold_of_rows, held_out
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
-from robolaser.triangle import triangle
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.data.dataset import Noise
+from robolaser.estimation.cross_validation import _all_but_one, fold_of_rows, held_out
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+from robolaser.estimation.r_factor import triangle
 
 
 @pytest.mark.parametrize("count", [2, 3, 10])

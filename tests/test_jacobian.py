@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.blocks import with_rows
-from robolaser.dataset import Noise
-from robolaser.effects import suspects
-from robolaser.jacobian import jacobian
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.model.pose_blocks import with_rows
+from robolaser.data.dataset import Noise
+from robolaser.model.effects import suspects
+from robolaser.estimation.jacobian import jacobian
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 
 def one_by_one(model: Model, x: Array) -> Array:

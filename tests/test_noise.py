@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
-from robolaser.dataset import Noise
-from robolaser.jacobian import jacobian
-from robolaser.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
-from robolaser.noise.disturbances import disturbances, pixel_effect
-from robolaser.noise.reml import restricted
-from robolaser.sensors.stripe import Stripe
+from robolaser.data.dataset import Noise
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
+from robolaser.model.noise.sources import disturbances, pixel_effect
+from robolaser.model.noise.reml import restricted
+from robolaser.model.sensors.stripe import Stripe
 
 
 def states(cell: Cell, **noise: float) -> Cell:

@@ -7,12 +7,12 @@ import pytest
 from scipy.optimize import least_squares
 
 from robolaser import compiled
-from robolaser.box import Box, Residuals
-from robolaser.dataset import Noise
-from robolaser.optimum import AGREEING, FEWEST_ROUNDS, MOST_ROUNDS, SoFar, optimum
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import Simulated, paper, simulate
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.data.dataset import Noise
+from robolaser.estimation.multistart import AGREEING, FEWEST_ROUNDS, MOST_ROUNDS, SoFar, optimum
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, paper, simulate
 
 WORLDS = {
     "the paper's": lambda: paper(find_robot("scorbot_er7"), seed=1),
@@ -94,8 +94,8 @@ def test_without_a_compiler_the_same_optimum_is_found(monkeypatch: pytest.Monkey
 @needs_compiler
 def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one round and descents of two steps no two ends agree."""
-    monkeypatch.setattr("robolaser.optimum.STEPS", 2)
-    monkeypatch.setattr("robolaser.optimum.MOST_ROUNDS", 1)
+    monkeypatch.setattr("robolaser.estimation.multistart.STEPS", 2)
+    monkeypatch.setattr("robolaser.estimation.multistart.MOST_ROUNDS", 1)
     assert MOST_ROUNDS > 1
     found = optimum(Model(paper(find_robot("scorbot_er7"), seed=1).dataset), seed=1)
     assert found.agreeing < AGREEING

@@ -8,15 +8,15 @@ import pytest
 
 import robolaser
 from robolaser.arrays import Array
-from robolaser.calibration import as_json
-from robolaser.dataset import Dataset, Noise
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.corrected import corrected
+from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.effects.effect import Effect, Scene, parameter, shape
+from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.report.diagnosis import page
-from robolaser.seams import Seam
-from robolaser.simulate import simulate
+from robolaser.model.stages import Seam
+from robolaser.simulation import simulate
 
 COUPLING = 0.004
 

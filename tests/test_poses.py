@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from robolaser.errors import NothingReached, RobotNotInstalled, TargetOutOfSight
-from robolaser.poses import MARGIN, TILT, View, anywhere, apart, limits, looking_down
-from robolaser.robot import Robot
-from robolaser.robots import find_robot
-from robolaser.se3 import apply, exp_so3, from_quaternion, inverse, pose
-from robolaser.simulate.nominal import IMAGE_PX, facing_outward, scanner
-from robolaser.simulate.reaching import reaching, touching, within_reach
+from robolaser.geometry.visibility import MARGIN, TILT, View, anywhere, apart, limits, looking_down
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
+from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
+from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
 
 
 @pytest.fixture(scope="module")

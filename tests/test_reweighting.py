@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from robolaser.calibration import as_json
-from robolaser.dataset import Noise
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Noise
 from robolaser.errors import LossUnknown
-from robolaser.fit import calibrate
-from robolaser.plan import Plan
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.options import Plan
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 

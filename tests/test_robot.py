@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from robolaser import se3
+from robolaser.geometry import rigid_motion as se3
 from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownFrame, UnknownJoint, UrdfJointKind
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 
 # A lift, a turntable without end, a wrist about a slanting axis, a finger beside the flange, a massive dead weight.
 MIXED = """
@@ -225,7 +225,7 @@ def test_a_robot_travels_to_another_process(robot, rng):
 
 
 def test_kinematics_do_not_wait_for_pinocchio():
-    code = "import sys, robolaser.robot, robolaser.robots; sys.exit('pinocchio' in sys.modules)"
+    code = "import sys, robolaser.geometry.kinematics, robolaser.geometry.robots; sys.exit('pinocchio' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

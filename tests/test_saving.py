@@ -4,14 +4,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.dataset import Board, Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
 from robolaser.errors import OutputExists
-from robolaser.folder import load
+from robolaser.data.loading import load
 from robolaser.parameters import Parameter
-from robolaser.robots import find_robot
-from robolaser.saving import save
-from robolaser.se3 import exp_so3, pose
-from robolaser.settings import unit_of
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.data.toml_schema import unit_of
 
 WILD = 'a "quoted" \\ back\tslash, ümlaut 光 🤖 \x7f \x01 = [x] # no comment'
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from robolaser import optics
+from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.parameters import Values
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.se3 import apply, from_angles, from_quaternion, pose
-from robolaser.simulate import Simulated, simulate
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
+from robolaser.simulation import Simulated, simulate
 
 RNG = np.random.default_rng(7)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robolaser.se3 import (
+from robolaser.geometry.rigid_motion import (
     apply,
     exp_so3,
     from_angles,

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from robolaser.box import Box, Residuals
-from robolaser.dataset import Noise
-from robolaser.effects import suspects
-from robolaser.effects.scene import Scene
-from robolaser.fit import calibrate
-from robolaser.plan import Plan
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.shapes import shaped, with_shapes
-from robolaser.simulate import Simulated, simulate
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.data.dataset import Noise
+from robolaser.model.effects import suspects
+from robolaser.model.effects.scene import Scene
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.options import Plan
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.estimation.nonlinear_parameters import shaped, with_shapes
+from robolaser.simulation import Simulated, simulate
 
 NOISE = Noise(point_m=2e-5)
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import ImageUnnamed, PathLeaves
-from robolaser.shots import shots_of
+from robolaser.data.image_list import shots_of
 
 
 def recording(folder, image, **extra):

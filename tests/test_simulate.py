@@ -3,9 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.dataset import Noise
-from robolaser.effects import EFFECTS, suspects
-from robolaser.effects.effect import Effect
+from robolaser.data.dataset import Noise
+from robolaser.model.effects import EFFECTS, suspects
+from robolaser.model.effects.effect import Effect
 from robolaser.errors import (
     BentOutOfSight,
     DemandSenseless,
@@ -18,13 +18,13 @@ from robolaser.errors import (
     ShapeOutside,
     TargetOutOfSight,
 )
-from robolaser.folder import load
-from robolaser.robot import Robot
-from robolaser.robots import find_robot, known_robots
-from robolaser.saving import save
-from robolaser.scanner import Model
-from robolaser.simulate import Simulated, paper, simulate, sizes_of
-from robolaser.simulate.nominal import DRAWN
+from robolaser.data.loading import load
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot, known_robots
+from robolaser.data.writing import save
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, paper, simulate, sizes_of
+from robolaser.simulation.nominal import DRAWN
 
 KINDS = ("stripe", "point", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from cells import TRUTH, Cell, board_cell, given, stripe_cell, tracker_cell
 
-from robolaser.algorithms.gauss_newton import gauss_newton
-from robolaser.dataset import Noise
-from robolaser.effects.effect import Suspect
-from robolaser.effects.joint_offset import JointOffset
-from robolaser.jacobian import jacobian
-from robolaser.noise import NoiseModel, noise_from, noise_of
-from robolaser.noise.disturbances import disturbances
-from robolaser.scanner import Model
-from robolaser.sensors.stripe import SCANNER
-from robolaser.uncertainty import Information, covariance, null_directions, standard_errors, unidentifiable
+from robolaser.estimation.gauss_newton import gauss_newton
+from robolaser.data.dataset import Noise
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.joint_offset import JointOffset
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.noise import NoiseModel, noise_from, noise_of
+from robolaser.model.noise.sources import disturbances
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.stripe import SCANNER
+from robolaser.estimation.identifiability import Information, covariance, null_directions, standard_errors, unidentifiable
 
 TRIALS = 100
 

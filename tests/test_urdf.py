@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser import se3, urdf
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry import urdf
 from robolaser.errors import (
     FileUnreadable,
     FrameExists,
@@ -24,7 +25,7 @@ from robolaser.errors import (
     UrdfUnnamed,
     UrdfUnsafe,
 )
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 
 ARM = """<?xml version="1.0"?>
 <!-- a two-joint arm -->

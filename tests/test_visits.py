@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.dataset import Board, Dataset, Points, Poses
+from robolaser.data.dataset import Board, Dataset, Points, Poses
 from robolaser.errors import CannotPlan, TargetPlaceUnknown, TooFewSights
 from robolaser.parameters import Parameter
-from robolaser.robots import find_robot
-from robolaser.se3 import apply, from_quaternion, inverse, pose
-from robolaser.sensors.sensor import motion
-from robolaser.simulate.nominal import IMAGE_PX, facing_outward, scanner
-from robolaser.visits import most_telling, planned
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
+from robolaser.model.sensors.sensor import motion
+from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
+from robolaser.estimation.optimal_poses import most_telling, planned
 
 PLACE = {"x": 0.5, "y": 0.0, "z": 0.0, "w": np.pi, "phi": 0.0, "psi": 0.0}
 

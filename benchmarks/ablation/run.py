@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from robolaser import Contest
-from robolaser.comparison.question import CALIBRATION
-from robolaser.comparison.record import Record
-from robolaser.comparison.standings import Measure, standings
+from robolaser.benchmark.problem import CALIBRATION
+from robolaser.benchmark.record import Record
+from robolaser.benchmark.standings import Measure, standings
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.solved import TITLES, solved
 

@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from robolaser import Contest, compare
-from robolaser.comparison.engines import DaskCluster, Engine, ThisMachine
-from robolaser.comparison.record import Record
+from robolaser.benchmark.engines import DaskCluster, Engine, ThisMachine
+from robolaser.benchmark.record import Record
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "compare"

@@ -8,11 +8,11 @@ import argparse
 
 import numpy as np
 
-from robolaser.dataset import Noise
-from robolaser.fit import Plan, calibrate
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Noise
+from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 CASES = {
     "stripe, noise stated": ("stripe", Noise(pixel_px=0.1, target_m=5e-5), None, "plain"),

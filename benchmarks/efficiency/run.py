@@ -23,12 +23,12 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Noise
-from robolaser.fit import Plan, calibrate
-from robolaser.jacobian import jacobian
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.estimation.jacobian import jacobian
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 WORLDS = {"pixels and target alike": (0.1, 3e-5), "mostly pixels": (0.1, 5e-6), "mostly target": (0.02, 1e-4)}
 """One standard deviation of a pixel [px], and of a target point [m]."""

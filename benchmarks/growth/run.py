@@ -4,10 +4,10 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from robolaser.dataset import Noise
+from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.robots import find_robot
-from robolaser.simulate import simulate
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
 
 SIZES = ((25, 10), (50, 20), (100, 40), (300, 40), (1000, 100))
 EFFECTS = {"joint_compliance:joint_2": 1e-4}

@@ -7,8 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset
-from robolaser.se3 import from_quaternion
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import from_quaternion
 
 
 @final

@@ -21,10 +21,10 @@ from peer import Plain
 
 from robolaser.arrays import Array
 from robolaser.compiled import cores
-from robolaser.dataset import Noise
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Noise
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 POSES = {25: 5, 1000: 50, 20_000: 200}  # by number of points
 AGAINST_PEER = ((100, 25), (100, 1000), (1000, 1000), (100, 20_000))

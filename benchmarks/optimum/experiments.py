@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.dataset import Noise
-from robolaser.robots import find_robot
-from robolaser.se3 import from_quaternion
-from robolaser.simulate import Simulated, paper, simulate
+from robolaser.data.dataset import Noise
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.rigid_motion import from_quaternion
+from robolaser.simulation import Simulated, paper, simulate
 
 CHOICE = 300  # poses, of which the degenerate experiments take the few that are most alike
 

@@ -23,7 +23,7 @@ from pymoo.optimize import minimize
 from scipy.optimize import differential_evolution, least_squares
 
 from robolaser.arrays import Array
-from robolaser.scanner import Model
+from robolaser.model.forward_model import Model
 
 sys.path.append(str(Path(__file__).parents[1] / "kernel"))
 from peer import Plain

@@ -20,11 +20,11 @@ import numpy as np
 from experiments import EXPERIMENTS
 from peers import PEERS, race
 
-from robolaser.box import Box, Residuals
-from robolaser.plan import Plan
-from robolaser.reweighting import polished
-from robolaser.scanner import Model
-from robolaser.starts import start_of
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.options import Plan
+from robolaser.estimation.robust_reweighting import polished
+from robolaser.model.forward_model import Model
+from robolaser.calibration.initialization import start_of
 
 OURS = "robolaser"
 RELATIVE, ABSOLUTE_M2 = 1e-6, 1e-18

@@ -9,11 +9,11 @@ import time
 
 import numpy as np
 
-from robolaser.box import Box, Residuals
-from robolaser.fit import Plan, calibrate
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import paper
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import paper
 
 AGREES = 1e-6
 TABLE_2 = {

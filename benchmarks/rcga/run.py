@@ -14,11 +14,11 @@ from pymoo.optimize import minimize
 
 from robolaser import find_robot
 from robolaser.algorithms import RCGA, rcga
-from robolaser.algorithms.brood import brood, loop
-from robolaser.compiled.brood import brood as compiled_brood
+from robolaser.algorithms.offspring import brood, loop
+from robolaser.algorithms.offspring_loops import brood as compiled_brood
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.problems import ScannerCalibration
-from robolaser.simulate import paper
+from robolaser.simulation import paper
 
 VARIABLES = 14
 POPULATION = 100

@@ -10,9 +10,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from robolaser.cli import main as robolaser
-from robolaser.dataset import Dataset
+from robolaser.data.dataset import Dataset
 from robolaser.diagnosis import examine
-from robolaser.folder import load
+from robolaser.data.loading import load
 
 TARGETS = {
     "ur10-tracker-a": "0.40 rms",

@@ -17,21 +17,21 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration import Calibration, json_text
+from robolaser.calibration.result import Calibration, json_text
 from robolaser.compiled import cores
-from robolaser.dataset import Dataset, Noise, Points
-from robolaser.effects import suspects
-from robolaser.export import robot_urdf
-from robolaser.folder import load
-from robolaser.optics import cut, metric, rays, sheet, undistort
-from robolaser.robots import find_robot
-from robolaser.saving import save
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.model.effects import suspects
+from robolaser.calibration.export import robot_urdf
+from robolaser.data.loading import load
+from robolaser.geometry.camera import cut, metric, rays, sheet, undistort
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
 from robolaser.scan import Scan, prepare, read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
-from robolaser.scanner import Model
-from robolaser.se3 import apply
-from robolaser.simulate import simulate
-from robolaser.stripes import FILE, STRIPE, open_stripes, write_stripes
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply
+from robolaser.simulation import simulate
+from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 
 MODELS = {
     "nominal": (),

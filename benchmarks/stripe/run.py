@@ -20,7 +20,7 @@ from peer import centre_of_mass, curve_fitted
 from robolaser.arrays import Array
 from robolaser.emulator.rendering import Block, Eye, Floor, Photograph, Scene, Sheet, Sphere, photograph
 from robolaser.vision.board import Image
-from robolaser.vision.centring import CENTRINGS
+from robolaser.vision.line_centers import CENTRINGS
 from robolaser.vision.traced import trace
 
 HEIGHT, WIDTH = 480, 640

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.fit import calibrate
-from robolaser.folder import load
+from robolaser.calibration.calibrate import calibrate
+from robolaser.data.loading import load
 
 KNOWN_RMS_MM = {
     "ur10-tracker-a": 0.847,

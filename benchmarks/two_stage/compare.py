@@ -14,10 +14,10 @@ from peer import LENSES, View, find_camera, two_stage
 from recording import Recording, measure
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.box import Box, Residuals
-from robolaser.fit import Plan, calibrate
-from robolaser.held_out import fold_of_rows
-from robolaser.noise import noise_of
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.estimation.cross_validation import fold_of_rows
+from robolaser.model.noise import noise_of
 
 SETS = ("etna-s1", "etna-s2", "etna-s3")
 DRAWS = 2000  # of poses with replacement, for the spread of a ratio

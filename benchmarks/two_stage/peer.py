@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from robolaser.arrays import Array, Ints
-from robolaser.se3 import apply, exp_so3, inverse, pose, rigid_fit
+from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose, rigid_fit
 
 HAND_EYE = {
     "Tsai": cv2.CALIB_HAND_EYE_TSAI,

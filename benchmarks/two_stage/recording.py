@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 from peer import View
 
-from robolaser.dataset import Dataset, Points
-from robolaser.folder import load
-from robolaser.shots import Shots
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.loading import load
+from robolaser.data.image_list import Shots
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import extract_points
-from robolaser.vision.layings import settle_by_robot
+from robolaser.vision.board_orientation import settle_by_robot
 from robolaser.vision.lens import find_lens
 
 

@@ -12,13 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robolaser import Plan, calibrate, find_robot
-from robolaser.algorithms.names import POLISH_ONLY
+from robolaser.algorithms.registry import POLISH_ONLY
 from robolaser.arrays import Array
-from robolaser.dataset import Noise
-from robolaser.effects.effect import Suspect
-from robolaser.effects.joint_offset import JointOffset
-from robolaser.scanner import Model
-from robolaser.simulate import Simulated, simulate
+from robolaser.data.dataset import Noise
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.joint_offset import JointOffset
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, simulate
 
 FOLDER = Path(__file__).parent / "effects"
 INK, BLUE, RED = "#3c434a", "#2b6cb1", "#c0492b"

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robolaser import Calibration, Plan, calibrate, load
-from robolaser.recording import points_from_images
+from robolaser.vision.recordings import points_from_images
 
 ROOT = Path(__file__).parents[2]
 PICTURE = Path(__file__).with_name("etna-s2.png")

@@ -8,8 +8,8 @@ from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
-from robolaser.algorithms.asking import asked
-from robolaser.algorithms.members import Members
+from robolaser.algorithms.evaluation import asked
+from robolaser.algorithms.population import Members
 from robolaser.arrays import Array, Ints
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from pymoo.core.termination import Termination
 from pymoo.util.sliding_window import SlidingWindow
 
-from robolaser.algorithms.members import Members
+from robolaser.algorithms.population import Members
 from robolaser.algorithms.rcga import RCGA
 from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, FileUnwritable
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from robolaser.algorithms.request import Request
+from robolaser.algorithms.algorithm_spec import Request
 from robolaser.errors import AttributeLacking, NotAnAlgorithm, NotImportable, SettingsRefused, SettingUnknown
 
 EXPECTED = "a pymoo algorithm: its class, an instance, or a function that returns one"

@@ -13,8 +13,8 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
 from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.brood import loop
-from robolaser.algorithms.members import Members
+from robolaser.algorithms.offspring import loop
+from robolaser.algorithms.population import Members
 from robolaser.algorithms.stopping import CostReached, Stalled
 from robolaser.arrays import Array, Ints
 from robolaser.errors import BoundsMissing, ManyObjectives, OperatorSetting

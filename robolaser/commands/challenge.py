@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, final
 
 from robolaser.commands.command import Command, make_folder, progress_bar
 from robolaser.errors import OutputExists, RangeUnclear
-from robolaser.typed import count, seed
+from robolaser.commands.argument_types import count, seed
 
 if TYPE_CHECKING:
-    from robolaser.challenge.building import Ranges
-    from robolaser.dataset import Dataset
-    from robolaser.robot import Robot
+    from robolaser.trials.building import Ranges
+    from robolaser.data.dataset import Dataset
+    from robolaser.geometry.kinematics import Robot
 
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
@@ -80,10 +80,10 @@ class Challenge(Command):
 
 
 def _new(args: argparse.Namespace) -> None:
-    from robolaser.challenge.making import USUAL  # noqa: PLC0415 - `--help` must not pay for physics
-    from robolaser.challenge.trial import new  # noqa: PLC0415
-    from robolaser.folder import load  # noqa: PLC0415
-    from robolaser.robots import find_robot  # noqa: PLC0415
+    from robolaser.trials.making import USUAL  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.trials.trial import new  # noqa: PLC0415
+    from robolaser.data.loading import load  # noqa: PLC0415
+    from robolaser.geometry.robots import find_robot  # noqa: PLC0415
 
     ranges = _ranges(args)
     kinds = dict.fromkeys(args.kinds.split(","), 1.0) if args.kinds else USUAL
@@ -108,7 +108,7 @@ def _new(args: argparse.Namespace) -> None:
 
 
 def _ranges(args: argparse.Namespace) -> "Ranges":
-    from robolaser.challenge.building import Ranges  # noqa: PLC0415
+    from robolaser.trials.building import Ranges  # noqa: PLC0415
 
     usual = Ranges()
     return Ranges(
@@ -135,8 +135,8 @@ def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[st
 def _score(args: argparse.Namespace) -> None:
     import json  # noqa: PLC0415
 
-    from robolaser.challenge.trial import score  # noqa: PLC0415
-    from robolaser.tables import write_text  # noqa: PLC0415
+    from robolaser.trials.trial import score  # noqa: PLC0415
+    from robolaser.data.csv_tables import write_text  # noqa: PLC0415
 
     folder = args.output or args.folder
     file = folder / "score.json"
@@ -163,7 +163,7 @@ TITLES = {
 
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
-    from robolaser.challenge.worlds.families import STRANGERS  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.trials.worlds.families import STRANGERS  # noqa: PLC0415 - `--help` must not pay for physics
 
     lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
     lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]

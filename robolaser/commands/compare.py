@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, make_folder
-from robolaser.comparison.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
-from robolaser.typed import count, positive
+from robolaser.commands.argument_types import count, positive
 
 if TYPE_CHECKING:
-    from robolaser.comparison.contest import Contest
-    from robolaser.comparison.engines import Engine
-    from robolaser.comparison.record import Record
+    from robolaser.benchmark.plan import Contest
+    from robolaser.benchmark.engines import Engine
+    from robolaser.benchmark.record import Record
 
 RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
 GB = 1e9
@@ -71,7 +71,7 @@ class Compare(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Hold the contest, then write and print what came of it, even if it was stopped on the way."""
-        from robolaser.comparison.record import Record  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.benchmark.record import Record  # noqa: PLC0415 - `--help` must not pay for physics
 
         out: Path = args.output
         if args.scheduler and args.jobs:
@@ -99,7 +99,7 @@ class Compare(Command):
 
 def _refuse_what_is_there(out: Path) -> None:
     """Runs and results are overwritten only if somebody says so."""
-    from robolaser.comparison.record import Record  # noqa: PLC0415
+    from robolaser.benchmark.record import Record  # noqa: PLC0415
 
     if runs := Record(out / RECORD).runs:
         raise ComparisonThere(out, len(runs))
@@ -109,8 +109,8 @@ def _refuse_what_is_there(out: Path) -> None:
 
 def _contest(args: argparse.Namespace) -> "Contest":
     """What was asked for."""
-    from robolaser.comparison.contest import Contest  # noqa: PLC0415
-    from robolaser.comparison.contestants import DEFAULT  # noqa: PLC0415
+    from robolaser.benchmark.plan import Contest  # noqa: PLC0415
+    from robolaser.benchmark.solvers import DEFAULT  # noqa: PLC0415
 
     return Contest.of(
         args.datasets,
@@ -125,15 +125,15 @@ def _contest(args: argparse.Namespace) -> "Contest":
 
 def _engine(args: argparse.Namespace) -> "Engine":
     """Where it is to be run."""
-    from robolaser.comparison.engines import DaskCluster, ThisMachine  # noqa: PLC0415
+    from robolaser.benchmark.engines import DaskCluster, ThisMachine  # noqa: PLC0415
 
     return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs)
 
 
 def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
     """Let everybody run whose run is not in the record, and take each run in as it comes."""
-    from robolaser.commands.contest_progress import contest_progress  # noqa: PLC0415
-    from robolaser.comparison.holding import held  # noqa: PLC0415
+    from robolaser.commands.benchmark_progress import contest_progress  # noqa: PLC0415
+    from robolaser.benchmark.run_loop import held  # noqa: PLC0415
 
     began = time.monotonic()
     with contest_progress() as tell:
@@ -143,11 +143,11 @@ def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
 
 def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) -> None:
     """Write and print what came of it."""
-    from robolaser.comparison.iohprofiler import export  # noqa: PLC0415
-    from robolaser.comparison.results import comparison_json, runs_csv  # noqa: PLC0415
-    from robolaser.comparison.standings import standings  # noqa: PLC0415
+    from robolaser.benchmark.iohprofiler import export  # noqa: PLC0415
+    from robolaser.benchmark.results import comparison_json, runs_csv  # noqa: PLC0415
+    from robolaser.benchmark.standings import standings  # noqa: PLC0415
     from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
-    from robolaser.tables import write_together  # noqa: PLC0415
+    from robolaser.data.csv_tables import write_together  # noqa: PLC0415
 
     out: Path = args.output
     comparison = contest.so_far(contest.own(record.runs), record.effort)

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import FileUnwritable, OutputExists, StoppedLate
-from robolaser.typed import count
+from robolaser.commands.argument_types import count
 
 if TYPE_CHECKING:
-    from robolaser.dataset import Dataset
-    from robolaser.stripes import Stripes
+    from robolaser.data.dataset import Dataset
+    from robolaser.data.stripe_file import Stripes
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
 CENTRES = ("mass", "gauss", "steger")
@@ -57,7 +57,7 @@ class Extract(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Extract, write, and say what became of each image."""
-        from robolaser.folder import load  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
 
         recording = load(args.recording)
         to_scan = recording.board is None and recording.poses.image is not None
@@ -77,8 +77,8 @@ class Extract(Command):
 
 
 def _points(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.recording import points_from_images  # noqa: PLC0415
-    from robolaser.saving import save, save_points  # noqa: PLC0415
+    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415
+    from robolaser.data.writing import save, save_points  # noqa: PLC0415
 
     with progress_bar() as progress:
         found, dataset = points_from_images(recording, step=args.step, centring=args.centre, progress=progress)
@@ -106,9 +106,9 @@ def _points(recording: "Dataset", args: argparse.Namespace) -> None:
 
 
 def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.recording import stripes_from_images  # noqa: PLC0415
-    from robolaser.saving import save  # noqa: PLC0415
-    from robolaser.stripes import write_stripes  # noqa: PLC0415
+    from robolaser.vision.recordings import stripes_from_images  # noqa: PLC0415
+    from robolaser.data.writing import save  # noqa: PLC0415
+    from robolaser.data.stripe_file import write_stripes  # noqa: PLC0415
 
     folder: Path = args.output or args.recording
     images = blank = 0
@@ -138,7 +138,7 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
 
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
-    from robolaser.shots import shots_of  # noqa: PLC0415
+    from robolaser.data.image_list import shots_of  # noqa: PLC0415
 
     for image in (file.relative_to(source) for shots in shots_of(recording) for file in shots.files):
         make_folder((folder / image).parent)

@@ -27,14 +27,14 @@ class List(Command):
 
 
 def _robots() -> Iterable[tuple[str, ...]]:
-    from robolaser.robots import known_robots  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.geometry.robots import known_robots  # noqa: PLC0415 - `--help` must not pay for physics
 
     for robot in known_robots():
         yield robot.name, f"{len(robot.joints)} joints", f"flange {robot.flange}", robot.title
 
 
 def _effects() -> Iterable[tuple[str, ...]]:
-    from robolaser.effects import EFFECTS, outliers  # noqa: PLC0415
+    from robolaser.model.effects import EFFECTS, outliers  # noqa: PLC0415
 
     for effect in EFFECTS:
         declared = [(name, unit) for name, unit, *_ in effect.declared()]
@@ -45,8 +45,8 @@ def _effects() -> Iterable[tuple[str, ...]]:
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
-    from robolaser.algorithms.names import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
-    from robolaser.comparison.contestants import CONTESTANTS  # noqa: PLC0415
+    from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
+    from robolaser.benchmark.solvers import CONTESTANTS  # noqa: PLC0415
 
     for name, title in CONTESTANTS.items():
         yield name, "calibrate, compare" if name in (SCREENING, *ALGORITHMS) else "compare", title

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, ClassVar, Never, final
 
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import NothingMoved, NowhereToGo, OptionIdle, PlanUnsafe
-from robolaser.typed import count, positive, seed
+from robolaser.commands.argument_types import count, positive, seed
 
 if TYPE_CHECKING:
-    from robolaser.cell import Cell
-    from robolaser.devices.journal import Journal
-    from robolaser.devices.route import Visit
-    from robolaser.robot import Robot
+    from robolaser.data.cell_config import Cell
+    from robolaser.cell.recording_writer import Journal
+    from robolaser.cell.route import Visit
+    from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
 SEED = 1
@@ -75,9 +75,9 @@ class Record(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Check, and only then move."""
-        from robolaser.cell import load_cell  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.devices.arms import language_of  # noqa: PLC0415
-        from robolaser.devices.journal import Journal  # noqa: PLC0415
+        from robolaser.data.cell_config import load_cell  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.cell.arms import language_of  # noqa: PLC0415
+        from robolaser.cell.recording_writer import Journal  # noqa: PLC0415
 
         _see_sense(args)
         cell = _as_asked(load_cell(args.cell), args)
@@ -134,8 +134,8 @@ def _as_asked(cell: "Cell", args: argparse.Namespace) -> "Cell":
 
 
 def _visits(cell: "Cell", robot: "Robot", args: argparse.Namespace) -> "tuple[Visit, ...]":
-    from robolaser.devices.checked import allowed  # noqa: PLC0415
-    from robolaser.devices.route import both_ways, from_diagnosis, from_table, numbered  # noqa: PLC0415
+    from robolaser.cell.plan_validation import allowed  # noqa: PLC0415
+    from robolaser.cell.route import both_ways, from_diagnosis, from_table, numbered  # noqa: PLC0415
 
     run_up = math.radians(args.run_up or RUN_UP_DEG) if args.both_ways else 0.0
     if args.poses is not None:
@@ -143,7 +143,7 @@ def _visits(cell: "Cell", robot: "Robot", args: argparse.Namespace) -> "tuple[Vi
     elif args.next is not None:
         visits = from_diagnosis(args.next, robot)
     else:
-        from robolaser.visits import planned  # noqa: PLC0415
+        from robolaser.estimation.optimal_poses import planned  # noqa: PLC0415
 
         may = allowed(cell.description, cell.limits, run_up)
         wanted = args.separate or ()
@@ -159,10 +159,10 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
     Raises:
         PlanUnsafe: It breaks the cell's limits.
     """
-    from robolaser.devices.angles import shown  # noqa: PLC0415
-    from robolaser.devices.checked import carried, lowest, violations  # noqa: PLC0415
-    from robolaser.devices.pace import seconds_for  # noqa: PLC0415
-    from robolaser.devices.route import way  # noqa: PLC0415
+    from robolaser.cell.angles import shown  # noqa: PLC0415
+    from robolaser.cell.plan_validation import carried, lowest, violations  # noqa: PLC0415
+    from robolaser.cell.pace import seconds_for  # noqa: PLC0415
+    from robolaser.cell.route import way  # noqa: PLC0415
 
     if not visits:
         print("No pose remains.")
@@ -186,10 +186,10 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
 def _record(cell: "Cell", robot: "Robot", journal: "Journal") -> None:
     import cv2  # noqa: PLC0415
 
-    from robolaser.devices.arms import open_arm  # noqa: PLC0415
-    from robolaser.devices.cameras import open_camera  # noqa: PLC0415
-    from robolaser.devices.clock import WallClock  # noqa: PLC0415
-    from robolaser.devices.session import Session  # noqa: PLC0415
+    from robolaser.cell.arms import open_arm  # noqa: PLC0415
+    from robolaser.cell.cameras import open_camera  # noqa: PLC0415
+    from robolaser.cell.clock import WallClock  # noqa: PLC0415
+    from robolaser.cell.session import Session  # noqa: PLC0415
 
     cv2.utils.logging.setLogLevel(
         cv2.utils.logging.LOG_LEVEL_SILENT

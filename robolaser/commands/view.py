@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.command import Command, warn
-from robolaser.typed import LAST_PORT, count
+from robolaser.commands.argument_types import LAST_PORT, count
 
 
 @final
@@ -28,12 +28,12 @@ class View(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Serve until interrupted."""
-        from robolaser.folder import load  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.scan import read_calibration  # noqa: PLC0415
         from robolaser.scan.ply import map_ply  # noqa: PLC0415
-        from robolaser.viewer.belief import Belief, calibrated, nominal  # noqa: PLC0415
-        from robolaser.viewer.serving import Stage  # noqa: PLC0415
-        from robolaser.viewer.thinned import thinned  # noqa: PLC0415
+        from robolaser.report.viewer.model import Belief, calibrated, nominal  # noqa: PLC0415
+        from robolaser.report.viewer.serving import Stage  # noqa: PLC0415
+        from robolaser.report.viewer.downsampling import thinned  # noqa: PLC0415
 
         dataset = load(args.dataset)
         beliefs: tuple[Belief, ...] = (nominal(dataset),)

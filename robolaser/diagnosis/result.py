@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from typing import Any, final
 
 from robolaser.arrays import Array, Ints
-from robolaser.dataset import Dataset
-from robolaser.diagnosis.where import Lies
-from robolaser.effects.effect import Suspect
-from robolaser.scanner import Model
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.localization import Lies
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.forward_model import Model
 
 FORMAT = "robolaser-diagnosis/1"
 

@@ -6,11 +6,11 @@ from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.signatures import Signature, Slopes, afresh, best_steps, signatures, typical
+from robolaser.diagnosis.penalized_fit import Fitted, Problem
+from robolaser.diagnosis.score_tests import Signature, Slopes, afresh, best_steps, signatures, typical
 from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, price
-from robolaser.diagnosis.where import explained
-from robolaser.effects.effect import Suspect
+from robolaser.diagnosis.localization import explained
+from robolaser.model.effects.effect import Suspect
 
 LEADERS = 4
 """Effects whose gain is checked by a full fit before one of them is added."""

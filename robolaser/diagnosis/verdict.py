@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robolaser.diagnosis.observed import size
-from robolaser.effects.effect import Suspect
+from robolaser.diagnosis.averaging import size
+from robolaser.model.effects.effect import Suspect
 
 if TYPE_CHECKING:
-    from robolaser.diagnosis.fitted import Fitted
+    from robolaser.diagnosis.penalized_fit import Fitted
     from robolaser.diagnosis.result import Gap
-    from robolaser.diagnosis.where import Lies
+    from robolaser.diagnosis.localization import Lies
 
 ENTRY = 16.0
 """Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.controller import Blow, Controller
 from robolaser.emulator.joints import RAMP, Axis, least_seconds
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 
 TENTHS = 1800 / np.pi
 """Of a degree, in a radian."""

@@ -7,7 +7,7 @@ from typing import final
 from robolaser.arrays import Ints
 from robolaser.emulator.cartesian import NAMES, place, reach
 from robolaser.emulator.encoders import Encoders
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 
 OK = ["O.K."]
 BAD_AXIS = ["*** ERROR 310: BAD AXIS"]

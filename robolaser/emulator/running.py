@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from robolaser.cell import Cell, load_cell
+from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.acl import Acl
 from robolaser.emulator.controller import Blow, Controller
 from robolaser.emulator.encoders import Encoders
@@ -16,7 +16,7 @@ from robolaser.emulator.faults import ARM, Fault, read_fault
 from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.line import MOST_PENDING, Line, Socket, Terminal
 from robolaser.emulator.lss import Lss
-from robolaser.emulator.moment import Moment
+from robolaser.emulator.snapshot import Moment
 from robolaser.errors import AxisMissing, ControllerUnknown, FaultSenseless
 
 if TYPE_CHECKING:

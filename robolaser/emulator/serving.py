@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Self, final
 
 from robolaser.errors import EmulatorSilent
-from robolaser.typed import hurry, port, seed
+from robolaser.commands.argument_types import hurry, port, seed
 
 STARTING_S = 60.0
 """Longest that an emulator may take to come up: numba may compile first."""

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from robolaser.emulator.faults import Fault
-from robolaser.emulator.moment import Moment
-from robolaser.emulator.spoilt import Spoilt
+from robolaser.emulator.snapshot import Moment
+from robolaser.emulator.camera_faults import Spoilt
 from robolaser.emulator.world import World
 from robolaser.errors import CameraPortTaken
 

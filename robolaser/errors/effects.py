@@ -18,7 +18,7 @@ class AnnouncementUnusable(RobolaserError):
     def __init__(self, package: str, announced: str, reason: str) -> None:
         super().__init__(
             f"The installed package {package} announces {announced} as an effect, but it cannot be used: {reason}."
-            f" Expected a complete subclass of robolaser.effects.effect.Effect: mend or uninstall {package}."
+            f" Expected a complete subclass of robolaser.model.effects.effect.Effect: mend or uninstall {package}."
         )
 
 

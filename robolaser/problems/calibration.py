@@ -6,9 +6,9 @@ from typing import Any, final
 from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset
-from robolaser.effects.effect import Suspect
-from robolaser.scanner import Model
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.forward_model import Model
 
 
 @final

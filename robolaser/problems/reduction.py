@@ -5,8 +5,8 @@ from typing import Any, final
 from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
-from robolaser.reduction import Reduction
-from robolaser.scanner import Model
+from robolaser.estimation.reduction import Reduction
+from robolaser.model.forward_model import Model
 
 
 @final

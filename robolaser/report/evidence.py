@@ -7,16 +7,16 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.blocks import looks_around, with_rows
-from robolaser.calibration import Calibration
-from robolaser.dataset import Dataset, some_of_each
-from robolaser.noise import NoiseModel, pixel_from_repeats
-from robolaser.noise.disturbances import disturbances
+from robolaser.model.pose_blocks import looks_around, with_rows
+from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.model.noise import NoiseModel, pixel_from_repeats
+from robolaser.model.noise.sources import disturbances
 from robolaser.parameters import Values
-from robolaser.scanner import Model
-from robolaser.seams import Bend, Seam
-from robolaser.sensors.sensor import vector
-from robolaser.sensors.stripe import Stripe
+from robolaser.model.forward_model import Model
+from robolaser.model.stages import Bend, Seam
+from robolaser.model.sensors.sensor import vector
+from robolaser.model.sensors.stripe import Stripe
 
 ENOUGH_ROWS = 20_000
 """Rows that tell a root mean square to three digits."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from robolaser.effects import EFFECTS
+from robolaser.model.effects import EFFECTS
 
 _SCANNER: Mapping[str, str] = {
     "f": "effective focal length",

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.calibration import Calibration
+from robolaser.calibration.result import Calibration
 from robolaser.report.digits import measured, plain
 from robolaser.report.meanings import effect_meaning, meaning
 

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from robolaser.calibration import Calibration
+from robolaser.calibration.result import Calibration
 from robolaser.report import words
 from robolaser.report.evidence import Evidence
 from robolaser.report.page import figures

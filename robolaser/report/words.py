@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from robolaser.plan import GENERATIONS
+from robolaser.calibration.options import GENERATIONS
 from robolaser.report.digits import millimetres, plain, times
 from robolaser.report.evidence import Evidence
 

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.dataset import Dataset
+from robolaser.data.dataset import Dataset
 from robolaser.scan.calibrated import Calibrated, read_calibration
-from robolaser.scan.carried import carried_over
+from robolaser.scan.transferred import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
 from robolaser.scan.sources import newer_images, probe, source_of
-from robolaser.stripes import FILE
+from robolaser.data.stripe_file import FILE
 
 __all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
 

@@ -8,19 +8,19 @@ from typing import final
 
 import numpy as np
 
-from robolaser.calibration import FORMAT
-from robolaser.dataset import Dataset, Poses
-from robolaser.effects.effect import Effect, Suspect
-from robolaser.effects.run import Run
+from robolaser.calibration.result import FORMAT
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.model.effects.effect import Effect, Suspect
+from robolaser.model.effects.run import Run
 from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
-from robolaser.folder import GRAVITY, QUATERNION_SLACK, inside
+from robolaser.data.loading import GRAVITY, QUATERNION_SLACK, inside
 from robolaser.parameters import Parameter, Values
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 from robolaser.scan.entries import Entries
 from robolaser.scan.found import suspects_of
-from robolaser.sensors.chain import SCANNER
-from robolaser.settings import POSITIVE, unit_of
-from robolaser.tables import read_text
+from robolaser.model.sensors.compiled_stripe import SCANNER
+from robolaser.data.toml_schema import POSITIVE, unit_of
+from robolaser.data.csv_tables import read_text
 
 FILE = "calibration.json"
 

@@ -18,16 +18,16 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.compiled import available, cores, share_out
 from robolaser.errors import NoMiddles, NothingMet
-from robolaser.scan.bent import bent
+from robolaser.scan.bent_sheets import bent
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.lever import levers
+from robolaser.scan.sensitivity import levers
 from robolaser.scan.ply import VERTEX, Vertices
-from robolaser.scan.sight import FARTHEST_M, Sight
+from robolaser.scan.scanner_model import FARTHEST_M, Sight
 from robolaser.scan.sources import Source, as_points, check_poses
-from robolaser.se3 import apply
-from robolaser.seams import Seam
-from robolaser.search import Progress
-from robolaser.stripes import STRIPE, Stripes
+from robolaser.geometry.rigid_motion import apply
+from robolaser.model.stages import Seam
+from robolaser.calibration.pymoo_search import Progress
+from robolaser.data.stripe_file import STRIPE, Stripes
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
 CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
@@ -104,7 +104,7 @@ class Cloud:
         return bent(self.sight.effects, self.sight.dataset)
 
     def _compiled(self, stripes: Stripes) -> Vertices:
-        from robolaser.compiled.cloud import vertices  # noqa: PLC0415 - numba takes a third of a second to load
+        from robolaser.scan.cloud_loops import vertices  # noqa: PLC0415 - numba takes a third of a second to load
 
         assert self._bent is not None  # else it would be done in NumPy
         n, stripes = len(stripes), np.ascontiguousarray(stripes)

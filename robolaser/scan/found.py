@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser import effects as library
-from robolaser.dataset import Dataset, Points, Poses
-from robolaser.effects.course import TEMPERATURE
-from robolaser.effects.effect import Suspect
-from robolaser.effects.weight import PAYLOAD
+from robolaser.model import effects as library
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.model.effects.course import TEMPERATURE
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.weight import PAYLOAD
 from robolaser.errors import CalibrationUnreadable, EffectForeign
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 from robolaser.scan.entries import Entries
 
 SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")

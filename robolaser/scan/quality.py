@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import SolidNotFound
 from robolaser.scan.ply import Vertices, places_of
-from robolaser.scan.solids import Plane, find_plane, find_sphere, stands_out
+from robolaser.scan.primitives import Plane, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
 FAR_OFF = 3.0  # times that scatter and promise may differ without a word: shapes of noise and few points make two

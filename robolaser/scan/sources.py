@@ -10,10 +10,10 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Ints
-from robolaser.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import FileUnreadable, NoMiddles, NothingToScan, StripesStray
-from robolaser.shots import Shots, shots_of
-from robolaser.stripes import FILE, STRIPE, Stripes, open_stripes
+from robolaser.data.image_list import Shots, shots_of
+from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
 
 AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
 PROBES = 2000  # middles by which the sizes of doubts are told

@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robolaser.compiled.light import FULL
+from robolaser.scan.light_loops import FULL
 from robolaser.errors import ImageSize, ImageUnreadable
-from robolaser.shots import Shots
+from robolaser.data.image_list import Shots
 from robolaser.vision.board import Image
 
 PEDESTAL = 16

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.scatter import spread
+from robolaser.geometry.mad_scale import spread
 from robolaser.vision.board import Image
 
 BACKGROUND_SHARE = 1 / 6

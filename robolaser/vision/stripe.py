@@ -5,8 +5,8 @@ import numpy as np
 
 from robolaser.vision.board import Image
 from robolaser.vision.centres import Axis, Centres
-from robolaser.vision.centring import CENTRINGS, DEFAULT
-from robolaser.vision.centring.mass import measure
+from robolaser.vision.line_centers import CENTRINGS, DEFAULT
+from robolaser.vision.line_centers.center_of_gravity import measure
 from robolaser.vision.runs import find_runs
 
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robolaser.shots import Shots
-from robolaser.stripes import STRIPE, Stripes
+from robolaser.data.image_list import Shots
+from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
 from robolaser.vision.centres import Axis
-from robolaser.vision.centring import DEFAULT
-from robolaser.vision.course import one_stripe
+from robolaser.vision.line_centers import DEFAULT
+from robolaser.vision.line_tracking import one_stripe
 from robolaser.vision.images import ambient, laser_alone, lights
 from robolaser.vision.stripe import stripe_centres
 

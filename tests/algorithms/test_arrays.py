@@ -20,7 +20,7 @@ from pymoo.util.archive import SingleObjectiveArchive
 from stock import composed
 
 from robolaser.algorithms import RCGA, CostReached, Stalled, rcga
-from robolaser.algorithms.brood import brood
+from robolaser.algorithms.offspring import brood
 from robolaser.algorithms.checkpoint import load, save
 
 SETTINGS = [
@@ -37,7 +37,7 @@ T = 25
 @pytest.fixture(params=["numpy", "compiled"])
 def either_way(request, monkeypatch):
     """Children made in NumPy and in a compiled loop."""
-    made = brood if request.param == "numpy" else pytest.importorskip("robolaser.compiled.brood").brood
+    made = brood if request.param == "numpy" else pytest.importorskip("robolaser.algorithms.offspring_loops").brood
     monkeypatch.setattr(rcga, "loop", lambda generation: made)
 
 

@@ -7,7 +7,7 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from robolaser.algorithms.asking import asked
+from robolaser.algorithms.evaluation import asked
 from robolaser.algorithms.violation import violation_of
 
 NAMES = ["F", "G", "H"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from robolaser.algorithms.bounded_step import Linear
+from robolaser.estimation.bounded_step import Linear
 
 DAMPINGS = np.array([0.0, 1e-6, 1e-2, 1.0, 1e4])
 

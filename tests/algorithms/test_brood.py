@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from robolaser.algorithms import brood as module
-from robolaser.algorithms.brood import PAYS_AFTER, brood, loop
+from robolaser.algorithms import offspring as module
+from robolaser.algorithms.offspring import PAYS_AFTER, brood, loop
 
 LOWER, UPPER = np.array([-1.0, 0.0, 5.0, 2.0, -1e-9]), np.array([1.0, 1e6, 5.5, 2.0, 1e-9])
 
@@ -35,7 +35,7 @@ def arguments(seed, n=8, m=11, outside=0.0, prob=1.0):
 @pytest.mark.parametrize("outside", [0.0, 0.3], ids=["within bounds", "beyond bounds"])
 @pytest.mark.parametrize("prob", [1.0, 0.6, 0.0])
 def test_a_compiled_loop_makes_the_same_children(outside, prob):
-    compiled = pytest.importorskip("robolaser.compiled.brood").brood
+    compiled = pytest.importorskip("robolaser.algorithms.offspring_loops").brood
     for seed in range(200):
         given = arguments(seed, n=int(1 + seed % 9), outside=outside, prob=prob)
         assert np.array_equal(brood(**given), compiled(*given.values()))
@@ -61,7 +61,7 @@ def test_without_luck_no_gene_moves():
 
 
 def test_a_long_run_is_compiled_and_a_short_one_does_not_wait_for_it(monkeypatch):
-    pytest.importorskip("robolaser.compiled.brood")
+    pytest.importorskip("robolaser.algorithms.offspring_loops")
     if not module.available():
         pytest.skip("the compiler is switched off")
     monkeypatch.delitem(sys.modules, "numba")

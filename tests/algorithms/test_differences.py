@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser.algorithms.differences import Around
-from robolaser.triangle import TALL, triangle
+from robolaser.estimation.differences import Around
+from robolaser.estimation.r_factor import TALL, triangle
 
 T = np.linspace(0.0, 3.0, 40)
 

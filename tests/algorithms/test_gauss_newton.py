@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robolaser.algorithms.differences import Around
-from robolaser.algorithms.gauss_newton import gauss_newton
+from robolaser.estimation.differences import Around
+from robolaser.estimation.gauss_newton import gauss_newton
 from robolaser.errors import ResidualsShape
 
 T = np.linspace(0.0, 3.0, 40)
@@ -213,8 +213,8 @@ def test_residuals_in_blocks_have_the_same_optimum(case):
 def test_a_batch_is_never_larger_than_memory_should_bear(case, monkeypatch):
     residuals, x0, lower, upper = case
     k = residuals(x0[None]).shape[1]
-    monkeypatch.setattr("robolaser.algorithms.differences.BATCH", 3 * k)
-    monkeypatch.setattr("robolaser.algorithms.rows.BATCH", 3 * k)
+    monkeypatch.setattr("robolaser.estimation.differences.BATCH", 3 * k)
+    monkeypatch.setattr("robolaser.estimation.rows.BATCH", 3 * k)
 
     def watched(x):
         assert x.shape[0] <= 3

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, minimize
 
-from robolaser.algorithms.differences import Around
-from robolaser.algorithms.gauss_newton import gauss_newton
-from robolaser.algorithms.loss import LOSSES, Loss
+from robolaser.estimation.differences import Around
+from robolaser.estimation.gauss_newton import gauss_newton
+from robolaser.estimation.robust_loss import LOSSES, Loss
 from robolaser.errors import LossUnknown
 
 ROBUST = ("huber", "cauchy")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser.challenge.building import Built, Ranges, build
-from robolaser.robots import find_robot
+from robolaser.trials.building import Built, Ranges, build
+from robolaser.geometry.robots import find_robot
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.challenge.building import Ranges
-from robolaser.challenge.imitating import model_of, stepped
-from robolaser.challenge.making import KINDS, make
-from robolaser.challenge.trial import deal
-from robolaser.challenge.worlds.families import FAMILIES, GROSS, STRANGERS
-from robolaser.robots import find_robot
+from robolaser.trials.building import Ranges
+from robolaser.trials.resampling import model_of, stepped
+from robolaser.trials.making import KINDS, make
+from robolaser.trials.trial import deal
+from robolaser.trials.worlds.families import FAMILIES, GROSS, STRANGERS
+from robolaser.geometry.robots import find_robot
 
 SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))
 

@@ -4,8 +4,8 @@ from copy import deepcopy
 
 import pytest
 
-from robolaser.challenge.outcome import outcome
-from robolaser.challenge.tally import share, tally
+from robolaser.trials.outcome import outcome
+from robolaser.trials.score import share, tally
 
 GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from robolaser.challenge.sealing import unseal
-from robolaser.challenge.trial import DIAGNOSIS
+from robolaser.trials.sealed_truth import unseal
+from robolaser.trials.trial import DIAGNOSIS
 from robolaser.cli import main
 from robolaser.errors import SealBroken
 

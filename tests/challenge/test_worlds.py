@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.challenge.judging import Judge
-from robolaser.challenge.reading import exact, read
-from robolaser.challenge.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
-from robolaser.challenge.worlds.families.lost_motion import LostMotion
-from robolaser.challenge.worlds.light import Light
-from robolaser.effects import EFFECTS
-from robolaser.effects.effect import Suspect
+from robolaser.trials.judging import Judge
+from robolaser.trials.reading import exact, read
+from robolaser.trials.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
+from robolaser.trials.worlds.families.lost_motion import LostMotion
+from robolaser.trials.worlds.light import Light
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import Suspect
 
 LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
 """Departures whose form is the library's own: what the library fits of them must be everything."""

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from robolaser.comparison.comparison import Comparison, Contested, Effort
-from robolaser.comparison.course import Course
-from robolaser.comparison.run import DONE, FAILED, Run
+from robolaser.benchmark.result import Comparison, Contested, Effort
+from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.single_run import DONE, FAILED, Run
 
 BUDGET = 10_000
 

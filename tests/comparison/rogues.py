@@ -13,9 +13,9 @@ from typing import final
 
 import numpy as np
 
-from robolaser.comparison.question import TEST_FUNCTION, Question
-from robolaser.comparison.sources import Source
-from robolaser.comparison.watch import Watch
+from robolaser.benchmark.problem import TEST_FUNCTION, Question
+from robolaser.benchmark.problem_specs import Source
+from robolaser.benchmark.evaluator import Watch
 
 
 @final

@@ -14,7 +14,7 @@ import jsonschema
 import pytest
 
 from robolaser.cli import main
-from robolaser.comparison.record import Record
+from robolaser.benchmark.record import Record
 
 HERE = Path(__file__).parent
 ALGORITHMS = "rcga,random,mine:halving,mine:raising,mine:not_a_number,least-squares"

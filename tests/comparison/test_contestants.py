@@ -11,10 +11,10 @@ import pytest
 import scipy.optimize
 
 from robolaser import find_robot
-from robolaser.comparison.contestants import CONTESTANTS, DEFAULT, find
-from robolaser.comparison.question import CALIBRATION, TEST_FUNCTION, Question
-from robolaser.comparison.run import DONE, FAILED, Run, run
-from robolaser.comparison.watch import Over, Watch
+from robolaser.benchmark.solvers import CONTESTANTS, DEFAULT, find
+from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, Question
+from robolaser.benchmark.single_run import DONE, FAILED, Run, run
+from robolaser.benchmark.evaluator import Over, Watch
 from robolaser.errors import (
     AlgorithmUnknown,
     AttributeLacking,
@@ -25,9 +25,9 @@ from robolaser.errors import (
     SettingsRefused,
     SettingUnknown,
 )
-from robolaser.optimum import optimum
-from robolaser.scanner import Model
-from robolaser.simulate import paper
+from robolaser.estimation.multistart import optimum
+from robolaser.model.forward_model import Model
+from robolaser.simulation import paper
 
 BUDGET = 2000
 SEARCHING = [name for name in CONTESTANTS if name != "screening"]
@@ -220,7 +220,7 @@ OWN = '''"""What a user may write."""
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.algorithm import Algorithm
-from robolaser.comparison.contestants.contestant import Contestant
+from robolaser.benchmark.solvers.solver import Contestant
 
 
 class Mine(GA):

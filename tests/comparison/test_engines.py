@@ -18,11 +18,11 @@ from distributed import KilledWorker
 from rogues import Bowl
 
 from robolaser.cli import main
-from robolaser.comparison.contest import key
-from robolaser.comparison.engines import DaskCluster, Engine, Task, ThisMachine
-from robolaser.comparison.engines import dask_cluster as cluster_module
-from robolaser.comparison.record import Record
-from robolaser.comparison.run import DONE, FAILED, Run
+from robolaser.benchmark.plan import key
+from robolaser.benchmark.engines import DaskCluster, Engine, Task, ThisMachine
+from robolaser.benchmark.engines import dask_cluster as cluster_module
+from robolaser.benchmark.record import Record
+from robolaser.benchmark.single_run import DONE, FAILED, Run
 from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
 
 PAYLOAD = pickle.dumps(Bowl())
@@ -60,7 +60,7 @@ def _below(pid: int) -> dict[int, str]:
 
 
 def _children(pid: int) -> set[int]:
-    return {one for one, command in _below(pid).items() if "robolaser.comparison.child" in command}
+    return {one for one, command in _below(pid).items() if "robolaser.benchmark.worker" in command}
 
 
 def _eventually(holds: Callable[[], object], within_s: float = 10.0) -> bool:

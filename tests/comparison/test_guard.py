@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from rogues import Bowl
 
-from robolaser.comparison import guarded as guard
-from robolaser.comparison.guarded import Origin, end, guarded
-from robolaser.comparison.run import DONE, FAILED, Run
-from robolaser.comparison.task import Task
+from robolaser.benchmark import isolation as guard
+from robolaser.benchmark.isolation import Origin, end, guarded
+from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.payload import Task
 
 PAYLOAD = pickle.dumps(Bowl())
 Make = Callable[..., Run]
@@ -172,8 +172,8 @@ def test_no_child_outlives_a_killed_parent(name: str, tmp_path: Path, monkeypatc
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
         from rogues import Bowl
-        from robolaser.comparison import guarded as guard
-        from robolaser.comparison.task import Task
+        from robolaser.benchmark import isolation as guard
+        from robolaser.benchmark.payload import Task
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
         payload = pickle.dumps(Bowl())
         run = lambda: guard.guarded(task, "x", lambda: payload, guard.Origin.here())

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from made_up import made_up_run
 
-from robolaser.comparison.contest import Contest, key
-from robolaser.comparison.contestants.contestant import Contestant
-from robolaser.comparison.engines import Engine, Parcel, Task
-from robolaser.comparison.holding import AHEAD, compare, held
-from robolaser.comparison.run import Run
+from robolaser.benchmark.plan import Contest, key
+from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.engines import Engine, Parcel, Task
+from robolaser.benchmark.run_loop import AHEAD, compare, held
+from robolaser.benchmark.single_run import Run
 
 
 class Recorded(Engine):

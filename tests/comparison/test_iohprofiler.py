@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison, made_up_run
 
-from robolaser.comparison.iohprofiler import export
+from robolaser.benchmark.iohprofiler import export
 
 iohinspector = pytest.importorskip("iohinspector")
 

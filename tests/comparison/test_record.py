@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from made_up import made_up_run
 
-from robolaser.comparison.contest import Contest, key
-from robolaser.comparison.contestants import find
-from robolaser.comparison.record import Record
-from robolaser.comparison.sources import sources
+from robolaser.benchmark.plan import Contest, key
+from robolaser.benchmark.solvers import find
+from robolaser.benchmark.record import Record
+from robolaser.benchmark.problem_specs import sources
 from robolaser.errors import ComparisonForeign, FileUnwritable, RecordUnreadable
 
 
@@ -75,7 +75,7 @@ def test_somebody_elses_file_is_refused_and_left_alone(text, path):
 
 
 def test_runs_by_another_version_do_not_compare(record, path, monkeypatch):
-    monkeypatch.setattr("robolaser.comparison.record.version", lambda package: "99")
+    monkeypatch.setattr("robolaser.benchmark.record.version", lambda package: "99")
     with pytest.raises(ComparisonForeign, match="robolaser is"):
         Record(path).begin(contest(), engine="this machine", workers=2)
 

@@ -5,8 +5,8 @@ import pickle
 import numpy as np
 import pytest
 
-from robolaser.comparison.question import CALIBRATION, TEST_FUNCTION
-from robolaser.comparison.sources import TEST_FUNCTIONS, source, sources
+from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
+from robolaser.benchmark.problem_specs import TEST_FUNCTIONS, source, sources
 from robolaser.errors import (
     DimensionSenseless,
     NoClosedForm,
@@ -15,9 +15,9 @@ from robolaser.errors import (
     ProblemUnknown,
     TestFunctionUnknown,
 )
-from robolaser.robots import find_robot
-from robolaser.saving import save
-from robolaser.simulate import simulate
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
+from robolaser.simulation import simulate
 
 ASKED = ("paper", "reduced:paper", *(f"pymoo:{name}" for name in TEST_FUNCTIONS), "pymoo:rastrigin-3")
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison
 
-from robolaser.comparison.standings import Standings, judge, judged, standings
-from robolaser.comparison.tally import TOLERANCES, Tally
+from robolaser.benchmark.standings import Standings, judge, judged, standings
+from robolaser.benchmark.results_array import TOLERANCES, Tally
 
 BUDGET = 4000.0
 

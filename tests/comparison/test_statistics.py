@@ -3,12 +3,12 @@ import pytest
 import scikit_posthocs
 from scipy import stats
 
-from robolaser.comparison.course import Course
-from robolaser.comparison.statistics import anytime, difference, ecdf, mean_ranks, running_time, superiority
-from robolaser.comparison.statistics.bounded import Bounded
-from robolaser.comparison.statistics.outcome import outcomes
-from robolaser.comparison.statistics.quantiles import quantiles
-from robolaser.comparison.statistics.success import successes, wilson
+from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.statistics import anytime, difference, ecdf, mean_ranks, running_time, superiority
+from robolaser.benchmark.statistics.bounded import Bounded
+from robolaser.benchmark.statistics.outcome import outcomes
+from robolaser.benchmark.statistics.quantiles import quantiles
+from robolaser.benchmark.statistics.success import successes, wilson
 
 
 def _none(bounded: Bounded) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up import BUDGET, made_up_comparison, made_up_run
 
-from robolaser.comparison.tally import HEADLINE, SHOWN, TOLERANCES
+from robolaser.benchmark.results_array import HEADLINE, SHOWN, TOLERANCES
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ import time
 import numpy as np
 import pytest
 
-from robolaser.comparison.contestants.contestant import Contestant
-from robolaser.comparison.question import TEST_FUNCTION, Question
-from robolaser.comparison.run import DONE, FAILED, run
-from robolaser.comparison.watch import Over, Watch
+from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.problem import TEST_FUNCTION, Question
+from robolaser.benchmark.single_run import DONE, FAILED, run
+from robolaser.benchmark.evaluator import Over, Watch
 from robolaser.errors import CandidateNotANumber, CandidateShape
 
 

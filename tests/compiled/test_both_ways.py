@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser import compiled, se3
+from robolaser import compiled
+from robolaser.geometry import rigid_motion as se3
 from robolaser.arrays import Array
 from robolaser.compiled import SWITCH
-from robolaser.dataset import Dataset, Noise
-from robolaser.effects import EFFECTS, Effect, Suspect
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.model.effects import EFFECTS, Effect, Suspect
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 RNG = np.random.default_rng(3)
 CELLS = {
@@ -82,7 +83,7 @@ def test_so_many_candidates_so_many_answers_however_many_rows(count: int, monkey
     model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
     x = candidates(model, 3)
     whole = model.residuals(x)
-    monkeypatch.setattr("robolaser.scanner.CHUNK", 7)
+    monkeypatch.setattr("robolaser.model.forward_model.CHUNK", 7)
     np.testing.assert_array_equal(model.residuals(x[:count]), whole[:count])
     assert model.cost(x[:count]).shape == (count,)
 

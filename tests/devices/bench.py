@@ -8,16 +8,16 @@ import numpy as np
 from emulated_cell import cell_folder
 
 from robolaser.arrays import Array
-from robolaser.cell import Cell, load_cell
-from robolaser.devices.acl import Acl
-from robolaser.devices.arm import Arm
-from robolaser.devices.camera import Camera, Image
-from robolaser.devices.clock import Clock
-from robolaser.devices.journal import Journal
-from robolaser.devices.line import TICK_S, Line
-from robolaser.devices.lss import Lss
-from robolaser.devices.route import Visit, numbered
-from robolaser.devices.session import Session
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.cell.acl import Acl
+from robolaser.cell.arm import Arm
+from robolaser.cell.camera import Camera, Image
+from robolaser.cell.clock import Clock
+from robolaser.cell.recording_writer import Journal
+from robolaser.cell.line import TICK_S, Line
+from robolaser.cell.lss import Lss
+from robolaser.cell.route import Visit, numbered
+from robolaser.cell.session import Session
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.faulty import Faulty

@@ -7,11 +7,11 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell import Cell
-from robolaser.devices.acl import PLACE, Acl
-from robolaser.devices.arm import Arm
-from robolaser.devices.arriving import Mover
-from robolaser.devices.line import Line
+from robolaser.data.cell_config import Cell
+from robolaser.cell.acl import PLACE, Acl
+from robolaser.cell.arm import Arm
+from robolaser.cell.arrival import Mover
+from robolaser.cell.line import Line
 from robolaser.errors import (
     AnswerUnclear,
     ArmAlarm,

@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 import pytest
 
-from robolaser.cell import CameraLine
-from robolaser.devices import live
-from robolaser.devices.camera import Camera, Image
-from robolaser.devices.cameras import open_camera
-from robolaser.devices.clock import WallClock
-from robolaser.devices.live import Live
+from robolaser.data.cell_config import CameraLine
+from robolaser.cell import live
+from robolaser.cell.camera import Camera, Image
+from robolaser.cell.cameras import open_camera
+from robolaser.cell.clock import WallClock
+from robolaser.cell.live import Live
 from robolaser.errors import CameraFrozen, CameraLost, CameraSize, CameraUnusable, Overexposed
 
 SIZE = (24, 16)

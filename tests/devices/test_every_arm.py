@@ -6,9 +6,9 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell import Cell
-from robolaser.devices.arms import ARMS
-from robolaser.devices.arriving import Mover
+from robolaser.data.cell_config import Cell
+from robolaser.cell.arms import ARMS
+from robolaser.cell.arrival import Mover
 from robolaser.errors import ArmAlarm, LineLost
 
 WIRED = sorted(set(ARMS) - {"replay"})

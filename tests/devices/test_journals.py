@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell import Cell
-from robolaser.devices.journal import Journal, Stay
-from robolaser.devices.route import Visit, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
+from robolaser.data.cell_config import Cell
+from robolaser.cell.recording_writer import Journal, Stay
+from robolaser.cell.route import Visit, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
 from robolaser.errors import (
     BadCell,
     ColumnMissing,
@@ -29,7 +29,7 @@ from robolaser.errors import (
     RobolaserError,
     RowTwice,
 )
-from robolaser.robot import Robot
+from robolaser.geometry.kinematics import Robot
 
 Q = np.random.default_rng(4).uniform(-0.5, 0.5, (4, 5))
 COLUMNS = ("image", "image_2", "image_off")

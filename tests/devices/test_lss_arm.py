@@ -8,10 +8,10 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell import Cell
-from robolaser.devices.arriving import Mover
-from robolaser.devices.line import Line
-from robolaser.devices.lss import STEP, Lss
+from robolaser.data.cell_config import Cell
+from robolaser.cell.arrival import Mover
+from robolaser.cell.line import Line
+from robolaser.cell.lss import STEP, Lss
 from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, LineLost, Strayed
 
 

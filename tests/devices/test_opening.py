@@ -8,9 +8,9 @@ from pathlib import Path
 import bench
 import pytest
 
-from robolaser.cell import Cell, load_cell
-from robolaser.devices.arms import ARMS, open_arm
-from robolaser.devices.clock import WallClock
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.cell.arms import ARMS, open_arm
+from robolaser.cell.clock import WallClock
 from robolaser.errors import (
     ArmDiffers,
     ArmUnknown,
@@ -35,8 +35,8 @@ def named(cell: Cell, kind: str, port: str) -> Cell:
 
 def test_importing_devices_opens_nothing() -> None:
     code = (
-        "import pkgutil, importlib, sys, threading, robolaser.devices as d\n"
-        "for module in pkgutil.iter_modules(d.__path__): importlib.import_module('robolaser.devices.' + module.name)\n"
+        "import pkgutil, importlib, sys, threading, robolaser.cell as d\n"
+        "for module in pkgutil.iter_modules(d.__path__): importlib.import_module('robolaser.cell.' + module.name)\n"
         "print(threading.active_count(), 'serial' in sys.modules)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout

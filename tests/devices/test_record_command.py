@@ -14,7 +14,7 @@ from terminal import Rig, emulated
 
 import robolaser
 from robolaser.cli import main
-from robolaser.devices.line import Line
+from robolaser.cell.line import Line
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell import Cell, load_cell
-from robolaser.devices.journal import Journal, Stay
-from robolaser.devices.route import numbered, read_route, route_text
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.cell.recording_writer import Journal, Stay
+from robolaser.cell.route import numbered, read_route, route_text
 from robolaser.errors import (
     BadCell,
     CellDiffers,

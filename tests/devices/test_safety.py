@@ -6,13 +6,13 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell import Limits, load_cell
-from robolaser.devices.arriving import Mover
-from robolaser.devices.checked import allowed, carried, lowest, reach, violations
-from robolaser.devices.pace import PEAK, seconds_for
+from robolaser.data.cell_config import Limits, load_cell
+from robolaser.cell.arrival import Mover
+from robolaser.cell.plan_validation import allowed, carried, lowest, reach, violations
+from robolaser.cell.pace import PEAK, seconds_for
 from robolaser.errors import NotArrived, Restless, Strayed
-from robolaser.robots import find_robot
-from robolaser.se3 import apply
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.rigid_motion import apply
 
 ROBOT = find_robot("scorbot_er7")
 NONE = np.empty((0, 3))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.devices.route import Visit, both_ways
+from robolaser.cell.route import Visit, both_ways
 from robolaser.errors import RecordingStopped, RobolaserError
 
 DAYS = 520

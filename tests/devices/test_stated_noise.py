@@ -5,9 +5,9 @@ import tomllib
 import numpy as np
 import pytest
 
-from robolaser.devices.stated import reading_rad, with_noise
-from robolaser.robot import Robot
-from robolaser.robots import find_robot
+from robolaser.cell.quantization_noise import reading_rad, with_noise
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
 
 LINE = "joint_rad = 0.00029"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell import load_cell
+from robolaser.data.cell_config import load_cell
 from robolaser.cli import main
 from robolaser.emulator.serving import Emulated
 from robolaser.vision.board import find_board

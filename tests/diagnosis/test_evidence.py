@@ -9,24 +9,24 @@ from scipy.stats import kstest
 
 import robolaser
 from robolaser.arrays import Array
-from robolaser.calibration import rms
-from robolaser.dataset import Dataset, Noise
+from robolaser.calibration.result import rms
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.beginning import Beginning
-from robolaser.diagnosis.fitted import Fitted, Problem
-from robolaser.diagnosis.gap import folds, held_out
-from robolaser.diagnosis.limits import limits
-from robolaser.diagnosis.observed import Observed
+from robolaser.diagnosis.preparation import Beginning
+from robolaser.diagnosis.penalized_fit import Fitted, Problem
+from robolaser.diagnosis.held_out_gap import folds, held_out
+from robolaser.diagnosis.detection_limits import limits
+from robolaser.diagnosis.averaging import Observed
 from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.signatures import library, signatures
+from robolaser.diagnosis.score_tests import library, signatures
 from robolaser.diagnosis.verdict import dispersion
-from robolaser.diagnosis.where import where
-from robolaser.effects import EFFECTS, suspects
-from robolaser.effects.effect import Effect, Scene, parameter
+from robolaser.diagnosis.localization import where
+from robolaser.model.effects import EFFECTS, suspects
+from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.errors import EffectUnknown
-from robolaser.robots import find_robot
-from robolaser.seams import Seam
-from robolaser.simulate import simulate
+from robolaser.geometry.robots import find_robot
+from robolaser.model.stages import Seam
+from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 

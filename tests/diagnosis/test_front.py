@@ -5,19 +5,19 @@ from time import process_time
 import numpy as np
 import pytest
 
-from robolaser.calibration import rms
-from robolaser.dataset import Noise
-from robolaser.diagnosis.fitted import Problem
-from robolaser.diagnosis.front import front, question, searched, stepwise, undominated
-from robolaser.diagnosis.gap import folds, held_out
-from robolaser.diagnosis.observed import Observed
-from robolaser.diagnosis.signatures import library, signatures
+from robolaser.calibration.result import rms
+from robolaser.data.dataset import Noise
+from robolaser.diagnosis.penalized_fit import Problem
+from robolaser.diagnosis.pareto_front import front, question, searched, stepwise, undominated
+from robolaser.diagnosis.held_out_gap import folds, held_out
+from robolaser.diagnosis.averaging import Observed
+from robolaser.diagnosis.score_tests import library, signatures
 from robolaser.diagnosis.verdict import price
-from robolaser.effects import EFFECTS
-from robolaser.jacobian import jacobian
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
+from robolaser.model.effects import EFFECTS
+from robolaser.estimation.jacobian import jacobian
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
 
 BENT = {
     "stripe": {"joint_compliance:joint_2": 1e-4, "encoder_eccentricity:joint_3": 3e-3},

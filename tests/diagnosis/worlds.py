@@ -2,9 +2,9 @@
 
 from functools import cache
 
-from robolaser.challenge.making import World, make
+from robolaser.trials.making import World, make
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.robots import find_robot
+from robolaser.geometry.robots import find_robot
 
 
 @cache

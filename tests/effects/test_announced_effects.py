@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from robolaser.effects import EFFECTS
-from robolaser.effects.announced import announced
-from robolaser.effects.effect import Effect
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.announced import announced
+from robolaser.model.effects.effect import Effect
 from robolaser.errors import AnnouncedTwice, AnnouncementUnusable
 
 WORKING = """
@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from robolaser.arrays import Array
-from robolaser.effects.effect import Effect, parameter
-from robolaser.seams import Seam
+from robolaser.model.effects.effect import Effect, parameter
+from robolaser.model.stages import Seam
 
 
 @final
@@ -53,7 +53,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
         info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
-        (info / "entry_points.txt").write_text(f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
+        (info / "entry_points.txt").write_text(f"[robolaser.model.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path
@@ -91,7 +91,7 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         ("Worn = 1 / 0", "Worn", "ZeroDivisionError"),
         ("", "Worn", "AttributeError"),
         ("Worn = 3", "Worn", "it is 3 and no subclass of Effect"),
-        ("from robolaser.effects.effect import Effect as Worn", "Worn", "name, title, reference, seam, bend, places"),
+        ("from robolaser.model.effects.effect import Effect as Worn", "Worn", "name, title, reference, seam, bend, places"),
         (WORKING.replace("    seam:", "    ignored:"), "Worn", "does not say its seam"),
     ],
 )

@@ -5,16 +5,16 @@ import pinocchio
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Points, Poses
-from robolaser.effects.backlash import Backlash
-from robolaser.effects.encoder_eccentricity import EncoderEccentricity
-from robolaser.effects.encoder_scale import EncoderScale
-from robolaser.effects.joint_compliance import JointCompliance
-from robolaser.effects.latency import Latency
-from robolaser.effects.scene import Scene
-from robolaser.effects.thermal_drift import ThermalDrift
-from robolaser.effects.transmission_error import TransmissionError
-from robolaser.robots import find_robot
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.model.effects.backlash import Backlash
+from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
+from robolaser.model.effects.encoder_scale import EncoderScale
+from robolaser.model.effects.joint_compliance import JointCompliance
+from robolaser.model.effects.latency import Latency
+from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.thermal_drift import ThermalDrift
+from robolaser.model.effects.transmission_error import TransmissionError
+from robolaser.geometry.robots import find_robot
 
 PLAY = 0.01
 ONE = np.ones(1)

@@ -4,17 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from robolaser import optics
+from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset
-from robolaser.effects.laser_curvature import LaserCurvature
-from robolaser.effects.laser_drift import LaserDrift
-from robolaser.effects.radial_distortion import RadialDistortion
-from robolaser.effects.scene import Scene
-from robolaser.effects.stripe_bias import StripeBias
-from robolaser.effects.tangential_distortion import TangentialDistortion
-from robolaser.robots import find_robot
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.laser_curvature import LaserCurvature
+from robolaser.model.effects.laser_drift import LaserDrift
+from robolaser.model.effects.radial_distortion import RadialDistortion
+from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.stripe_bias import StripeBias
+from robolaser.model.effects.tangential_distortion import TangentialDistortion
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
 
 F = 0.008
 K = np.diag([F, F, 1.0])

@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset
-from robolaser.effects.base_shift import BaseShift
-from robolaser.effects.effect import Suspect
-from robolaser.effects.hand_eye_drift import HandEyeDrift, crept
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.se3 import exp_so3, inverse
-from robolaser.seams import Seam
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.base_shift import BaseShift
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import exp_so3, inverse
+from robolaser.model.stages import Seam
+from robolaser.simulation import simulate
 
 
 @pytest.fixture(scope="module")

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset
-from robolaser.effects.scene import Scene
-from robolaser.effects.stripe_bias import StripeBias
-from robolaser.effects.surface import plane_of
-from robolaser.effects.target_scale import TargetScale
-from robolaser.effects.target_warp import TargetWarp
-from robolaser.robots import find_robot
-from robolaser.se3 import exp_so3
-from robolaser.simulate import simulate
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.stripe_bias import StripeBias
+from robolaser.model.effects.surface import plane_of
+from robolaser.model.effects.target_scale import TargetScale
+from robolaser.model.effects.target_warp import TargetWarp
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.simulation import simulate
 
 ONE, NONE = np.ones(1), np.zeros(1)
 TILT = exp_so3(np.array([0.3, -0.2, 0.1]))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.moment import Moment
+from robolaser.emulator.snapshot import Moment
 from robolaser.emulator.stream import Stream
 from robolaser.errors import CameraPortTaken
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell import load_cell
+from robolaser.data.cell_config import load_cell
 from robolaser.emulator.acl import FASTEST_RAD_S, Acl
 from robolaser.emulator.controller import Blow
 from robolaser.emulator.running import controller_of

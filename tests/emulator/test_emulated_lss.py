@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell import load_cell
+from robolaser.data.cell_config import load_cell
 from robolaser.emulator.controller import Blow
 from robolaser.emulator.lss import FASTEST_RAD_S, Lss
 from robolaser.emulator.running import controller_of

@@ -7,17 +7,17 @@ import pinocchio
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.cell import load_cell
-from robolaser.dataset import Dataset
-from robolaser.emulator.departures import DEPARTURES, Departure
-from robolaser.emulator.departures.backlash import Play
+from robolaser.data.cell_config import load_cell
+from robolaser.data.dataset import Dataset
+from robolaser.emulator.physics import DEPARTURES, Departure
+from robolaser.emulator.physics.backlash import Play
 from robolaser.emulator.world import World, load_world
 from robolaser.errors import RobolaserError
-from robolaser.folder import describe
-from robolaser.se3 import from_angles, pose
-from robolaser.sensors.sensor import motion
+from robolaser.data.loading import describe
+from robolaser.geometry.rigid_motion import from_angles, pose
+from robolaser.model.sensors.sensor import motion
 from robolaser.vision.board import find_board
-from robolaser.visits import planned
+from robolaser.estimation.optimal_poses import planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"

@@ -8,12 +8,12 @@ import pytest
 from scipy.optimize import least_squares
 
 from robolaser.arrays import Array
-from robolaser.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration
-from robolaser.robots import find_robot
-from robolaser.scanner import Model
-from robolaser.simulate import Simulated, simulate
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, simulate
 
 CELLS: dict[str, dict[str, Any]] = {
     "stripe": {},

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.comparison.comparison import Comparison, Contested, Effort
-from robolaser.comparison.course import Course
-from robolaser.comparison.run import DONE, FAILED, Run
-from robolaser.comparison.standings import standings
+from robolaser.benchmark.result import Comparison, Contested, Effort
+from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.standings import standings
 
 BUDGET = 60_000
 LONG = "ga:crossover=arithmetic:mutation=non-uniform"

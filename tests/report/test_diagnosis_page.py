@@ -16,7 +16,7 @@ from robolaser.report.diagnosis.pictures.cell import accused
 from robolaser.report.diagnosis.pictures.posture import Posture
 from robolaser.report.diagnosis.pictures.waterfall import steps
 from robolaser.report.diagnosis.rows import limit_rows, percent
-from robolaser.se3 import inverse
+from robolaser.geometry.rigid_motion import inverse
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ from calibrated import arm, stripe
 from diagnosed import MADE, of
 from rich.console import Console
 
-from robolaser.diagnosis.words import SAID, clause, sentence
-from robolaser.effects import EFFECTS
-from robolaser.effects.effect import Suspect
+from robolaser.diagnosis.summary_text import SAID, clause, sentence
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import Suspect
 from robolaser.report.diagnosis import print_diagnosis
 from robolaser.report.diagnosis.advice import CAVEATS, REMEDIES, to_do
 from robolaser.report.diagnosis.rows import percent

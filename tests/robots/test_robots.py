@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from robolaser import se3, urdf
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry import urdf
 from robolaser.errors import FileUnreadable, FlangeNotSaid, RobotNotInstalled, RobotUnknown, UrdfError
-from robolaser.robots import RobotEntry, find_robot, known_robots
+from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
 
 FORK = """
 <robot name="fork">

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.calibration import Calibration, json_text
-from robolaser.dataset import Noise, Points
-from robolaser.effects import suspects
-from robolaser.export import robot_urdf
-from robolaser.folder import load
-from robolaser.robots import find_robot
-from robolaser.saving import save
-from robolaser.scanner import Model
-from robolaser.simulate import simulate
-from robolaser.stripes import FILE, STRIPE, write_stripes
+from robolaser.calibration.result import Calibration, json_text
+from robolaser.data.dataset import Noise, Points
+from robolaser.model.effects import suspects
+from robolaser.calibration.export import robot_urdf
+from robolaser.data.loading import load
+from robolaser.geometry.robots import find_robot
+from robolaser.data.writing import save
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 
 ROBOT = "scorbot_er7"
 

@@ -6,7 +6,7 @@ import pytest
 from robolaser.commands.scan import LEAST_STEP_M
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
-from robolaser.se3 import exp_so3
+from robolaser.geometry.rigid_motion import exp_so3
 
 STEP, RADIUS = 0.01, 0.018
 

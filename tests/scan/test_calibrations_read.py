@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
-from robolaser.effects import EFFECTS
-from robolaser.effects.run import Run
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.run import Run
 from robolaser.errors import CalibrationUnreadable, EffectForeign, FileUnreadable, FormatUnknown, PathLeaves
 from robolaser.scan import read_calibration
 from robolaser.scan.found import complete

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
-from robolaser.cell import load_cell
-from robolaser.dataset import Points
+from robolaser.data.cell_config import load_cell
+from robolaser.data.dataset import Points
 from robolaser.emulator.world import load_world
-from robolaser.folder import load
-from robolaser.saving import save
+from robolaser.data.loading import load
+from robolaser.data.writing import save
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.quality import measure
-from robolaser.scan.survey import Survey
+from robolaser.scan.subsample import Survey
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
 THERE = 54  # its first poses: on the way back play would part what a nominal scanner sees

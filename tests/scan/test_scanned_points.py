@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
-from robolaser.effects import suspects
-from robolaser.effects.effect import Effect, parameter
+from robolaser.model.effects import suspects
+from robolaser.model.effects.effect import Effect, parameter
 from robolaser.errors import NothingMet, NothingToScan, ScannerDiffers, StripesStray
 from robolaser.scan import prepare, read_calibration, sources
 from robolaser.scan.ply import VERTEX, places_of
-from robolaser.scan.survey import Survey
-from robolaser.scanner import Model
-from robolaser.seams import Seam
+from robolaser.scan.subsample import Survey
+from robolaser.model.forward_model import Model
+from robolaser.model.stages import Seam
 
 EFFECTS = {
     "none": ([], {}),

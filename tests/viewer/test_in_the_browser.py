@@ -11,9 +11,9 @@ from scanned import dataset, written
 
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
-from robolaser.viewer.belief import calibrated, nominal
-from robolaser.viewer.serving import Stage
-from robolaser.viewer.thinned import thinned
+from robolaser.report.viewer.model import calibrated, nominal
+from robolaser.report.viewer.serving import Stage
+from robolaser.report.viewer.downsampling import thinned
 
 pytest.importorskip("viser")
 playwright = pytest.importorskip("playwright.sync_api")

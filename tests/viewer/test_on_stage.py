@@ -8,8 +8,8 @@ from scanned import calibrated as made
 from scanned import dataset, written
 
 from robolaser.scan import read_calibration
-from robolaser.viewer.belief import calibrated, nominal
-from robolaser.viewer.serving import Stage
+from robolaser.report.viewer.model import calibrated, nominal
+from robolaser.report.viewer.serving import Stage
 
 pytest.importorskip("viser")
 pytestmark = [

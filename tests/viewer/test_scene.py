@@ -7,15 +7,15 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset, written
 
-from robolaser.dataset import Points, Poses
+from robolaser.data.dataset import Points, Poses
 from robolaser.errors import ParameterMissing
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
-from robolaser.se3 import apply, exp_so3, inverse, pose
-from robolaser.viewer.belief import calibrated, nominal
-from robolaser.viewer.scene import OF_BELIEF, arm_length, cell, measured
-from robolaser.viewer.shapes import Dots, Lines, Mesh, axes, ball, box, together, tube
-from robolaser.viewer.thinned import thinned
+from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose
+from robolaser.report.viewer.model import calibrated, nominal
+from robolaser.report.viewer.scene import OF_BELIEF, arm_length, cell, measured
+from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, ball, box, together, tube
+from robolaser.report.viewer.downsampling import thinned
 
 NUMBERS = {"joint_offset.joint_2.offset": 0.02, "laser_drift.laser.angle": 0.01}
 

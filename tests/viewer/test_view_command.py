@@ -33,7 +33,7 @@ def served(monkeypatch):
         def wait(self):
             """Until the user is tired of it."""
 
-    monkeypatch.setattr("robolaser.viewer.serving.Stage", Stage)
+    monkeypatch.setattr("robolaser.report.viewer.serving.Stage", Stage)
     return shown
 
 

@@ -8,7 +8,7 @@ from painted import HEIGHT, SQUARE, WIDTH, scene, session
 from scipy.spatial.transform import Rotation
 
 from robolaser.vision.board import find_board
-from robolaser.vision.layings import settle_by_robot, settle_by_sight
+from robolaser.vision.board_orientation import settle_by_robot, settle_by_sight
 from robolaser.vision.lens import Lens, find_lens, view_board
 
 ONE_WAY = [(7, 6), (6, 7)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from drawn import HEIGHT, STRAIGHT, WAVY, WIDTH, exposed, profile
 
-from robolaser.vision.centring import CENTRINGS, DEFAULT
+from robolaser.vision.line_centers import CENTRINGS, DEFAULT
 from robolaser.vision.stripe import stripe_centres
 
 NOISE = 2.0

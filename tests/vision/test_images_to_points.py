@@ -10,7 +10,7 @@ from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
 from robolaser.errors import ImageSize, ImageUnreadable
-from robolaser.shots import Shots
+from robolaser.data.image_list import Shots
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
 

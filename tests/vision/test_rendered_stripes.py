@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robolaser.emulator.rendering import Block, Eye, Floor, Scene, Sheet, Sphere, photograph
-from robolaser.vision.centring import CENTRINGS
+from robolaser.vision.line_centers import CENTRINGS
 from robolaser.vision.traced import trace
 
 BUILT = {

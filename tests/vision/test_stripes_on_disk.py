@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
-from robolaser.stripes import STRIPE, open_stripes, write_stripes
+from robolaser.data.stripe_file import STRIPE, open_stripes, write_stripes
 
 
 def block(count, seed=0):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from drawn import HEIGHT, ROW, STRAIGHT, WAVY, WIDTH, exposed, profile, speckled
 
-from robolaser.stripes import STRIPE
-from robolaser.vision.centring import CENTRINGS
+from robolaser.data.stripe_file import STRIPE
+from robolaser.vision.line_centers import CENTRINGS
 from robolaser.vision.traced import trace
 
 

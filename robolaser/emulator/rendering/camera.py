@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.challenge.worlds.eye import Eye as Built
+from robolaser.trials.worlds.scanner import Eye as Built
 from robolaser.emulator.rendering.vectors import unit
 
 TURNS = 30  # of the fixed point that takes the lens's distortion off: far below a millionth of a pixel

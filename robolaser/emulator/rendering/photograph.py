@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from robolaser.arrays import Array, Bools
 from robolaser.emulator.rendering.camera import Eye
 from robolaser.emulator.rendering.light import Sheet
-from robolaser.emulator.rendering.painting import Painting, paint
+from robolaser.emulator.rendering.radiance_image import Painting, paint
 from robolaser.emulator.rendering.scene import Scene
 from robolaser.emulator.rendering.truth import Truth
 from robolaser.emulator.rendering.view import View

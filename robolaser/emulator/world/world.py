@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.challenge.worlds.arm import Arm
-from robolaser.emulator.departures import Departure
+from robolaser.trials.worlds.arm import Arm
+from robolaser.emulator.physics import Departure
 from robolaser.emulator.rendering import Checkerboard, Eye, Photograph, Scene, Sheet
-from robolaser.emulator.rendering.painting import Painting, paint
+from robolaser.emulator.rendering.radiance_image import Painting, paint
 from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_GREY, expose
 from robolaser.emulator.rendering.view import View
 

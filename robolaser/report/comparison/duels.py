@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.comparison.standings import Order, Pair
-from robolaser.comparison.standings.words import chance
+from robolaser.benchmark.standings import Order, Pair
+from robolaser.benchmark.standings.words import chance
 
 
 @final

@@ -8,11 +8,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.comparison.comparison import Comparison, Contested
-from robolaser.comparison.question import CALIBRATION
-from robolaser.comparison.standings import Standings
-from robolaser.comparison.statistics.anytime import after_evaluations, bands
-from robolaser.comparison.tally import Tally
+from robolaser.benchmark.result import Comparison, Contested
+from robolaser.benchmark.problem import CALIBRATION
+from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.statistics.anytime import after_evaluations, bands
+from robolaser.benchmark.results_array import Tally
 from robolaser.report.canvas import LINES, MUTED
 from robolaser.report.comparison import prices
 

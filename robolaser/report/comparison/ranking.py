@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.comparison.comparison import Contested
-from robolaser.comparison.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
-from robolaser.comparison.standings.words import chance
-from robolaser.comparison.tally import SHOWN
+from robolaser.benchmark.result import Contested
+from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
+from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.results_array import SHOWN
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.field import Field
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from robolaser.comparison.comparison import Comparison
+from robolaser.benchmark.result import Comparison
 
 
 def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:

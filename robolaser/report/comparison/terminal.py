@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from robolaser.comparison.comparison import Comparison
-from robolaser.comparison.standings import Standings
+from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import account, rows
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.ranking import standing_rows

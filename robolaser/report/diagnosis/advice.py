@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from robolaser.diagnosis.result import Diagnosis, Finding, Number, Rival
-from robolaser.diagnosis.words import EVEN
+from robolaser.diagnosis.summary_text import EVEN
 
 SURE = 0.95
 """Probability below which a finding is called a likelihood."""

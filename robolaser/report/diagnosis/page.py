@@ -1,6 +1,6 @@
 """The page a person looks at after a diagnosis: one file that needs nothing else."""
 
-from robolaser.dataset import Dataset
+from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report import words
 from robolaser.report.diagnosis import rows

@@ -7,10 +7,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.dataset import Dataset
+from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis, Limit, Number
-from robolaser.effects.effect import Suspect
-from robolaser.effects.places import moving_joints
+from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.places import moving_joints
 from robolaser.report.diagnosis.advice import beside, caveats, doubt
 from robolaser.report.digits import measured, millimetres, plain
 

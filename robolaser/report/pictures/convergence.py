@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.optimum import thinned
+from robolaser.estimation.multistart import thinned
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, Picture, picture, plain_log
 from robolaser.report.digits import millimetres
 from robolaser.report.evidence import Evidence

@@ -8,7 +8,7 @@ from robolaser.arrays import Array
 from robolaser.report.canvas import MUTED, Picture, picture, ticks
 from robolaser.report.evidence import Evidence, some_rows
 from robolaser.report.pictures.points import magnification
-from robolaser.sensors.stripe import Stripe
+from robolaser.model.sensors.stripe import Stripe
 
 MOST = 600  # arrows that a picture carries
 

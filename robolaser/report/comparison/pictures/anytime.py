@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.comparison.comparison import Contested
+from robolaser.benchmark.result import Contested
 from robolaser.report.canvas import Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends

@@ -6,8 +6,8 @@ from math import ceil, floor
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robolaser.comparison.standings import Ranks
-from robolaser.comparison.standings.words import chance
+from robolaser.benchmark.standings import Ranks
+from robolaser.benchmark.standings.words import chance
 from robolaser.report.canvas import INK, MUTED, WIDTH_PT, Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.ends import LETTERS_PT, LINE_PT, broken

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.comparison.standings import Measure
-from robolaser.comparison.statistics.ecdf import budgets, shares
+from robolaser.benchmark.standings import Measure
+from robolaser.benchmark.statistics.ecdf import budgets, shares
 from robolaser.report.canvas import Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends

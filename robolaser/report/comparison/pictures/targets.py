@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.comparison.comparison import Contested
-from robolaser.comparison.standings import OnProblem
+from robolaser.benchmark.result import Contested
+from robolaser.benchmark.standings import OnProblem
 from robolaser.report.canvas import MUTED, Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.anytime import ABOVE

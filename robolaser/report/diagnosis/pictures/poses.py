@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.calibration import rms
+from robolaser.calibration.result import rms
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, NOISE, Picture, picture, plain_log
 

@@ -7,14 +7,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.effects.places import moving_joints
+from robolaser.model.effects.places import moving_joints
 from robolaser.parameters import Values
 from robolaser.report.evidence import known_points
-from robolaser.scanner import Model
-from robolaser.se3 import apply, inverse
-from robolaser.seams import Bend
-from robolaser.sensors.sensor import motion, vector
-from robolaser.sensors.stripe import Stripe
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.model.stages import Bend
+from robolaser.model.sensors.sensor import motion, vector
+from robolaser.model.sensors.stripe import Stripe
 
 MOST = 500  # points that a drawing carries
 

@@ -1,0 +1,35 @@
+"""How good the better and the worse of an algorithm's runs are after so many evaluations."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.statistics.quantiles import quantiles
+
+BAND = np.array([0.1, 0.5, 0.9])
+"""Quantiles over seeds: the median, and what one run in ten does better or worse than."""
+
+
+def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Array:
+    """Quantiles over runs of how much more than the best known their lowest costs are.
+
+    A run that is over stays as good as it was.
+
+    Args:
+        costs: Lowest cost of each run at each moment, (s, g).
+        best: The lowest cost known.
+        scale: What excesses are measured in.
+        levels: Of the quantiles, (q,).
+
+    Returns:
+        (q, g); NaN without runs.
+    """
+    excess = (costs - best) / scale
+    return quantiles(excess.T, levels).T if len(costs) else np.full((len(levels), costs.shape[1]), np.nan)
+
+
+def after_evaluations(courses: Sequence[Course], at: Array) -> Array:
+    """Lowest cost of each run after so many evaluations (g,) -> (s, g)."""
+    return np.array([course.after(at) for course in courses]).reshape(-1, len(at))

@@ -1,0 +1,125 @@
+"""The process in which contestants search: what they do to it hurts nobody else. Its parent is `guarded`."""
+
+import os
+import pickle
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import final
+
+from robolaser.benchmark.problem import Question
+from robolaser.benchmark.single_run import WARM_UP, Run, run
+from robolaser.benchmark.payload import Task
+
+try:
+    import resource
+except ImportError:  # pragma: no cover - Windows
+    resource = None  # type: ignore[assignment]
+
+NEEDED, READY, BEGUN = "the question is needed", "the question is there", "the clock runs"
+"""What a child says before it answers."""
+IDLE_S = 600.0
+"""A child of which nothing was wanted for so long goes."""
+SWOLLEN = 0.5
+"""A child that has grown by more than this share of the memory allowed to a run is not fit for another."""
+
+
+@final
+class Runner:
+    """Makes runs, and keeps questions and what has been compiled for the next."""
+
+    def __init__(self, parent: Connection) -> None:
+        self._parent = parent
+        self._questions: dict[str, Question] = {}
+        self._warm: set[tuple[str, str]] = set()
+
+    def answer(self, task: Task, digest: str, *, warm_up: bool) -> tuple[Run, bool]:
+        """A run, and whether this process is fit for another."""
+        from robolaser.benchmark.solvers import find  # noqa: PLC0415 - with it come pymoo and SciPy
+
+        try:
+            question = self._question(digest)
+            contestant = find(task.algorithm)
+            self._parent.send(READY)
+            used = _address_space()
+            with _limited(used + task.memory_limit_b):
+                if warm_up and (digest, task.algorithm) not in self._warm:
+                    budget = min(WARM_UP, task.budget)
+                    run(
+                        question,
+                        find(task.algorithm),
+                        seed=task.seed,
+                        budget=budget,
+                        time_limit_s=task.time_limit_s,
+                    )
+                    self._warm.add((digest, task.algorithm))
+                self._parent.send(BEGUN)
+                made = run(question, contestant, seed=task.seed, budget=task.budget, time_limit_s=task.time_limit_s)
+            fit = _address_space() - used < SWOLLEN * task.memory_limit_b
+            return replace(made, problem=task.problem, algorithm=task.algorithm), fit
+        except BaseException as error:  # sys.exit in a contestant is its failure too
+            return task.failed(f"{type(error).__name__}: {error}".removesuffix(": ")), False
+
+    def _question(self, digest: str) -> Question:
+        if digest not in self._questions:
+            self._parent.send(NEEDED)
+            self._questions[digest] = pickle.loads(self._parent.recv_bytes()).question()
+        return self._questions[digest]
+
+
+def main() -> None:
+    """Answer the parent until it has no more questions."""
+    talk, life = map(int, sys.argv[1:])
+    _die_with(life)
+    parent = Connection(talk)
+    runner = Runner(parent)
+    while parent.poll(IDLE_S):
+        task, digest, paths, warm_up = parent.recv()
+        sys.path.extend(path for path in paths if path not in sys.path)
+        parent.send(runner.answer(task, digest, warm_up=warm_up))
+
+
+def _die_with(life: int) -> None:
+    """Die at once, with all that was started, when the other end of a pipe is closed."""
+    if sys.platform == "linux":  # even while a contestant does not let go of the interpreter
+        import fcntl  # noqa: PLC0415
+
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
+        fcntl.fcntl(life, fcntl.F_SETOWN, -os.getpgrp())
+        fcntl.fcntl(life, fcntl.F_SETFL, fcntl.fcntl(life, fcntl.F_GETFL) | os.O_ASYNC)
+    threading.Thread(target=_end_at_end, args=(life,), daemon=True).start()
+
+
+def _end_at_end(life: int) -> None:
+    os.read(life, 1)
+    os.killpg(os.getpgrp(), signal.SIGKILL)
+
+
+@contextmanager
+def _limited(address_space: int) -> Iterator[None]:
+    """No more memory than that, where the platform tells how much is used; a MemoryError to who wants more."""
+    if resource is None or not _address_space():
+        yield
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    allowed = [limit for limit in (address_space, soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min(allowed), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _address_space() -> int:
+    """What this process has of it [B]; 0 where the platform does not say."""
+    pages = Path("/proc/self/statm")
+    return int(pages.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+"""The global search: one problem, one algorithm, one budget, one seed; it can be stopped and resumed."""
+
+import io
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.csv_tables import write_bytes
+
+Progress = Callable[[str, float], None]
+"""Is told what is going on, and which share of it is done."""
+
+CHECKPOINT = "search.npz"
+COURSE = "search-history.npz"
+INSTEAD_OF_0 = 2**31 - 1  # pycma takes a seed of 0 for one from the clock
+ON_THE_WAY = 10  # of the best candidates that the search went through
+SECONDS_BETWEEN_CHECKPOINTS = 2.0  # a second run loses no more than that
+
+
+@final
+@dataclass(frozen=True)
+class History:
+    """The course of a search, one entry a generation (g).
+
+    Attributes:
+        names: The problem's variables.
+        evaluations: Candidates evaluated so far, (g,).
+        best: Best cost so far, (g,) [m²].
+        x: Best candidate so far, (g, d).
+    """
+
+    names: tuple[str, ...]
+    evaluations: Ints
+    best: Array
+    x: Array
+
+
+@final
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended.
+
+    Attributes:
+        candidates: The best, those that were the best on the way there, then the last members, (k, d). The last
+            members are each other's kin; those on the way lay elsewhere.
+        history: The course of the search.
+        evaluations: Candidates evaluated.
+    """
+
+    candidates: Array
+    history: History
+    evaluations: int
+
+
+def search(
+    problem: Any,
+    algorithm: Any,
+    *,
+    generations: int,
+    seed: int,
+    state: Path | None = None,
+    resume: bool = False,
+    fingerprint: str = "",
+    progress: Progress | None = None,
+) -> Found:
+    """Run an algorithm for a number of generations, or until it stops by itself.
+
+    Args:
+        problem: A pymoo problem with `names`.
+        algorithm: A pymoo algorithm.
+        generations: The last generation T.
+        seed: Makes the run repeatable to the last bit.
+        state: A folder for checkpoints; only `RCGA` can leave any.
+        resume: Go on from the checkpoint in `state`, if there is one.
+        fingerprint: What the run is about; a checkpoint of another one is refused.
+        progress: Is told the generation.
+
+    Raises:
+        CheckpointForeign, CheckpointUnreadable: The checkpoint is another run's, or damaged.
+    """
+    from pymoo.termination import get_termination  # noqa: PLC0415 - pymoo takes a second to import
+
+    from robolaser.algorithms.checkpoint import load, save  # noqa: PLC0415
+    from robolaser.algorithms.rcga import RCGA  # noqa: PLC0415
+
+    termination = get_termination("n_gen", generations)
+    course = _Course(problem.names)
+    keeps = state if isinstance(algorithm, RCGA) else None
+    if keeps is not None and resume and (keeps / CHECKPOINT).exists():
+        algorithm = load(keeps / CHECKPOINT, problem, termination=termination, fingerprint=fingerprint)
+        course.read(keeps / COURSE, algorithm.n_iter - 1)
+    else:
+        algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
+    saved = time.monotonic()
+    while algorithm.has_next():
+        algorithm.next()
+        course.add(*_generation(algorithm), int(algorithm.evaluator.n_eval))
+        if progress is not None:
+            progress("searching", min(1.0, len(course.best) / generations))
+        if keeps is not None and time.monotonic() - saved > SECONDS_BETWEEN_CHECKPOINTS:
+            course.write(keeps / COURSE)
+            save(algorithm, keeps / CHECKPOINT, fingerprint=fingerprint)
+            saved = time.monotonic()
+    X, F = _generation(algorithm)
+    last = X[np.argsort(F, kind="stable")]
+    on_the_way = course.x[:: -max(1, len(course.x) // ON_THE_WAY)]
+    return Found(np.vstack([*on_the_way, last]), course.history, int(algorithm.evaluator.n_eval))
+
+
+def _generation(algorithm: Any) -> tuple[Array, Array]:
+    """The members of any algorithm and their costs, (n, d) and (n,)."""
+    from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415
+
+    if isinstance(algorithm, ArrayBased):
+        members = algorithm.members
+        return members.X, members.F
+    X, F = algorithm.pop.get("X", "F")
+    return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
+
+
+class _Course:
+    """Gathers the course of a search."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.evaluations: list[int] = []
+        self.best: list[float] = []
+        self.x: list[Array] = []
+
+    def add(self, X: Array, F: Array, evaluations: int) -> None:
+        i = int(np.argmin(F))
+        if np.isnan(F[i]):
+            i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
+        better = not self.best or F[i] < self.best[-1]
+        self.best.append(float(F[i]) if better else self.best[-1])
+        self.x.append(X[i].copy() if better else self.x[-1])
+        self.evaluations.append(evaluations)
+
+    @property
+    def history(self) -> History:
+        return History(self.names, np.array(self.evaluations), np.array(self.best), np.array(self.x))
+
+    def write(self, path: Path) -> None:
+        file = io.BytesIO()
+        np.savez(file, evaluations=self.evaluations, best=self.best, x=self.x)
+        write_bytes(path, file.getvalue())
+
+    def read(self, path: Path, generations: int) -> None:
+        if not path.exists():
+            return
+        with np.load(path, allow_pickle=False) as file:
+            self.evaluations = [int(n) for n in file["evaluations"][:generations]]
+            self.best = [float(b) for b in file["best"][:generations]]
+            self.x = list(file["x"][:generations])

@@ -1,0 +1,158 @@
+"""The result of a calibration, and calibration.json."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.model.effects.run import Run
+from robolaser.parameters import Parameter
+from robolaser.model.forward_model import Model
+from robolaser.calibration.pymoo_search import History
+from robolaser.estimation.identifiability import Unidentifiable
+
+FORMAT = "robolaser-calibration/1"
+
+
+@final
+@dataclass(frozen=True)
+class Calibration:
+    """Parameters found from data, with all that is known about how good they are.
+
+    Attributes:
+        model: The data set and the effects in the model.
+        algorithm: Name of the global search.
+        weights: "plain" or "noise".
+        seed: That of the search.
+        x: The parameters in the order of `model.parameters`, (d,).
+        std: One standard deviation of each, (d,); NaN where it is held or the data cannot fix it.
+        on_bound: Parameters that ended on one of their bounds, (d,).
+        unidentifiable: Directions that the data cannot fix.
+        residuals: Known or measured points less predicted ones, (m, 3) [m].
+        held_out: The same for poses left out of the fit, (m, 3) [m]; None with too few poses.
+        noise: Standard deviations that the errors of measurement were taken to have.
+        history: The course of the global search; None without one.
+        evaluations: Candidates evaluated in all.
+        seconds: Time taken.
+        warnings: What the user should know.
+        loss: What a residual cost: "square", "huber" or "cauchy".
+    """
+
+    model: Model
+    algorithm: str
+    weights: str
+    seed: int
+    x: Array
+    std: Array
+    on_bound: Bools
+    unidentifiable: tuple[Unidentifiable, ...]
+    residuals: Array
+    held_out: Array | None
+    noise: Mapping[str, float]
+    history: History | None
+    evaluations: int
+    seconds: float
+    warnings: tuple[str, ...]
+    loss: str = "square"
+
+    @cached_property
+    def objective_m2(self) -> float:
+        """J of eq. 18."""
+        return float((self.residuals**2).sum())
+
+    @cached_property
+    def rms_m(self) -> float:
+        """Root-mean-square 3-D error of the calibration points."""
+        return rms(self.residuals)
+
+    @cached_property
+    def held_out_rms_m(self) -> float | None:
+        """The same on poses left out of the fit."""
+        return None if self.held_out is None else rms(self.held_out)
+
+    def value(self, name: str) -> float:
+        """The value found for a parameter."""
+        return float(self.x[self.model.parameters.names.index(name)])
+
+
+def rms(errors: Array) -> float:
+    """Root-mean-square length of errors (m, 3)."""
+    return float(np.sqrt((errors**2).sum(axis=-1).mean()))
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
+    entry: dict[str, Any] = {"value": float(value), "std": _number(std), "unit": parameter.unit}
+    given = (parameter.nominal, parameter.lower, parameter.upper) if parameter.given else (None, None, None)
+    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True))
+
+
+def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
+    names = calibration.model.parameters.names
+    out = []
+    for suspect in calibration.model.suspects:
+        numbers = {}
+        for parameter in suspect.parameters.items:
+            i = names.index(parameter.name)
+            numbers[parameter.name.rsplit(".", 1)[-1]] = {
+                "value": float(calibration.x[i]),
+                "std": _number(calibration.std[i]),
+                "unit": parameter.unit,
+            }
+        out.append({"effect": suspect.kind.name, "where": suspect.where, "parameters": numbers})
+    return out
+
+
+def as_json(calibration: Calibration) -> dict[str, Any]:
+    """What calibration.json holds: format `robolaser-calibration/1`."""
+    dataset, model = calibration.model.dataset, calibration.model
+    robot = dataset.robot
+    sensor = len(model.parameters) - len(model.effect_parameters)
+    items = zip(model.parameters.items[:sensor], calibration.x, calibration.std, strict=False)
+    description: dict[str, Any] = {"sensor": dataset.kind}
+    if dataset.kind == "stripe":
+        description |= {
+            "stripe_axis": dataset.stripe_axis,
+            "bracket_quat": list(dataset.bracket_quat),
+            "angles": dataset.angles,
+        }
+    description |= {
+        "robot": "robot.urdf" if robot else None,
+        "flange": robot.flange if robot else None,
+        "joints": list(robot.joints) if robot else None,
+        "gravity": list(robot.gravity) if robot else None,
+        "image": list(dataset.image_px) if dataset.image_px else None,
+    }
+    return {
+        "format": FORMAT,
+        "dataset": dataset.name,
+        "algorithm": calibration.algorithm,
+        "seed": calibration.seed,
+        "weights": calibration.weights,
+        "parameters": {item.name: _entry(item, value, std) for item, value, std in items},
+        "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
+        "model": description,
+        "effects": _effect_entries(calibration),
+        "run": Run.of(dataset).as_json(),
+        "objective_m2": calibration.objective_m2,
+        "rms_m": calibration.rms_m,
+        "max_m": float(np.linalg.norm(calibration.residuals, axis=-1).max()),
+        "axis_max_m": [float(a) for a in np.abs(calibration.residuals).max(axis=0)],
+        "held_out_rms_m": calibration.held_out_rms_m,
+        "noise": {name: float(sigma) for name, sigma in calibration.noise.items()},
+        "warnings": list(calibration.warnings),
+        "evaluations": calibration.evaluations,
+        "seconds": round(calibration.seconds, 3),
+    }
+
+
+def json_text(calibration: Calibration) -> str:
+    """What calibration.json holds."""
+    return json.dumps(as_json(calibration), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

@@ -1,0 +1,229 @@
+"""Question and answer with an ACL controller: nothing takes effect that it did not hear letter by letter."""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TypeVar, final
+
+from robolaser.cell.line import Line
+from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineLost
+
+Value = TypeVar("Value")
+
+ENTER = "\r"
+ABORT = "\x01"
+"""Ctrl-A: stops all motion, wherever the controller is."""
+AT_ONCE = 4
+"""How often it is said without waiting, for a line that swallows bytes."""
+SPOIL = "XQ"
+"""Makes any command unknown, for one that was misheard and not yet entered."""
+QUIET_S = 0.9
+"""Half of how long silence may last: after the first half something else is tried."""
+TRIES = 3
+PAUSE_S = 0.2
+CALM = 10
+"""Speed that is set for what moves the arm without saying how fast [percent]; who has started anew has another."""
+PROMPT = re.compile(">")
+ECHO = re.compile("echo", re.IGNORECASE)
+NOTHING = re.compile(r"(?!)")
+LINE_END = re.compile(r"[\r\n>]")
+BOOT = re.compile(r"[\r\n]>_")
+"""The prompt after power comes on; a disturbed line may write one too."""
+SAID = re.compile(r"\*\*\*[^\r\n>]*")
+IS_CALM = re.compile(rf"\b{CALM}\b")
+NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
+AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
+TROUBLE = {
+    re.compile("IMPACT|PROTECTION", re.IGNORECASE): "It ran into something: free the arm by hand and home it.",
+    re.compile("RANGE", re.IGNORECASE): "The controller's own limits are narrower: leave that pose out.",
+    re.compile("THERMIC|OVERLOAD", re.IGNORECASE): "A motor is too hot: let it cool down, and look for what it pushes.",
+}
+MEANING = {
+    303: "no position is assigned; the controller may have been switched off in between",
+    304: "an axis is disabled; switch the motors on",
+    310: "there is no such axis",
+    312: "a coordinate lies outside the arm's range",
+    317: "the point lies outside the arm's range",
+}
+
+
+@final
+class Talk:
+    """The controller echoes each character: a command is entered only when its echo is right.
+
+    Each command is written in another mixture of capitals. Its echo tells its own answer from one that comes late.
+
+    Raises (every method): LineLost, LineFlooded, and what the controller says by itself: ArmAlarm, ArmRestarted.
+    """
+
+    def __init__(self, line: Line, joints: Sequence[str]) -> None:
+        self._line = line
+        self._joints = joints
+        self._turn = 0
+        self._mixing = False
+        self._begun = False
+        self._restarted = False
+        self._unfinished = self._last = ""
+
+    def begin(self) -> None:
+        """Stop whatever runs, get a prompt and the echo.
+
+        Raises:
+            AnswerUnclear: There is something, but no ACL controller.
+        """
+        heard = ""
+        for _ in range(TRIES):
+            self._line.send(ABORT + SPOIL)
+            heard, prompt = self._prompted()
+            if not prompt:
+                continue
+            self._line.send("ECHO" + ENTER)
+            self._line.until(PROMPT, QUIET_S)
+            self.settle()
+            self._line.send("eCHo")
+            heard, echo = self._line.until(ECHO, QUIET_S)
+            if echo and self._prompted()[1]:
+                self._mixing = echo[0] == "eCHo"
+                self._begun = True
+                return
+        raise self._unclear("ECHO", heard)
+
+    def ask(self, command: str, understand: Callable[[str], Value | None]) -> Value:
+        """Ask until an answer is understood.
+
+        Args:
+            command: In capitals.
+            understand: What an answer, prompt included, means; None: it is spoilt.
+
+        Raises:
+            ArmRefused: The controller says no.
+            AnswerUnclear: None was understood.
+        """
+        answer, refusals = "", []
+        for _ in range(TRIES):
+            if not self._typed(command):
+                continue
+            answer = self._entered(command)
+            value = understand(answer)
+            if value is not None:
+                return value
+            refusals += SAID.findall(answer)[-1:]
+        if len(refusals) == TRIES and len(set(refusals)) == 1:  # no disturbed line says the same each time
+            raise ArmRefused(self._line.port, command, refusals[0].strip(), "")
+        raise self._unclear(command, answer)
+
+    def tell(self, command: str) -> None:
+        """Have something done.
+
+        Raises:
+            ArmRefused: The controller says no.
+            AnswerUnclear: It never heard it right.
+        """
+        self.ask(command, lambda answer: True if "***" not in answer and ">" in answer else None)
+
+    def start(self, command: str) -> None:
+        """Enter a command whose answer takes its time."""
+        for _ in range(TRIES):
+            if self._typed(command):
+                self._line.send(ENTER)
+                return
+        raise self._unclear(command, "")
+
+    def listen(self) -> None:
+        """Hear what the controller has said by itself, between two commands."""
+        self.mind(self._line.drop())
+        self.see_whether_restarted()
+
+    def mind(self, text: str, command: str = "") -> None:
+        """Look through what came for what the controller says by itself, or against a command that it heard right.
+
+        Raises:
+            ArmRefused: It says no.
+        """
+        if not self._begun:
+            return
+        self._restarted |= BOOT.search(self._last + text) is not None
+        self._last = (self._last + text)[-2:]
+        *lines, rest = LINE_END.split(self._unfinished + text)
+        self._unfinished = rest
+        for line in lines:
+            if "***" in line:
+                self._complain(line[line.index("***") :].strip(), command)
+
+    def see_whether_restarted(self) -> None:
+        """Where a prompt looked like the first one: who has started anew has forgotten the speed that was set."""
+        if not self._restarted:
+            return
+        self._restarted = False
+        try:
+            calm = any(
+                self.ask("SHOW SPEED", lambda said: bool(IS_CALM.search(said)) if ">" in said else None)
+                for _ in range(2)  # one answer may be spoilt
+            )
+        except (AnswerUnclear, ArmRefused):
+            calm = False
+        if not calm:
+            raise ArmRestarted(self._line.port)
+
+    def abort(self) -> None:
+        """Stop all motion, now."""
+        self._line.send(ABORT * AT_ONCE)
+
+    def settle(self) -> None:
+        """Let pass what is still being said."""
+        self._line.until(NOTHING, PAUSE_S)
+
+    def _typed(self, command: str) -> bool:
+        """Type a command without entering it; whether it was heard right. A misheard one is spoilt and thrown away."""
+        self.listen()
+        text = self._mixed(command)
+        self._line.send(text)
+        heard, echo = self._line.until(re.compile(re.escape(text), 0 if self._mixing else re.IGNORECASE), QUIET_S)
+        self.mind(heard)
+        if echo:
+            return True
+        self._line.send(SPOIL + ENTER)
+        self.mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0])[len(heard) :])
+        return False
+
+    def _entered(self, command: str) -> str:
+        """Enter what was typed, and hear the answer with its prompt; without, where the prompt got lost."""
+        answer, _ = self._prompted()
+        self.mind(answer, command)
+        return answer
+
+    def _prompted(self) -> "tuple[str, re.Match[str] | None]":
+        """Enter, and listen for the prompt; once more where nothing at all comes."""
+        self._line.send(ENTER)
+        answer, prompt = self._line.until(PROMPT, QUIET_S)
+        if not answer:
+            self._line.send(ENTER)
+            answer, prompt = self._line.until(PROMPT, QUIET_S)
+        return self._silent_or(answer), prompt
+
+    def _mixed(self, command: str) -> str:
+        """The command's first word in the next mixture of capitals."""
+        if not self._mixing:
+            return command
+        self._turn += 1
+        word, space, rest = command.partition(" ")
+        letters = (c.lower() if self._turn >> i & 1 else c for i, c in enumerate(word))
+        return "".join(letters) + space + rest
+
+    def _silent_or(self, heard: str) -> str:
+        if not heard:
+            raise LineLost(self._line.port, f"no answer for {2 * QUIET_S:.1f} s")
+        return heard
+
+    def _complain(self, line: str, command: str) -> None:
+        for pattern, advice in TROUBLE.items():
+            if pattern.search(line):
+                axis = AXIS.search(line)
+                number = int(axis[1]) if axis else 0
+                joint = self._joints[number - 1] if 0 < number <= len(self._joints) else "no joint is named"
+                raise ArmAlarm(self._line.port, joint, line, advice)
+        numbered = NUMBERED.search(line)
+        if numbered and command:
+            raise ArmRefused(self._line.port, command, line, MEANING.get(int(numbered[1]), ""))
+
+    def _unclear(self, command: str, answer: str) -> AnswerUnclear:
+        return AnswerUnclear(self._line.port, command, answer, TRIES)

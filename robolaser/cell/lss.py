@@ -1,0 +1,170 @@
+"""Arms of Lynxmotion's smart servos, several on one line, each with an address."""
+
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.cell_config import ArmLine
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.line import Line, spoken_over
+from robolaser.cell.pace import PEAK
+from robolaser.errors import AnswerUnclear, ArmAlarm, ArmDiffers, ArmRefused, LineLost
+
+EVERYBODY = 254
+STEP = np.deg2rad(0.1)
+"""Servos count in tenths of a degree, and speed in tenths of a degree a second."""
+QUIET_S = 0.6
+TRIES = 3
+STARTS = 5
+HALTS = 5
+AT_ONCE = 8
+"""How often a halt is said without waiting, for a line that swallows bytes."""
+SOON_S = 0.2
+"""Longest wait for a servo to say where it is going, while it may be going elsewhere."""
+SLOWEST = 10
+"""Least cap on a servo's speed, for one that has nowhere to go [tenths of a degree/s]."""
+TROUBLE = {7: "outside its limits", 8: "stuck", 9: "blocked", 10: "in safe mode"}
+ADVICE = "Free the arm, let it cool down, and switch its power off and on."
+
+
+@final
+class Lss(Arm):
+    """Servos that know their angles from the moment they are switched on: there is no home to search."""
+
+    all_at_once: ClassVar[bool] = False
+    knows_itself: ClassVar[bool] = True
+
+    def __init__(self, line: Line, arm: ArmLine, joints: Sequence[str]) -> None:
+        if not joints:
+            raise ArmDiffers("lss", 0, EVERYBODY - 1)
+        self._line = line
+        self._ids = arm.ids or tuple(range(1, len(joints) + 1))
+        self._servos = tuple(zip(self._ids, joints, strict=True))
+        self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
+        self._direction = np.array(arm.direction or [1.0] * len(joints))
+        self.step = np.full(len(joints), STEP)
+        line.drop()
+        line.send("\r")  # ends whatever was left half said
+        self.read()
+
+    @classmethod
+    def open(cls, arm: ArmLine, joints: Sequence[str], clock: Clock) -> Self:
+        """Open the port and see that every servo answers.
+
+        Raises:
+            PortUnusable: It cannot be opened.
+        """
+        return spoken_over(lambda line: cls(line, arm, joints), arm, clock)
+
+    def read(self) -> Array:
+        """Where it is now, (j,)."""
+        angles: Array = self._reference + self._direction * self._all("QD") * STEP
+        return angles
+
+    def watch(self) -> None:
+        """Whether a joint is in trouble."""
+        for servo, joint in self._servos:
+            status = self._ask(servo, joint, "Q")
+            if status in TROUBLE:
+                raise ArmAlarm(self._line.port, joint, f"*{servo}Q{status}: {TROUBLE[status]}", ADVICE)
+
+    def go(self, q: Array, seconds: float) -> None:
+        """Set out to angles, (j,), all servos or none.
+
+        The time that a motion is to take cannot be read back. So each servo is first given the speed that its way
+        needs as its highest, and says that it heard; and all are halted, and told again, where one misheard its goal.
+        """
+        goal = np.rint(self._direction * (q - self._reference) / STEP).astype(np.int64)
+        heard = goal
+        for _ in range(STARTS):
+            way = np.abs(goal - self._halted())
+            self._cap(np.maximum(np.ceil(PEAK * way / seconds), SLOWEST).astype(np.int64))
+            for servo, tenths in zip(self._ids, goal.tolist(), strict=True):
+                self._line.send(f"#{servo}D{tenths}T{max(1, round(1000 * seconds))}\r")
+            with suppress(LineLost, AnswerUnclear):
+                heard = self._all("QDT", tries=1, quiet_s=SOON_S)
+                if (heard == goal).all():
+                    return
+            self.stop()
+        i = int(np.argmax(heard != goal))
+        raise self._unheard(f"#{self._ids[i]}D{goal[i]}", int(heard[i]))
+
+    def stop(self) -> None:
+        """Stop where it is."""
+        self._line.send(f"\r#{EVERYBODY}H\r" * AT_ONCE)
+
+    def home(self) -> None:
+        """Nothing: they know where they are."""
+
+    def light(self, output: int) -> None:
+        """Switch an output on."""
+        self._no_outputs(output)
+
+    def dark(self, output: int) -> None:
+        """Switch an output off."""
+        self._no_outputs(output)
+
+    def close(self) -> None:
+        """Let go of it."""
+        self._line.close()
+
+    def _halted(self) -> Ints:
+        """Halt, and say where all stand, (j,) [tenths of a degree]."""
+        before = now = self._all("QD")
+        for _ in range(HALTS):
+            self.stop()
+            before, now = self._all("QD"), self._all("QD")
+            if (before == now).all():
+                return now
+        raise AnswerUnclear(self._line.port, f"#{EVERYBODY}H", f"{before.tolist()}, {now.tolist()}", HALTS)
+
+    def _cap(self, fastest: Ints) -> None:
+        """Set each servo's highest speed, (j,) [tenths of a degree/s], until its power is off."""
+        for (servo, joint), speed in zip(self._servos, fastest.tolist(), strict=True):
+            for _ in range(TRIES):
+                self._line.send(f"#{servo}SD{speed}\r")
+                heard = self._ask(servo, joint, "QSD")
+                if heard == speed:
+                    break
+            else:
+                raise self._unheard(f"#{servo}SD{speed}", heard)
+
+    def _unheard(self, command: str, heard: int) -> AnswerUnclear:
+        """What to raise where nobody moves, for one servo would not take a command.
+
+        Raises:
+            ArmAlarm: It is in trouble, and takes none.
+        """
+        self.stop()
+        self.watch()
+        return AnswerUnclear(self._line.port, command, str(heard), TRIES)
+
+    def _all(self, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> Ints:
+        """What each servo answers, (j,)."""
+        said = [self._ask(servo, joint, what, tries=tries, quiet_s=quiet_s) for servo, joint in self._servos]
+        return np.array(said, dtype=np.int64)
+
+    def _ask(self, servo: int, joint: str, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> int:
+        heard = ""
+        pattern = re.compile(rf"\*{servo}{what}(-?\d+)\r")
+        for _ in range(tries):
+            self._line.drop()
+            self._line.send(f"#{servo}{what}\r")
+            text, answer = self._line.until(pattern, quiet_s)
+            if answer:
+                return int(answer[1])
+            heard += text
+        if not heard:
+            silence = f"servo {servo} ({joint}) gave no answer for {tries * quiet_s:.1f} s"
+            raise LineLost(self._line.port, silence)
+        raise AnswerUnclear(self._line.port, f"#{servo}{what}", heard, tries)
+
+    def _no_outputs(self, output: int) -> None:
+        raise ArmRefused(
+            self._line.port, f"output {output}", "", "these servos switch nothing; take [laser] out of cell.toml"
+        )

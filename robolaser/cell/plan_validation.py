@@ -1,0 +1,145 @@
+"""What a route must keep to before its first motion begins: joint limits, reach and floor, on every bit of the way."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.cell_config import Limits
+from robolaser.data.dataset import Dataset
+from robolaser.cell.angles import shown
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import from_quaternion
+
+FINE = 0.02
+"""No joint turns further than this from one place that is checked to the next: 12 mm at 0.6 m [rad or m]."""
+SLACK = 0.002
+"""An arm that stands on a limit reads a little beyond it [rad or m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Violation:
+    """One limit that a route breaks, where it breaks it most.
+
+    Attributes:
+        place: Name of the pose.
+        passing: Whether it is broken on the way there rather than at the pose itself.
+        what: The joint, or what is too low or too far.
+        value: With its unit.
+        limit: With its unit.
+    """
+
+    place: str
+    passing: bool
+    what: str
+    value: str
+    limit: str
+
+    def __str__(self) -> str:
+        return (
+            f"{'on the way to ' if self.passing else ''}{self.place}: {self.what} at {self.value}, limit {self.limit}"
+        )
+
+
+def carried(description: Dataset) -> Array:
+    """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
+    drawn = description.parameters
+    if description.kind != "stripe" or not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
+        return np.empty((0, 3))
+    camera = np.array([drawn[name].nominal for name in ("t_x", "t_y", "t_z")])
+    R = from_quaternion(np.array(description.bracket_quat))
+    return np.stack([camera, camera + R @ np.array([drawn["b"].nominal, 0.0, 0.0])])
+
+
+def lowest(robot: Robot, q: Array, tools: Array) -> Array:
+    """Height of the lowest moving part: joint, flange or what it carries, (n,) [m].
+
+    The first joint stands on the base and does not move.
+
+    Args:
+        robot: Any arm.
+        q: Postures, (n, j).
+        tools: Points in the flange frame, (k, 3) [m].
+    """
+    flange = robot.forward(q[None])[0]
+    joints = robot.joint_frames(q[None])[0, :, 1:, 2, 3]
+    sensor = (tools @ np.swapaxes(flange[:, :3, :3], -1, -2) + flange[:, None, :3, 3])[..., 2]
+    height: Array = np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1)
+    return height
+
+
+def reach(robot: Robot, q: Array) -> Array:
+    """Distance of the flange from the foot of the first joint, (n,) [m]."""
+    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
+    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot, axis=1)
+    return distance
+
+
+def violations(
+    robot: Robot, limits: Limits, tools: Array, start: Array | None, names: Sequence[str], q: Array
+) -> list[Violation]:
+    """All that a route would break, pose by pose.
+
+    Args:
+        robot: Any arm.
+        limits: Of the cell; joint limits are the robot's.
+        tools: Points in the flange frame, (k, 3) [m].
+        start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
+        names: Of the poses.
+        q: Joint values in the order of the route, (n, j).
+    """
+    before = q[0] if start is None else start
+    found: list[Violation] = []
+    for name, goal in zip(names, q, strict=True):
+        steps = 1 + int(np.ceil(np.abs(goal - before).max() / FINE))
+        line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
+        found += _broken(robot, limits, tools, name, line)
+        before = goal
+    return found
+
+
+def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Array], Bools]:
+    """What tells of postures (n, j) whether the cell's limits let the arm stand there and begin so far below and above.
+
+    Args:
+        description: The cell's robot and scanner.
+        limits: Of the cell.
+        run_up: Beginning of the approach, below and above in each joint [rad or m].
+    """
+    robot, tools = description.robot, carried(description)
+    assert robot is not None  # whoever asks has seen to it
+
+    def may(q: Array) -> Bools:
+        good: Bools = np.ones(len(q), dtype=np.bool_)
+        for place in (q, q - run_up, q + run_up):
+            good &= ((place >= robot.lower) & (place <= robot.upper)).all(axis=1)
+            good &= True if limits.floor_m is None else lowest(robot, place, tools) >= limits.floor_m
+            good &= True if limits.reach_m is None else reach(robot, place) <= limits.reach_m
+        return good
+
+    return may
+
+
+def _broken(robot: Robot, limits: Limits, tools: Array, name: str, line: Array) -> list[Violation]:
+    """Of one straight way whose last posture is the pose itself, (s, j)."""
+    found: list[Violation] = []
+
+    def note(excess: Array, what: str, value: str, limit: str) -> None:
+        if excess.max() > 0:
+            found.append(Violation(name, bool(excess[-1] <= 0), what, value, limit))
+
+    for i, joint in enumerate(robot.joints):
+        lower, upper = float(robot.lower[i]), float(robot.upper[i])
+        least, most = float(line[:, i].min()), float(line[:, i].max())
+        note(lower - SLACK - line[:, i], joint, shown(robot, i, least), shown(robot, i, lower))
+        note(line[:, i] - upper - SLACK, joint, shown(robot, i, most), shown(robot, i, upper))
+    if limits.floor_m is not None:
+        height = lowest(robot, line, tools)
+        note(limits.floor_m - height, "the lowest part", f"{height.min():.3f} m", f"{limits.floor_m:.3f} m (floor_m)")
+    if limits.reach_m is not None:
+        far = reach(robot, line)
+        note(far - limits.reach_m, "the flange", f"{far.max():.3f} m", f"{limits.reach_m:.3f} m (reach_m)")
+    return found

@@ -1,0 +1,291 @@
+"""A recording as it grows: a whole data set on the disk after every pose, whatever happens next."""
+
+import csv
+import io
+import os
+import time
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self, final
+
+import cv2
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.cell_config import FILE as CELL
+from robolaser.data.cell_config import Cell
+from robolaser.cell.camera import Image, Warn
+from robolaser.cell.recovery import is_number, named, same, see_same_cell, whole
+from robolaser.cell.route import Visit, read_route, route_text
+from robolaser.cell.quantization_noise import KEY, SECTION, reading_rad, with_noise
+from robolaser.errors import (
+    CellDiffers,
+    FileUnwritable,
+    NothingToResume,
+    OutputExists,
+    OutputIsCell,
+    PlanDiffers,
+)
+from robolaser.geometry.kinematics import Robot
+from robolaser.data.image_list import UNLIT
+from robolaser.data.csv_tables import read_text, write_together
+
+DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
+IMAGE_OFF = UNLIT
+LEAST_PAUSE_S = 1.0
+"""Between the last pose before an interruption and the first after it, where the disk's clock says less."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stay:
+    """A place where the arm was.
+
+    Attributes:
+        name: Of the pose.
+        time_s: Since the recording began [s].
+        q: As read, (j,) [rad or m].
+        images: By column of poses.csv; none where the arm only came through.
+    """
+
+    name: str
+    time_s: float
+    q: Array
+    images: Mapping[str, Image] = field(default_factory=dict)
+
+
+@final
+class Journal:
+    """The folder of a recording."""
+
+    def __init__(self, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int) -> None:
+        self.folder = folder
+        self.visits = tuple(visits)
+        self.shots = shots
+        self.time_s = 0.0
+        """Since when the next entry counts from."""
+        self.begun = False
+        """Whether anything is on the disk."""
+        self._cell = cell
+        self._robot = robot
+        self._rows: list[dict[str, str]] = []
+        self._tidy = True
+        self._text: str | None = None
+
+    @classmethod
+    def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
+        """Begin a recording. Nothing is written before the first entry.
+
+        Args:
+            cell: Where it is taken.
+            robot: The cell's.
+            folder: Created where it is not there.
+            visits: The poses.
+            shots: At each pose, with the laser on.
+            force: Throw away a recording that is there.
+
+        Raises:
+            OutputExists: There is one.
+            OutputIsCell: What is there is a cell.
+        """
+        if (folder / CELL).exists():
+            raise OutputIsCell(folder)
+        journal = cls(cell, robot, folder, visits, shots)
+        there = [file for file in journal._files() if file.exists()]
+        if there and not force:
+            raise OutputExists(there[0])
+        return journal
+
+    @classmethod
+    def resume(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit] | None, shots: int | None) -> Self:
+        """Go on with a recording that was interrupted. What an interruption left half done is done again.
+
+        Nothing is written before the first entry.
+
+        Args:
+            cell: Where it is taken.
+            robot: The cell's.
+            folder: Of the recording.
+            visits: The poses; None: those it was begun with.
+            shots: Likewise.
+
+        Raises:
+            NothingToResume: None was begun there.
+            PlanDiffers: It was begun with other poses or shots.
+            CellDiffers: It was begun in another cell.
+        """
+        if not (folder / PLAN).is_file():
+            raise NothingToResume(folder)
+        planned, planned_shots = read_route(folder / PLAN, robot)
+        if shots is not None and shots != planned_shots:
+            raise PlanDiffers(folder, f"{planned_shots} shots a pose, not {shots}")
+        if visits is not None and not same(visits, planned):
+            raise PlanDiffers(folder, f"its {len(planned)} poses are not the {len(visits)} asked for")
+        journal = cls(cell, robot, folder, planned, planned_shots)
+        journal.begun, journal._tidy = True, False
+        if (folder / DATASET).is_file():
+            see_same_cell(folder, DATASET, cell)
+        if (folder / POSES).is_file():
+            journal._take_up(folder / POSES)
+        return journal
+
+    @property
+    def remaining(self) -> tuple[Visit, ...]:
+        """Poses that are still to be visited."""
+        done = {row["pose"] for row in self._rows if row.get("image")}
+        return tuple(visit for visit in self.visits if visit.name not in done)
+
+    @property
+    def done(self) -> int:
+        """How many poses are on the disk."""
+        return len(self.visits) - len(self.remaining)
+
+    def unused(self, name: str) -> str:
+        """A name that no pose bears: the one given, or with a number after it."""
+        taken = {row["pose"] for row in self._rows} | {visit.name for visit in self.visits}
+        number = 1
+        while (free := name if number == 1 else f"{name}_{number}") in taken:
+            number += 1
+        return free
+
+    @property
+    def left_at(self) -> Array | None:
+        """Where the arm last was, as far as the disk knows, (j,) [rad or m]; None: nowhere yet."""
+        if not self._rows:
+            return None
+        return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
+
+    def read_in_steps(self, step: Array, warn: Warn) -> None:
+        """Let the recording state how finely joints were read, unless its cell states a noise of readings.
+
+        Args:
+            step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
+            warn: Is told where there is no room for it.
+        """
+        if self.begun and (self.folder / DATASET).exists():
+            return
+        noise_rad = reading_rad(step, self._robot)
+        self._text = with_noise(read_text(self._cell.folder / DATASET), noise_rad)
+        if self._text is None:
+            warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
+
+    def add(self, stays: Sequence[Stay]) -> None:
+        """Write where the arm was: the images first, then the table that names them, all or nothing.
+
+        Raises:
+            FileUnwritable: The disk is full; the recording is as it was before.
+        """
+        described = self.begun and (self.folder / DATASET).exists()
+        description = {} if described else self._description()
+        files: dict[Path, bytes] = {} if self.begun else self._begin()
+        if not self._tidy:
+            self._tidy_up()
+        rows = list(self._rows)
+        for stay in stays:
+            row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
+            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, stay.q, strict=True)}
+            for column, image in stay.images.items():
+                path = f"{IMAGES}/{self._stem(stay.name)}{_ending(column)}"
+                files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
+                row[column] = path
+            rows.append(row)
+        files[self.folder / POSES] = self._table(rows)
+        files |= description
+        write_together(files)
+        self._rows, self.begun = rows, True
+
+    def _files(self) -> list[Path]:
+        """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
+        return [self.folder / name for name in (DATASET, POSES, PLAN, "points.csv", "stripes.npy")]
+
+    def _begin(self) -> dict[Path, bytes]:
+        """Clear away what was there."""
+        with _writing(self.folder):
+            for file in (*self._pictured(), *self._files()):
+                file.unlink(missing_ok=True)
+            (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
+        return {self.folder / PLAN: route_text(self._robot, self.visits, self.shots).encode()}
+
+    def _pictured(self) -> list[Path]:
+        """Images that a recording that is thrown away has taken."""
+        if not (self.folder / POSES).is_file():
+            return []
+        text = (self.folder / POSES).read_text(encoding="utf-8", errors="replace")
+        names = [name for row in csv.DictReader(io.StringIO(text, newline="")) for name in named(row)]
+        images = [self.folder / IMAGES / Path(name).name for name in names if Path(name).parent == Path(IMAGES)]
+        return [image for image in images if image.is_file()]
+
+    def _tidy_up(self) -> None:
+        """Clear away what a power cut left of files."""
+        with _writing(self.folder):
+            (self.folder / IMAGES).mkdir(exist_ok=True)
+            for left in (*self.folder.glob(".*.csv.*"), *(self.folder / IMAGES).glob(".*.png.*")):
+                left.unlink(missing_ok=True)
+        self._tidy = True
+
+    def _stem(self, name: str) -> str:
+        """A file's name for a pose, whatever the pose is called; only a name of our own has a dot in it."""
+        plain = name.replace("_", "").replace("-", "")
+        number = next((i for i, visit in enumerate(self.visits) if visit.name == name), 0)
+        return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
+
+    def _columns(self) -> list[str]:
+        switched = [IMAGE_OFF] if self._cell.laser_output is not None else []
+        joints = [f"q_{joint}" for joint in self._robot.joints]
+        return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
+
+    def _table(self, rows: Sequence[Mapping[str, str]]) -> bytes:
+        text = io.StringIO(newline="")
+        writer = csv.DictWriter(text, self._columns(), restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue().encode()
+
+    def _description(self) -> dict[Path, bytes]:
+        """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
+        text = self._text or read_text(self._cell.folder / DATASET)
+        urdf = tomllib.loads(text)["robot"]["urdf"]
+        files: dict[Path, bytes] = {}
+        if (self._cell.folder / urdf).is_file():
+            with _writing(self.folder):
+                (self.folder / urdf).parent.mkdir(parents=True, exist_ok=True)
+            files[self.folder / urdf] = (self._cell.folder / urdf).read_bytes()
+        return {**files, self.folder / DATASET: text.encode()}
+
+    def _take_up(self, table: Path) -> None:
+        """Read the rows that are whole and whose images are; the others' poses are visited again."""
+        columns = self._columns()
+        text = read_text(table)
+        reader = csv.DictReader(io.StringIO(text, newline=""))
+        header = set(reader.fieldnames or ())
+        if "\n" in text and header != set(columns):
+            differing = ", ".join(sorted(header ^ set(columns)))
+            raise CellDiffers(self.folder, f"its poses.csv and what would be recorded now differ in {differing}")
+        for cells in reader:
+            row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
+            images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
+            readings = [row.get(name, "") for name in columns if name == "time_s" or name.startswith("q_")]
+            complete = len(row) == len(columns) and all(map(is_number, readings))
+            if complete and all(whole(self.folder / image) for image in images):
+                self._rows.append(row)
+                self.time_s = max(self.time_s, float(row["time_s"]))
+        again = {visit.approach_name for visit in self.remaining}
+        self._rows = [row for row in self._rows if row["pose"] not in again]
+        pause_s = time.time() - os.stat(table).st_mtime
+        self.time_s += max(LEAST_PAUSE_S, pause_s)
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FileUnwritable(folder, error.strerror or str(error)) from None
+
+
+def _ending(column: str) -> str:
+    """image: .png, image_2: .2.png, image_off: .off.png."""
+    return f"{column.removeprefix('image').replace('_', '.')}.png"

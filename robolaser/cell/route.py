@@ -1,0 +1,174 @@
+"""Where an arm is to go: the poses of a recording, in order, each with the side it is approached from."""
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import BadCell, FileUnreadable, PoseFar, PosesUnusable, RowTwice
+from robolaser.geometry.kinematics import Robot
+from robolaser.data.csv_tables import Table, read_table, read_text
+
+FAR = 1.0
+"""How far beyond its limits a joint value is another unit's [rad or m]."""
+KINDS = ("approach", "pose")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Visit:
+    """One pose.
+
+    Attributes:
+        name: Of the pose, unique.
+        q: Joint values to go to, (j,) [rad or m].
+        approach: Where to come from, (j,); None: from wherever the arm is.
+    """
+
+    name: str
+    q: Array
+    approach: Array | None = None
+
+    @property
+    def approach_name(self) -> str:
+        """What poses.csv calls the place it is approached from."""
+        return f"{self.name}_from"
+
+
+def numbered(q: Array) -> tuple[Visit, ...]:
+    """Poses (n, j) under the names p001, p002, ..."""
+    digits = max(3, len(str(len(q))))
+    return tuple(Visit(f"p{i:0{digits}d}", row) for i, row in enumerate(q, start=1))
+
+
+def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
+    """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
+
+    Rows whose column `image` is empty are places that an arm only went through: they are left out.
+
+    Raises:
+        PosesUnusable: It has none.
+        PoseFar: A value is in degrees or millimetres.
+        RobolaserError: The file cannot be read, or row and column of what is wrong.
+    """
+    columns = [f"q_{joint}" for joint in robot.joints]
+    table = read_table(path, columns)
+    q = table.numbers(columns)
+    for i, j in np.argwhere((q < robot.lower - FAR) | (q > robot.upper + FAR))[:1]:
+        unit = "m" if robot.prismatic[j] else "rad"
+        lower, upper = float(robot.lower[j]), float(robot.upper[j])
+        raise PoseFar(table.file, table.lines[i], columns[j], float(q[i, j]), lower, upper, unit)
+    visits = numbered(q)
+    if "pose" in table:
+        names = table.texts("pose")
+        _see_different(table, names)
+        visits = tuple(Visit(name, row) for name, row in zip(names, q, strict=True))
+    images = table.columns.get("image", ())
+    if any(images):
+        visits = tuple(visit for visit, image in zip(visits, images, strict=True) if image)
+    if not visits:
+        raise PosesUnusable(path.name, "it has a header and no rows")
+    return visits
+
+
+def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
+    """The poses that a diagnosis asks for next.
+
+    Raises:
+        FileUnreadable: No JSON.
+        PosesUnusable: It asks for none, or for those of another robot.
+    """
+    try:
+        said = json.loads(read_text(path))
+        wanted = said["next_poses"]
+        q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
+    except json.JSONDecodeError as error:
+        raise FileUnreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
+    except KeyError as error:
+        raise PosesUnusable(path.name, f"it does not say {error}") from None
+    except (TypeError, ValueError):
+        raise PosesUnusable(path.name, "next_poses is no list of joint values by name") from None
+    if not q or not np.isfinite(q).all():
+        raise PosesUnusable(path.name, "next_poses is empty: the diagnosis needs no more")
+    return numbered(np.array(q))
+
+
+def both_ways(visits: Sequence[Visit], run_up: float) -> tuple[Visit, ...]:
+    """Each pose twice: with all joints coming from below, then from above.
+
+    Args:
+        visits: The poses.
+        run_up: How far below and above each joint begins [rad or m].
+    """
+    return tuple(
+        Visit(f"{visit.name}_{way}", visit.q, visit.q + sign * run_up)
+        for visit in visits
+        for way, sign in (("up", -1), ("down", 1))
+    )
+
+
+def way(visits: Sequence[Visit]) -> tuple[tuple[str, ...], Array]:
+    """All places in the order in which the arm comes to them: their names, and joint values (m, j)."""
+    places = [
+        place
+        for visit in visits
+        for place in ((visit.approach_name, visit.approach), (visit.name, visit.q))
+        if place[1] is not None
+    ]
+    return tuple(name for name, _ in places), np.array([q for _, q in places])
+
+
+def route_text(robot: Robot, visits: Sequence[Visit], shots: int) -> str:
+    """A route, and how many shots each pose gets, as a table that people can read too."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
+    for visit in visits:
+        if visit.approach is not None:
+            writer.writerow([visit.name, "approach", 0, *map(repr, visit.approach.tolist())])
+        writer.writerow([visit.name, "pose", shots, *map(repr, visit.q.tolist())])
+    return text.getvalue()
+
+
+def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
+    """What `route_text` wrote.
+
+    Raises:
+        RobolaserError: File, row and column of what is wrong.
+    """
+    table = read_table(path)
+    q = table.numbers([f"q_{joint}" for joint in robot.joints])
+    names, kinds, shots = table.texts("pose"), table.texts("kind"), table.numbers(["shots"])[:, 0]
+    for line, kind in zip(table.lines, kinds, strict=True):
+        if kind not in KINDS:
+            raise BadCell(table.file, line, "kind", kind, " or ".join(KINDS))
+    _see_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)])
+    visits: list[Visit] = []
+    approach: Array | None = None
+    wanted = float(shots.max(initial=0))
+    for i, (name, kind, row) in enumerate(zip(names, kinds, q, strict=True)):
+        line = table.lines[i]
+        if kind == "approach":
+            if names[i + 1 : i + 2] != (name,):
+                raise BadCell(table.file, line, "pose", name, "the name of the pose in the next row")
+            approach = row
+            continue
+        if shots[i] != wanted or wanted < 1 or wanted % 1:
+            raise BadCell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
+        visits.append(Visit(name, row, approach))
+        approach = None
+    if not visits:
+        raise PosesUnusable(path.name, "it has no row of kind 'pose'")
+    return tuple(visits), int(wanted)
+
+
+def _see_different(table: Table, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise RowTwice(table.file, table.lines[i], table.lines[names.index(name)], f"pose {name}")

@@ -1,0 +1,72 @@
+"""The images taken at each pose of a recording, as poses.csv names them."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.errors import ImageUnnamed
+from robolaser.data.loading import inside
+
+LIT = "image"
+"""Column of poses.csv with the first image taken with the laser on."""
+UNLIT = "image_off"
+"""Column with the image taken with the laser off."""
+REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")
+"""Columns with further images of the unmoved arm, laser on."""
+
+
+@final
+@dataclass(frozen=True)
+class Shots:
+    """Files of one pose's images.
+
+    Attributes:
+        row: Of poses.csv, the first is 0.
+        pose: Its name.
+        lit: With the laser on: one, or several of the unmoved arm.
+        unlit: With the laser off, where it was taken.
+    """
+
+    row: int
+    pose: str
+    lit: tuple[Path, ...]
+    unlit: Path | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All of them."""
+        return self.lit if self.unlit is None else (*self.lit, self.unlit)
+
+
+def repeats_of(poses: Poses) -> list[str]:
+    """Columns of poses.csv that name repeats, in order."""
+    return sorted((name for name in poses.extra if REPEAT.fullmatch(name)), key=lambda name: int(name[6:]))
+
+
+def shots_of(recording: Dataset) -> list[Shots]:
+    """The images of a recording on disk, of each pose that has any.
+
+    Raises:
+        ImageUnnamed: A pose has other images, but not the first.
+        PathLeaves: A path points out of the recording's folder.
+    """
+    folder, poses = recording.folder, recording.poses
+    if folder is None or poses.image is None:
+        return []
+    columns = {LIT: poses.image, **{name: poses.extra[name] for name in repeats_of(poses)}}
+    unlit = poses.extra.get(UNLIT, ("",) * len(poses))
+
+    def file(column: str, path: str) -> Path:
+        return inside(folder, path, f"poses.csv, column {column}")
+
+    shots = []
+    for row, pose in enumerate(poses.names):
+        lit = {column: paths[row] for column, paths in columns.items() if paths[row]}
+        if LIT in lit:
+            files = tuple(file(column, path) for column, path in lit.items())
+            shots.append(Shots(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
+        elif lit or unlit[row]:
+            raise ImageUnnamed(pose, next(iter(lit), UNLIT))
+    return shots

@@ -1,0 +1,42 @@
+"""Files of many records of one kind, written as they come: their number stands at the head, and is known at the end."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robolaser.errors import OutputExists
+from robolaser.data.csv_tables import written_whole
+
+
+def write_streamed(
+    path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]], *, overwrite: bool = False
+) -> int:
+    """Write records, whole or not at all.
+
+    Args:
+        path: The file; what was there stays until all is written.
+        head: Gives what stands before so many records; as long for one number as for any other.
+        pieces: Records in order, each (n,).
+        overwrite: Replace a file that is there.
+
+    Returns:
+        How many records were written.
+
+    Raises:
+        OutputExists: There is a file.
+        FileUnwritable: The disk or the rights say no.
+    """
+    if path.exists() and not overwrite:
+        raise OutputExists(path)
+    with written_whole(path) as file:
+        file.write(head(0))
+        count = 0
+        for piece in pieces:
+            file.write(np.ascontiguousarray(piece).data.cast("B"))
+            count += len(piece)
+        file.seek(0)
+        file.write(head(count))
+    return count

@@ -1,0 +1,85 @@
+"""Stripes on disk: every middle that a recording's images show, in one array that is never in memory as a whole.
+
+`stripes.npy` is an array in NumPy's format, little-endian, one entry a middle, in the order of the poses and then
+along the stripe.
+"""
+
+import io
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from robolaser.errors import FileUnreadable, StripesForeign
+from robolaser.data.record_stream import write_streamed
+
+FILE = "stripes.npy"
+"""Its name in the recording's folder."""
+STRIPE = np.dtype([("pose", "<u4"), ("u", "<f4"), ("v", "<f4"), ("std", "<f4"), ("intensity", "<f4")])
+"""Row of poses.csv, the first is 0; the middle, lens distortion included [px]; standard deviation of the middle across
+the stripe [px]; and its grey above the background at the peak, 0 to 255. Twenty bytes."""
+
+Stripes = NDArray[np.void]
+
+
+def open_stripes(path: Path) -> Stripes:
+    """Map a file of stripes into memory, to be read piece by piece, (n,) of STRIPE.
+
+    Raises:
+        FileUnreadable: It is missing, cut off or no file of NumPy's.
+        StripesForeign: It holds another kind of array.
+    """
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise FileUnreadable(path, "it is no plain file")
+        with path.open("rb") as file:
+            shape, dtype = _header(file)
+            start = file.tell()
+    except OSError as error:
+        raise FileUnreadable(path, error.strerror or str(error)) from None
+    except ValueError as error:
+        raise FileUnreadable(path, str(error)) from None
+    if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
+        raise StripesForeign(path, f"{dtype} {shape}", f"{STRIPE} (n,)")
+    if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
+        raise FileUnreadable(path, f"it is cut off: its header promises {shape[0]} middles")
+    if shape[0] == 0:
+        return np.empty(0, STRIPE)
+    return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)
+
+
+def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = False) -> int:
+    """Write middles as they come, whole or not at all.
+
+    Args:
+        path: The file; what was there stays until all is written.
+        blocks: Pieces, each (n,) of STRIPE, in order.
+        overwrite: Replace a file that is there.
+
+    Returns:
+        How many middles were written.
+
+    Raises:
+        OutputExists: There is a file.
+        FileUnwritable: The disk or the rights say no.
+    """
+    same = (np.asarray(block, STRIPE) for block in blocks)
+    return write_streamed(path, _announced, same, overwrite=overwrite)
+
+
+def _announced(count: int) -> bytes:
+    """NumPy's header, which it fills up to one length for every count."""
+    head = io.BytesIO()
+    npy.write_array_header_1_0(head, {"descr": npy.dtype_to_descr(STRIPE), "fortran_order": False, "shape": (count,)})
+    return head.getvalue()
+
+
+def _header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    if npy.read_magic(file) != (1, 0):
+        raise ValueError("a later version of NumPy's format")
+    shape, _, dtype = npy.read_array_header_1_0(file)
+    return shape, dtype

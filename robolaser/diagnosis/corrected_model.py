@@ -1,0 +1,62 @@
+"""The corrected model: what a diagnosis found, as a calibration that other programs load, predict and scan with."""
+
+import json
+from typing import Final
+
+import numpy as np
+
+from robolaser.calibration.result import Calibration, as_json
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.noise import noise_of
+from robolaser.model.forward_model import Model
+from robolaser.estimation.identifiability import Information, unidentifiable
+
+ALGORITHM: Final = "diagnosis"
+
+
+def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
+    """The final model with all effects found.
+
+    Its residuals are those of every row of points.csv, gross errors among them; its error on new poses is the gap
+    that is left, which is without them.
+    """
+    x, parameters = diagnosis.x, diagnosis.model.parameters
+    noise = noise_of(diagnosis.model, x)
+    known = Information.of(jacobian(diagnosis.model, x), noise, weights=noise)
+    held = np.isin(parameters.names, diagnosis.model.sensor.held)
+    given = np.array([item.given for item in parameters.items])
+    on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))
+    doubts = [
+        f"{name} lies on or beyond one of its bounds: a diagnosis takes them for a guess."
+        for name in np.array(parameters.names)[on_bound]
+    ]
+    if len(diagnosis.gross):
+        doubts.append(
+            f"{len(diagnosis.gross)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
+            " but the parameters are those of the others. diagnosis.json lists them."
+        )
+    model = Model(diagnosis.dataset, diagnosis.model.suspects)
+    return Calibration(
+        model=model,
+        algorithm=ALGORITHM,
+        weights="noise",
+        seed=seed,
+        x=x,
+        std=diagnosis.std,
+        on_bound=on_bound,
+        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
+        residuals=model.residuals_at(parameters.values(x[None]))[0],
+        held_out=diagnosis.after_m,
+        noise=diagnosis.noise,
+        history=None,
+        evaluations=0,
+        seconds=diagnosis.seconds,
+        warnings=(*diagnosis.dataset.warnings, *doubts),
+    )
+
+
+def corrected_json(calibration: Calibration) -> str:
+    """What calibration.json holds of a corrected model: nobody counted its candidates."""
+    entries = as_json(calibration) | {"evaluations": None}
+    return json.dumps(entries, indent=1, allow_nan=False, ensure_ascii=False) + "\n"

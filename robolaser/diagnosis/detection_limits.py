@@ -1,0 +1,32 @@
+"""The smallest size of each effect that the data could have shown."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from robolaser.diagnosis.result import Limit
+from robolaser.diagnosis.score_tests import SEEN, Signature, typical
+from robolaser.diagnosis.verdict import DETECTED, price
+
+
+def limits(signatures: Iterable[Signature], spread: float) -> tuple[Limit, ...]:
+    """For each effect that is not in the model, the size of its principal number that is found nine times in ten.
+
+    The squared signature of a size δ is δ² |s|², s being what the fitted parameters cannot imitate of it. What is
+    seen of its length scatters by one standard deviation: it must exceed the effect's price by as much as nine times
+    in ten need.
+
+    Args:
+        signatures: Against the final model.
+        spread: By how much whole poses scatter more than noise.
+    """
+    found = []
+    for signature in signatures:
+        suspect = signature.suspect
+        name, unit, *_ = suspect.kind.declared()[0]
+        length = float(np.linalg.norm(signature.columns[:, 0]))
+        unseen = length**2 < SEEN * max(float((signature.white[:, 0] ** 2).sum()), 1e-12)
+        needed = (np.sqrt(price(suspect, signature.tried)) + DETECTED) * np.sqrt(spread)
+        size = None if unseen else float(needed / length * typical(suspect)[0])
+        found.append(Limit(suspect, name, size, unit))
+    return tuple(sorted(found, key=lambda limit: (limit.suspect.kind.name, limit.suspect.where)))

@@ -1,0 +1,108 @@
+"""The account of a diagnosis: the gap step by step, each effect with its numbers and rivals, what was not tested."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from robolaser.arrays import Array
+from robolaser.calibration.result import rms
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.penalized_fit import Fitted
+from robolaser.diagnosis.held_out_gap import Unseen, interval
+from robolaser.diagnosis.averaging import of_rows, size
+from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
+from robolaser.diagnosis.probabilities import Stand, rival
+from robolaser.diagnosis.selection import Search
+from robolaser.diagnosis.verdict import FEWEST_POSES
+from robolaser.diagnosis.localization import Lies, where
+from robolaser.model.effects.effect import Effect, Suspect
+
+MOST_RIVALS = 6
+"""Rivals that are told of each effect, the nearest first."""
+
+
+def findings_of(
+    search: Search, start: Fitted, final: Fitted, standing: list[Stand], unseen: Unseen, seed: int
+) -> tuple[Gap, tuple[Finding, ...], Array, Array]:
+    """The held-out gap step by step, the effects added in the order in which they help most."""
+    before, after = unseen.errors(start), unseen.errors(final)
+    order, state = [], start
+    by_suspect = {signature.suspect: signature for signature in search.seen(final)}
+    gaps = [rms(before)]
+    remaining = list(final.suspects)
+    while remaining:
+        options = [search.fit(state, [by_suspect[suspect]]) for suspect in remaining]
+        best = int(np.argmin([option.misfit for option in options]))
+        order.append(remaining.pop(best))
+        state = options[best]
+        gaps.append(unseen.gap(state) if remaining else rms(after))
+    stand_of = {stand.suspect: stand for stand in standing}
+    findings = tuple(
+        Finding(
+            suspect=suspect,
+            probability=stand_of[suspect].probability,
+            numbers=_numbers(final, suspect),
+            gap_before_m=gaps[i],
+            gap_after_m=gaps[i + 1],
+            gap_without_m=unseen.gap(stand_of[suspect].without),
+            rivals=_rivals(stand_of[suspect], final, unseen),
+        )
+        for i, suspect in enumerate(order)
+    )
+    given = any(item.given for item in start.problem.sensor.items)
+    nominal = start.problem.plain(start.problem.parameters.nominal[None])[0] if given else start.plain
+    floor = size(of_rows(final.problem.noise))
+    gap = Gap(rms(nominal), gaps[0], rms(after), floor, interval(after, start.problem.model.dataset.points.pose, seed))
+    return gap, findings, before, after
+
+
+def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Rival, ...]:
+    return tuple(
+        Rival(suspect, _numbers(fit, suspect), unseen.gap(fit))
+        for suspect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
+    )
+
+
+def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
+    names = final.problem.parameters.names
+    found = {}
+    for item in suspect.parameters.items:
+        column = names.index(item.name)
+        variance = float(final.covariance[column, column])
+        found[item.name.rsplit(".", 1)[1]] = Number(
+            float(final.x[column]), float(np.sqrt(max(variance, 0.0))), item.unit
+        )
+    return found
+
+
+def places_of(start: Fitted, final: Fitted, lost: Mapping[Suspect, float]) -> list[Lies]:
+    """Where the gap lay, by what each effect explains of it."""
+    freedoms = len(start.r) - len(start.x)
+    excess = max(start.misfit - freedoms, 1e-9)
+    closed = float(np.clip((start.misfit - final.misfit) / excess, 0.0, 1.0))
+    total = max(sum(lost.values()), 1e-9)
+    seen = {lies.site: lies for lies in reversed(where(start))}
+    found: dict[str, Lies] = {}
+    for suspect, gain in lost.items():
+        share = closed * gain / total + (found[suspect.where].share if suspect.where in found else 0.0)
+        coordinate = seen[suspect.where].coordinate if suspect.where in seen else suspect.kind.title
+        p_value = float(chi2.sf(gain, len(suspect.kind.declared()) + len(suspect.kind.shapes())))
+        found[suspect.where] = Lies(suspect.where, coordinate, share, gain, p_value)
+    return sorted(found.values(), key=lambda lies: -lies.share)
+
+
+def not_testable(
+    kinds: Sequence[type[Effect]], dataset: Dataset, limit: Sequence[Limit], *, enough: bool
+) -> dict[str, str]:
+    """Why an effect could not be tested, by its name."""
+    if not enough:
+        return {kind.name: f"fewer than {FEWEST_POSES} poses show something" for kind in kinds}
+    reasons = {kind.name: reason for kind in kinds if (reason := kind.missing(dataset))}
+    unseen: dict[str, list[str]] = {}
+    for one in limit:
+        if one.size is None:
+            unseen.setdefault(one.suspect.kind.name, []).append(one.suspect.where)
+    for name, places in unseen.items():
+        reasons.setdefault(name, f"at {', '.join(places)} these poses cannot tell it from the ordinary parameters")
+    return reasons

@@ -1,0 +1,132 @@
+"""Coordinates in which a gap may lie, as smooth functions of them: one column for each independent shape."""
+
+from collections.abc import Iterator
+from typing import final
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.scene import Scene
+
+SMOOTH = 0.35
+"""Length over which a smooth function keeps its value, as a share of the coordinate's range."""
+SMOOTH_POSTURE = 0.6
+"""The same for functions of all joints at once, of the posture's spread."""
+THIN = 0.05
+"""Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
+KEPT = 1e-3
+"""Shapes with a smaller share of the variance are left out."""
+MOST = 24
+"""Shapes at most, but for the one coordinate in which each pose has its own."""
+LANDMARKS = 300
+"""Values of a coordinate that make its shapes; those between are interpolated (Nyström)."""
+
+
+def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
+    """Independent shapes of a smooth function of coordinates (n, k), the most likely first, (n, p).
+
+    A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
+    by those of some of them (Williams, Seeger 2001), so that the cost grows as their number.
+    """
+    spread = np.ptp(coordinate, axis=0)
+    spread = np.maximum(spread, THIN * spread.max(initial=0.0))
+    scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
+    if len(scaled) <= LANDMARKS:
+        return _shapes(_kernel(scaled, scaled), most)
+    order = np.lexsort(scaled.T[::-1])
+    marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
+    shapes = _shapes(_kernel(marks, marks), most)
+    extended: Array = _kernel(scaled, marks) @ (shapes / (shapes**2).sum(axis=0))
+    return extended
+
+
+def _kernel(some: Array, others: Array) -> Array:
+    kernel: Array = np.exp(-0.5 * cdist(some, others, "sqeuclidean"))
+    return kernel
+
+
+def _shapes(kernel: Array, most: int) -> Array:
+    variance, vectors = np.linalg.eigh(kernel)
+    kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:most]
+    shapes: Array = vectors[:, kept] * np.sqrt(variance[kept])
+    return shapes
+
+
+@final
+class OfPoses:
+    """Coordinates of the poses of a data set.
+
+    Args:
+        dataset: Whose.
+        scene: The same as effects see it.
+    """
+
+    def __init__(self, dataset: Dataset, scene: Scene) -> None:
+        self._dataset, self._scene = dataset, scene
+        self._angles: dict[int, Array] = {}
+
+    def run(self) -> Iterator[tuple[str, Array]]:
+        """Those in which anything may change from pose to pose: (name, shapes (n, p))."""
+        poses = self._dataset.poses
+        if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
+            yield "time", smooth(self._scene.progress[:, None])
+        for name, values in numeric(poses.extra).items():
+            yield _words(name), smooth(values[:, None])
+
+    def posture(self) -> Iterator[tuple[str, Array]]:
+        """All joints at once."""
+        q = self._dataset.poses.q
+        if q is not None:
+            yield "posture", smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
+
+    def hanging(self) -> Iterator[tuple[str, Array]]:
+        """The direction of gravity, as the flange feels it."""
+        dataset = self._dataset
+        down = np.array((0.0, 0.0, -1.0) if dataset.robot is None else dataset.robot.gravity)
+        if np.any(down):
+            felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
+            yield "direction of gravity in the flange", smooth(felt, 2.0)
+
+    def angle(self, column: int, name: str) -> tuple[str, Array]:
+        """The angle of one joint."""
+        if column not in self._angles:
+            q = self._dataset.poses.q
+            assert q is not None
+            self._angles[column] = smooth(q[:, [column]])
+        return f"angle of {name}", self._angles[column]
+
+    def joint(self, column: int, name: str) -> Iterator[tuple[str, Array]]:
+        """Those of one joint."""
+        dataset, scene = self._dataset, self._scene
+        q = dataset.poses.q
+        assert q is not None
+        yield self.angle(column, name)
+        if dataset.robot is not None and dataset.robot.has_masses:
+            torque = scene.gravity_torques[:, [column]]
+            if np.ptp(torque) > 1e-6:
+                yield f"gravity torque at {name}", smooth(torque)
+        if dataset.path_known and dataset.poses.time_s is not None:
+            approach = scene.approach[:, [column]]
+            if np.ptp(approach) > 0:
+                yield f"direction of approach of {name}", approach.astype(np.float64)
+        if dataset.poses.qd is not None and np.ptp(dataset.poses.qd[:, column]) > 0:
+            yield f"velocity of {name}", dataset.poses.qd[:, [column]] / np.abs(dataset.poses.qd[:, column]).max()
+
+
+def numeric(extra: object) -> dict[str, Array]:
+    """Further columns of poses.csv that hold numbers which differ."""
+    found = {}
+    for name, cells in dict(extra).items():  # type: ignore[call-overload]
+        try:
+            values = np.array([float(cell) for cell in cells])
+        except ValueError:
+            continue
+        if np.isfinite(values).all() and np.ptp(values) > 0:
+            found[name] = values
+    return found
+
+
+def _words(name: str) -> str:
+    return {"temperature_c": "temperature", "payload_kg": "payload"}.get(name, name)

@@ -1,0 +1,125 @@
+"""The verdict in a sentence or two, for a person who works with the robot."""
+
+from collections.abc import Mapping, Sequence
+
+from robolaser.arrays import Ints
+from robolaser.diagnosis.result import Finding, Gap
+from robolaser.diagnosis.localization import Lies
+from robolaser.model.effects.effect import Suspect
+
+NAMED = 3
+"""Effects that a sentence names; the rest are counted."""
+EVEN = 0.5
+"""Probability below which an effect is said to be perhaps the cause."""
+
+SAID: Mapping[str, str] = {
+    "joint_offset": "the zero of {where} is off",
+    "link_geometry": "{where} does not sit where the model has it",
+    "joint_compliance": "{where} gives way under gravity",
+    "backlash": "{where} has lost motion",
+    "transmission_error": "the gear of {where} errs periodically",
+    "encoder_scale": "the reading of {where} has a wrong gain",
+    "encoder_eccentricity": "the reading of {where} errs once a turn",
+    "base_shift": "robot or target was moved during the run",
+    "thermal_drift": "the link before {where} grows as the arm warms up",
+    "hand_eye_drift": "the scanner's bracket creeps during the run",
+    "latency": "exposure and joint reading are not simultaneous",
+    "radial_distortion": "the lens has more radial distortion than the model",
+    "tangential_distortion": "the lens is decentred",
+    "laser_curvature": "the light sheet is not flat",
+    "laser_roll": "the light sheet is rolled against the image",
+    "laser_drift": "the projector drifts as it warms up",
+    "stripe_bias": "the stripe's middle is biased where the surface is tilted",
+    "target_scale": "the target is printed to a wrong scale",
+    "target_warp": "the target is not flat",
+}
+"""Effects as clauses; one that is not here is said by its title."""
+
+
+def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Lies], gap: Gap, gross: Ints) -> str:
+    """Say the verdict.
+
+    Args:
+        verdict: `no_gap`, `explained` or `unexplained`.
+        findings: Effects found, most important first.
+        where: Places of the gap, the largest share first; for `unexplained`, of what is left.
+        gap: How far the gap shrinks.
+        gross: Rows that are gross errors.
+    """
+    said = {"no_gap": _no_gap, "explained": _explained, "unexplained": _unexplained}[verdict](findings, where, gap)
+    if not len(gross):
+        return said
+    rows = (
+        "One row of points.csv is a gross error"
+        if len(gross) == 1
+        else f"{len(gross)} rows of points.csv are gross errors"
+    )
+    return f"{said} {rows}, listed and left out."
+
+
+def clause(suspect: Suspect) -> str:
+    """An effect at a place, as a clause."""
+    said = SAID.get(suspect.kind.name)
+    return said.format(where=suspect.where) if said else f"{suspect.where}: {suspect.kind.title}"
+
+
+def millimetres(length_m: float) -> str:
+    """A length with the digits that an error has."""
+    return f"{1e3 * length_m:.3g} mm"
+
+
+def _no_gap(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+    return (
+        f"There is no gap: on new poses the model errs by {millimetres(gap.after_m)},"
+        f" and noise alone gives {millimetres(gap.noise_floor_m)}."
+    )
+
+
+def _explained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_untold(findings)}"
+
+
+def _unexplained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+    lies = f" What is left lies at {where[0].site} ({where[0].coordinate})." if where else ""
+    if not findings:
+        return (
+            f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
+            f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
+        )
+    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}.{lies}{_untold(findings)}"
+
+
+def _shrinks(gap: Gap) -> str:
+    return (
+        f"With that in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
+        f" to {millimetres(gap.after_m)}, where noise alone gives {millimetres(gap.noise_floor_m)}"
+    )
+
+
+def _causes(findings: Sequence[Finding]) -> str:
+    clauses = [_perhaps(found) + clause(found.suspect) for found in findings[:NAMED]]
+    more = len(findings) - len(clauses)
+    if more:
+        clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
+    return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
+
+
+def _perhaps(found: Finding) -> str:
+    return "" if found.probability >= EVEN else "perhaps "
+
+
+def _untold(findings: Sequence[Finding]) -> str:
+    """What could as well be the cause; may be empty."""
+    torn = [found for found in findings if found.rivals]
+    said = [f"{_at(found.suspect)} from {_one_of([rival.suspect for rival in found.rivals])}" for found in torn[:NAMED]]
+    more = len(torn) - len(said)
+    others = f", nor {more} more from theirs" if more else ""
+    return f" These poses do not tell {', nor '.join(said)}{others}." if said else ""
+
+
+def _one_of(rivals: Sequence[Suspect]) -> str:
+    return _at(rivals[0]) + (f" and {len(rivals) - 1} more" if len(rivals) > 1 else "")
+
+
+def _at(suspect: Suspect) -> str:
+    return f"{suspect.kind.name} at {suspect.where}"

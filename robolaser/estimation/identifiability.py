@@ -1,0 +1,250 @@
+"""How well a calibration is known: standard errors, and the parameters that the data cannot tell apart."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.model.noise import NoiseModel
+from robolaser.estimation.r_factor import triangle
+
+NULL = 1e-7
+"""Singular values of the Jacobian, its columns of unit length, below this share of the largest are zero.
+
+Its numerical derivatives are exact to about 1e-10; the weakest real direction seen on 25 points is at 1e-5.
+"""
+LOADING = 1e-4
+"""Share of the largest move of a residual from which on a parameter takes part in a null direction: ten times above
+what the numerical error of the direction can be."""
+FEW = 3  # null directions, up to which all ways to lead them are tried
+STEADY = 1e-3  # smallest singular value of the leading block, so that leading by it magnifies no numerical error
+WEAK = 1.0 / np.sqrt(12.0)
+"""Standard deviation of a direction, in units of the bounds' width, from which on the data tell no more than the
+bounds: that of anything between them alike."""
+WEAK_LOADING = 0.2
+"""Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
+
+UNIFORM = 12**-0.5
+"""Standard deviation of a number that lies anywhere in an interval, as a share of its width."""
+
+
+@final
+@dataclass(frozen=True)
+class Unidentifiable:
+    """Parameters that these data cannot tell apart, or not tell at all.
+
+    Attributes:
+        parameters: Their names, in the model's order.
+        reason: A sentence for a person.
+    """
+
+    parameters: tuple[str, ...]
+    reason: str
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Information:
+    """All that residuals say of the parameters, in a few numbers: they add up over parts that share no errors.
+
+    Attributes:
+        plain: Triangle of the residuals' derivatives J by all parameters, (d or less, d).
+        weighed: The same of the residuals that were minimised, W^(1/2) J.
+        spread: JᵀWΣWJ, (d, d): what the noise Σ does to the fit's gradient.
+        reach: Largest derivative by each parameter, (d,).
+    """
+
+    plain: Array
+    weighed: Array
+    spread: Array
+    reach: Array
+
+    @classmethod
+    def of(
+        cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None, shares: Array | None = None
+    ) -> "Information":
+        """What some rows say.
+
+        Args:
+            J: Plain residuals by all parameters, (3m, d).
+            noise: Of the residuals.
+            weights: The noise by which the minimised residuals were whitened; None for plain ones.
+            shares: By how much each whitened row counts, (m,); 1 when absent.
+        """
+        plain, reach = triangle(J), np.maximum(J.max(axis=0, initial=0.0), -J.min(axis=0, initial=0.0))
+        if weights is None and shares is None:
+            return cls(plain, plain, noise.seen_through(J), reach)
+        share = np.ones((len(J), 1)) if shares is None else shares.repeat(3)[:, None]
+        white = J if weights is None else weights.whiten(J.T).T
+        pulls = share * white
+        weighed = pulls if weights is None else weights.weigh(pulls.T).T
+        return cls(plain, triangle(np.sqrt(share) * white), noise.seen_through(weighed), reach)
+
+    def __add__(self, other: "Information") -> "Information":
+        return Information(
+            triangle(self.plain, other.plain),
+            triangle(self.weighed, other.weighed),
+            self.spread + other.spread,
+            np.maximum(self.reach, other.reach),
+        )
+
+    def without(self, gone: Bools) -> "Information":
+        """As if the residuals did not depend on these parameters, (d,)."""
+        plain, weighed, reach = (np.where(gone, 0.0, part) for part in (self.plain, self.weighed, self.reach))
+        return Information(plain, weighed, np.where(gone | gone[:, None], 0.0, self.spread), reach)
+
+
+def covariance(known: Information, free: Ints) -> Array:
+    """Covariance of the fitted parameters, whatever the fit took for granted.
+
+    Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: plain least squares weighs all rows alike, which they
+    are not, and weighted by the noise itself it is (JᵀΣ⁻¹J)⁻¹. Inverses leave null directions out, so parameters that
+    take part in one seem exact here: see `standard_errors`.
+
+    Args:
+        known: What the residuals say.
+        free: Numbers of the parameters that were free, (f,).
+
+    Returns:
+        (f, f).
+    """
+    inverse = _inverse(known.weighed[:, free])
+    found: Array = inverse @ known.spread[np.ix_(free, free)] @ inverse
+    return found
+
+
+def _inverse(R: Array) -> Array:
+    """(RᵀR)⁺, (d, d)."""
+    scale = _lengths(R)
+    _, s, Vt = np.linalg.svd(R / scale, full_matrices=False)
+    real = s > NULL * s.max(initial=0.0)
+    found: Array = (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None]
+    return found
+
+
+def standard_errors(known: Information, *, held: Bools, bounded: Array | None = None) -> Array:
+    """One standard deviation of each parameter, the held ones taken as known, (d,).
+
+    A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
+    the others would seem far surer than they are. To them it counts as lying anywhere within its bounds.
+
+    Args:
+        known: What the residuals say of all parameters.
+        held: Parameters whose values are a convention, as one of a gauge's is, (d,).
+        bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
+
+    Returns:
+        NaN for the held ones, for those on a bound and for all that take part in a null direction of the rest.
+    """
+    bounded = np.zeros(len(held)) if bounded is None else bounded
+    on_bound = bounded > 0
+    free = np.flatnonzero(~held & ~on_bound)
+    std = np.full(len(held), np.nan)
+    pulls = known.weighed[:, free].T @ known.weighed[:, on_bound]
+    of_bounded = _inverse(known.weighed[:, free]) @ pulls * (bounded[on_bound] * UNIFORM)
+    std[free] = np.sqrt(np.diag(covariance(known, free)) + (of_bounded**2).sum(axis=1))
+    for direction in null_directions(known.plain[:, ~held]):
+        std[np.flatnonzero(~held)[direction != 0.0]] = np.nan
+    return std
+
+
+def null_directions(J: Array) -> Array:
+    """Directions of the parameters that move no residual, with as few parameters each as can be.
+
+    A basis of the null space is brought to reduced echelon form: of the parameters that one direction leads with, the
+    others have none. Directions that share no parameter come out apart whatever leads; where they overlap, that form
+    is taken which names the fewest.
+
+    Args:
+        J: Residuals by parameters, (k, d), or the triangle of them.
+
+    Returns:
+        (n, d), exactly zero for parameters that do not take part, in units of the parameters.
+    """
+    scale = _lengths(J)
+    _, s, Vt = np.linalg.svd(J / scale, full_matrices=len(J) < J.shape[1])
+    s = np.concatenate([s, np.zeros(len(Vt) - len(s))])
+    basis = _echelon(Vt[s <= NULL * s.max(initial=0.0)])
+    n = len(basis)
+    if 2 <= n <= FEW:
+        involved = np.flatnonzero(_thin(basis).any(axis=0)).tolist()
+        leads = np.array(list(combinations(involved, n)))
+        blocks = np.moveaxis(basis[:, leads], 1, 0)
+        steady = np.linalg.svd(blocks, compute_uv=False)[:, -1] > STEADY
+        forms = _thin(np.linalg.inv(blocks[steady]) @ basis)
+        basis = forms[np.argmin((forms != 0.0).sum(axis=(1, 2)))]
+    return _thin(basis) / scale
+
+
+def unidentifiable(known: Information, names: Sequence[str], width: Array) -> list[Unidentifiable]:
+    """What the data cannot tell: null directions first, then those that they fix no better than the bounds do.
+
+    Args:
+        known: What the residuals say of all parameters, those held by a gauge too.
+        names: Of the parameters.
+        width: Distance between the bounds of each, (d,).
+    """
+    found, free = [], np.ones(len(names), dtype=bool)
+    involved = null_directions(known.plain) != 0.0
+    for direction in involved:
+        found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
+        free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
+    columns = np.flatnonzero(free)
+    spread = covariance(known, columns) / width[columns] / width[columns][:, None]
+    variances, directions = np.linalg.eigh(spread)
+    for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):
+        if variance >= WEAK**2:
+            parts = columns[np.abs(direction) > WEAK_LOADING * np.abs(direction).max()]
+            found.append(_weak([names[i] for i in parts], float(np.sqrt(variance))))
+    return found
+
+
+def _null(names: list[str]) -> Unidentifiable:
+    if len(names) == 1:
+        return Unidentifiable(tuple(names), f"{names[0]} moves no predicted point of these data.")
+    return Unidentifiable(
+        tuple(names),
+        f"{_listed(names)} can change together without moving any predicted point of these data: each is known only "
+        "if another is held.",
+    )
+
+
+def _weak(names: list[str], spread: float) -> Unidentifiable:
+    what = names[0] if len(names) == 1 else f"a combination of {_listed(names)}"
+    return Unidentifiable(
+        tuple(names),
+        f"These data fix {what} no better than the bounds do: its standard error is {spread:.2g} of the bounds' width. "
+        "More poses that differ, above all in tilt and distance, would.",
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _lengths(J: Array) -> Array:
+    """Length of each column, (d,); 1 for a column of zeros."""
+    lengths = np.linalg.norm(J, axis=0)
+    return np.where(lengths > 0.0, lengths, 1.0)
+
+
+def _echelon(basis: Array) -> Array:
+    """Gauss-Jordan elimination, led by the largest entries."""
+    basis = basis.copy()
+    for lead in range(len(basis)):
+        row, column = divmod(int(np.argmax(np.abs(basis[lead:]))), basis.shape[1])
+        basis[[lead, lead + row]] = basis[[lead + row, lead]]
+        basis[lead] /= basis[lead, column]
+        others = np.arange(len(basis)) != lead
+        basis[others] -= basis[others, column : column + 1] * basis[lead]
+    return basis
+
+
+def _thin(basis: Array) -> Array:
+    """Without the parameters that take no part, (..., n, d)."""
+    largest = np.abs(basis).max(axis=-1, keepdims=True, initial=np.finfo(float).tiny)
+    return np.where(np.abs(basis) > LOADING * largest, basis, 0.0)

@@ -1,0 +1,221 @@
+"""Postures worth a visit: from which the board and the stripe on it are seen, and which tell the most together."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.model.effects import suspects
+from robolaser.errors import CannotPlan, TargetPlaceUnknown, TooFewSights
+from robolaser.estimation.jacobian import jacobian
+from robolaser.geometry.visibility import TILT, View, anywhere
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
+from robolaser.model.sensors.sensor import SIX, motion
+from robolaser.geometry.inverse_kinematics import touching
+
+SPARE = 4  # candidates for each posture wanted,
+LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted
+BATCH = 600  # postures tried at a time
+BATCHES = 60  # for so many candidates as usual, and more in proportion
+MARGIN = 0.04  # of the image, left free around the board
+ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
+Allowed = Callable[[Array], Bools]
+"""Postures (n, j) to whether the arm may stand there, (n,)."""
+ALONG = 7  # points of the stripe that stand for all of them
+ERROR_M = 1e-4  # of such a point
+MOST_SWAPS = 200
+
+
+@final
+@dataclass(frozen=True)
+class _Sight:
+    """Where the target lies, and what looks at it."""
+
+    robot: Robot
+    view: View
+    board: Board
+    T_base_target: Array
+
+    @property
+    def size_m(self) -> Array:
+        """From the first inner corner to the last."""
+        return self.board.square_m * np.array([self.board.columns - 1, self.board.rows - 1])
+
+    def candidates(self, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
+        """Postures from which the whole board is in the image and the stripe falls on it, (≥ wanted, j).
+
+        Raises:
+            TooFewSights: There are not enough.
+        """
+        enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
+        found, tried, seeing = np.empty((0, len(self.robot.joints))), 0, 0
+        for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
+            start = anywhere(self.robot, BATCH, rng)
+            start = start[self._turned_to_it(start)]
+            inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
+            goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
+            place = self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0])))
+            q, reached = touching(self.robot, lambda q: self.robot.forward(q[None])[0], place, goal, start)
+            q = q[reached]
+            q = q[self._sees(q)]
+            found, tried, seeing = np.concatenate([found, q[allowed(q)]]), tried + BATCH, seeing + len(q)
+            if len(found) >= enough:
+                break
+        if len(found) < wanted:
+            raise TooFewSights(self.robot.name, wanted, tried, seeing, len(found))
+        return found[:enough]
+
+    def _in_flange(self, aside: float) -> Array:
+        """A point of the sheet on the flange, in the middle of the stripe or beside it, (3,) [m]."""
+        v, across = self.view.values, 1 - self.view.along
+        pitch, length = (v["s_u"], v["s_v"])[across], self.view.image_px[across]
+        slope = aside * length / 2 * pitch / v["f"]
+        depth = v["b"] / (slope + np.tan(v["theta"]))
+        return apply(self.view.T_flange_camera, np.array([slope * depth, 0.0, depth]))
+
+    def _cameras(self, q: Array) -> Array:
+        """T_target_camera, (n, 4, 4)."""
+        T: Array = inverse(self.T_base_target) @ self.robot.forward(q[None])[0] @ self.view.T_flange_camera
+        return T
+
+    def _turned_to_it(self, q: Array) -> Bools:
+        """Postures that look at the target's plane so steeply that little turning is left to do, (n,)."""
+        return np.asarray(np.abs(self._cameras(q)[:, 2, 2]) > np.cos(2 * TILT))
+
+    def _sees(self, q: Array) -> Bools:
+        T = self._cameras(q)
+        facing = np.sign(T[:, 2, 3])
+        good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
+        corners = np.pad(np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * self.size_m, ((0, 0), (0, 1)))
+        shown = self.view.pixels(apply(inverse(T)[:, None], corners))
+        good &= self.view.holds(shown, MARGIN).all(axis=1)
+        frames = self.robot.joint_frames(q[None])[0][:, len(self.robot.chain) // 2 :, :3, 3]
+        above = apply(inverse(self.T_base_target), frames)[..., 2]
+        good &= (facing[:, None] * above > 0).all(axis=1)
+        stripe = self.view.lit(T, 0.0, np.linspace(*self.view.span(), ALONG)[None])
+        return np.asarray(good & np.isfinite(stripe).all(axis=(1, 2)))
+
+
+def planned(
+    description: Dataset, *, count: int, effects: Sequence[str] = (), allowed: Allowed | None = None, seed: int
+) -> Array:
+    """Postures from which a calibration learns the most: D-optimal (Fedorov 1972) among ones that see the board.
+
+    Args:
+        description: Robot, scanner, board, and where the board lies to a few centimetres (`target.x` ...).
+        count: How many.
+        effects: `EFFECT[:WHERE]` each, that are to be told apart from all else too.
+        allowed: Where the arm may stand, besides its joints' limits; anywhere when absent.
+        seed: Of the candidates.
+
+    Returns:
+        Joint values, (count, j) [rad or m], each next to the one before.
+
+    Raises:
+        CannotPlan, TargetPlaceUnknown: Something is not said.
+        TooFewSights: The arm sees the board from too few postures where it may stand.
+        EffectUnknown, EffectSenseless, PlaceUnknown: The effects cannot be.
+    """
+    sight = _sight(description)
+    may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
+    candidates = sight.candidates(count, may, np.random.default_rng(seed))
+    chosen = most_telling(_slopes(description, sight, candidates, effects), count)
+    return candidates[chosen][_short_way(candidates[chosen])]
+
+
+def most_telling(slopes: Array, count: int) -> Ints:
+    """Choose blocks of rows whose sum of squares has the largest determinant.
+
+    One after the other, then by exchange until no exchange helps (Fedorov 1972).
+
+    Args:
+        slopes: Derivatives of each block's residuals over their errors, by parameters over their uncertainty before
+            any was measured, (k, r, d).
+        count: How many, at most k.
+
+    Returns:
+        Numbers of the blocks, (count,).
+    """
+    if count == len(slopes):
+        return np.arange(count)
+    of_each = np.einsum("krd,kre->kde", slopes, slopes)
+    known = np.eye(slopes.shape[2])
+    chosen: list[int] = []
+    for _ in range(count):
+        gain = _gain(slopes, known)
+        gain[chosen] = -np.inf
+        chosen.append(int(gain.argmax()))
+        known = known + of_each[chosen[-1]]
+    for _ in range(MOST_SWAPS):
+        best, swap = 1e-9, None
+        for place, gone in enumerate(chosen):
+            without = known - of_each[gone]
+            gain = _gain(slopes, without)
+            gain -= gain[gone]
+            gain[chosen] = -np.inf
+            if gain.max() > best:
+                best, swap = float(gain.max()), (place, int(gain.argmax()))
+        if swap is None:
+            break
+        known = known - of_each[chosen[swap[0]]] + of_each[swap[1]]
+        chosen[swap[0]] = swap[1]
+    return np.array(chosen, dtype=np.int64)
+
+
+def _gain(slopes: Array, known: Array) -> Array:
+    """By how much each block would raise the logarithm of the determinant, (k,)."""
+    whitened = slopes @ np.linalg.inv(np.linalg.cholesky(known)).T
+    inner = np.eye(slopes.shape[1]) + whitened @ np.swapaxes(whitened, 1, 2)
+    return np.asarray(np.linalg.slogdet(inner)[1])
+
+
+def _sight(description: Dataset) -> _Sight:
+    robot, board, size = description.robot, description.board, description.image_px
+    if robot is None or size is None:
+        raise CannotPlan("the cell has no [robot], or no stripe scanner")
+    if board is None:
+        raise CannotPlan("dataset.toml has no [board], so there is no target to look at")
+    place = [f"target.{part}" for part in SIX]
+    missing = [name for name in place if name not in description.parameters]
+    if missing:
+        raise TargetPlaceUnknown(missing)
+    v = {name: item.nominal for name, item in description.parameters.items()}
+    turn = from_angles(*(np.array(v[name]) for name in ("w", "phi", "psi")), order=description.angles)
+    mount = pose(from_quaternion(np.array(description.bracket_quat)) @ turn, np.array([v["t_x"], v["t_y"], v["t_z"]]))
+    T_base_target = motion({name: np.array([v[name]]) for name in place}, "target")[0]
+    return _Sight(robot, View(mount, v, description.stripe_axis, size), board, T_base_target)
+
+
+def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str]) -> Array:
+    """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
+    n = len(q)
+    T = inverse(sight.T_base_target) @ sight.robot.forward(q[None])[0] @ sight.view.T_flange_camera
+    lit = sight.view.lit(T, 0.0, np.linspace(*sight.view.span(), ALONG)[None])
+    names = tuple(str(i) for i in range(ALONG)) * n
+    points = Points(
+        np.repeat(np.arange(n), ALONG),
+        names,
+        pixel=sight.view.pixels(lit).reshape(-1, 2),
+        xyz=apply(T[:, None], lit).reshape(-1, 3),
+    )
+    poses = Poses(tuple(map(str, range(n))), time_s=np.arange(n, dtype=np.float64), q=q)
+    dataset = replace(description, poses=poses, points=points, time_is_order=True)
+    model = Model(dataset, suspects(effects, dataset))
+    x = np.array([item.nominal for item in model.parameters.items])
+    free = ~np.isin(model.parameters.names, model.sensor.held)
+    slopes = (jacobian(model, x) * model.parameters.width / ERROR_M)[:, free]
+    return slopes.reshape(n, 3 * ALONG, -1)
+
+
+def _short_way(q: Array) -> Ints:
+    """An order in which each is near the one before, (n, j) -> (n,)."""
+    left, order = list(range(1, len(q))), [0]
+    while left:
+        away = np.abs(q[left] - q[order[-1]]).max(axis=1)
+        order.append(left.pop(int(away.argmin())))
+    return np.array(order, dtype=np.int64)

@@ -1,0 +1,96 @@
+"""Postures that bring a point on the flange to given places, whichever way the arm is folded."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.errors import NothingReached
+from robolaser.geometry.visibility import PATCH, SPARE, anywhere, apart, limits
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply
+
+Forward = Callable[[Array], Array]
+"""Joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm."""
+
+NEWTON_STEPS = 40
+NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
+REACHED_M = 1e-12
+ATTEMPTS = 10
+SLOPE = 1e-6  # step of the difference quotient [rad or m]
+
+
+def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
+    """Bring a point on the flange to given places, the orientation free.
+
+    Newton's method with the nominal arm's slopes: whatever bends the arm is small beside them.
+
+    Args:
+        robot: The nominal arm.
+        forward: The arm as it is.
+        tool: In the flange frame, (3,) [m].
+        goal: In the base frame, (n, 3) [m].
+        q: Where to start, (n, j).
+
+    Returns:
+        Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
+    """
+    lower, upper = limits(robot)
+    nudges = SLOPE * np.eye(len(lower))[:, None]
+    for _ in range(NEWTON_STEPS):
+        miss = goal - apply(forward(q), tool)
+        if (np.abs(miss) < REACHED_M).all():
+            break
+        here = apply(robot.forward(q[None]), tool)
+        J = np.moveaxis((apply(robot.forward(q + nudges), tool) - here) / SLOPE, 0, -1)
+        Jt = np.swapaxes(J, -1, -2)
+        step = (Jt @ np.linalg.solve(J @ Jt + 1e-9 * np.eye(3), miss[..., None]))[..., 0]
+        step *= np.minimum(1.0, NEWTON_STRIDE / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
+        q = np.clip(q + step, lower, upper)
+    miss = goal - apply(forward(q), tool)
+    return q, np.asarray((np.abs(miss) < REACHED_M).all(axis=1))
+
+
+def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.random.Generator) -> tuple[Array, Ints]:
+    """Postures that bring a point on the flange to one or another of several places, the wanted ones first.
+
+    Args:
+        robot: Any arm.
+        tool: In the flange frame, (3,) [m].
+        goals: In the base frame, (s, 3) [m].
+        wanted: How many are needed, goal after goal; spares follow in the same order.
+        rng: Where chance comes from.
+
+    Returns:
+        Postures (≥ wanted, j), and the goal of each.
+
+    Raises:
+        NothingReached: A goal is reached too seldom.
+    """
+    each = -(-wanted // len(goals))
+    of_goal = []
+    for goal in goals:
+        found, tried = np.empty((0, len(robot.joints))), 0
+        for _ in range(ATTEMPTS):
+            start = anywhere(robot, 2 * SPARE * each + 20, rng)
+            q, good = touching(robot, lambda q: robot.forward(q[None])[0], tool, np.tile(goal, (len(start), 1)), start)
+            found, tried = np.concatenate([found, q[good]]), tried + len(start)
+            if len(found) >= each or not len(found):
+                break
+        if len(found) < each:
+            raise NothingReached(robot.name, goal.tolist(), each, tried, len(found))
+        of_goal.append(found[apart(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
+    deep = min(len(q) for q in of_goal)
+    return np.stack([q[:deep] for q in of_goal], axis=1).reshape(-1, len(robot.joints)), np.tile(
+        np.arange(len(goals)), deep
+    )
+
+
+def within_reach(robot: Robot, tool: Array, count: int, rng: np.random.Generator) -> Array:
+    """Places that a point on the flange reaches from many sides, one by the other, (count, 3) [m]."""
+    T = robot.forward(anywhere(robot, 2000 + 50 * count, rng)[None])[0]
+    places = apply(T, tool)
+    reach = float(np.linalg.norm(places - places.mean(axis=0), axis=-1).max())
+    near = np.linalg.norm(places[:, None] - places[None, :200], axis=-1) < PATCH * reach
+    near_most: Array = places[near[:, near.sum(axis=0).argmax()]]
+    return near_most[apart(near_most)[:count]]

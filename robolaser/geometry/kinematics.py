@@ -1,0 +1,280 @@
+"""A serial arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+from typing import Any, Self, final
+
+import numpy as np
+
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry import urdf
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.compiled import available, share_out
+from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
+from robolaser.geometry.urdf.tree import MOVING, Joint, Tree
+
+POSES_AT_ONCE = 1000
+"""That a thread works out at a time: below a tenth of a millisecond a second one does not pay."""
+_DOWN = (0.0, 0.0, -9.81)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot as its URDF describes it; the base frame is the URDF's root link.
+
+    Joint limits are carried, not enforced: `forward` computes outside them too; the data set checks.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    """The moving joints, in the order of the columns of q."""
+    flange: str
+    """The link that carries the sensor."""
+    gravity: tuple[float, float, float]
+    """In the base frame [m/s²]."""
+    urdf: str
+    """The URDF as it was read."""
+    lower: Array
+    """(j,) [rad] or [m]; -inf for continuous joints."""
+    upper: Array
+    """(j,) [rad] or [m]; inf for continuous joints."""
+    placements: Array
+    """Each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral."""
+    axes: Array
+    """Unit axis in the joint frame, (j, 3)."""
+    prismatic: Bools
+    """(j,)"""
+    end: Array
+    """Last joint of the chain to flange, (4, 4)."""
+    chain: tuple[int, ...]
+    """Indices into `joints` of those that move the flange, from base to flange."""
+
+    @classmethod
+    def from_urdf(
+        cls,
+        text: str,
+        *,
+        flange: str,
+        joints: Sequence[str] | None = None,
+        gravity: Sequence[float] = _DOWN,
+        source: str = "robot.urdf",
+    ) -> Self:
+        """Read a robot; joints that are not listed stay at neutral.
+
+        Args:
+            text: The URDF itself; meshes are never needed.
+            flange: The link that carries the sensor.
+            joints: The columns of q; when absent, all that move the flange, from base to flange.
+            gravity: In the base frame, (3,) [m/s²].
+            source: What error messages call the URDF.
+
+        Raises:
+            UrdfError: The text is no robot.
+            UnknownFrame: There is no such flange.
+            UnknownJoint: There is no such moving joint.
+            RepeatedJoint: A joint is listed twice.
+            NothingMoves: None of the joints moves the flange.
+            FollowerNotListed: A mimic joint on the way to the flange follows a listed one.
+        """
+        tree = urdf.parse(text, source=source)
+        path = tree.path(flange)
+        for joint in path:
+            if joint.kind in ("floating", "planar"):
+                raise UrdfJointKind(source, joint.name, joint.kind, (*MOVING, "fixed"))
+        listed = _listed(tree, path, joints)
+        if len(listed) > urdf.MOST_JOINTS:
+            raise UrdfTooLarge(source, "moving joints in use", urdf.MOST_JOINTS)
+        index = {joint.name: i for i, joint in enumerate(listed)}
+        chain = tuple(index[joint.name] for joint in path if joint.name in index)
+        if not chain:
+            raise NothingMoves(source, flange, [joint.name for joint in path if joint.moves])
+        for joint in path:
+            if joint.name not in index and joint.follows in index:
+                raise FollowerNotListed(source, joint.name, joint.follows)
+        x, y, z = (float(g) for g in gravity)
+        return cls(
+            name=tree.name,
+            joints=tuple(index),
+            flange=flange,
+            gravity=(x, y, z),
+            urdf=text,
+            lower=np.array([joint.lower for joint in listed]),
+            upper=np.array([joint.upper for joint in listed]),
+            placements=np.array([_since_listed(tree.path(joint.child), index) for joint in listed]),
+            axes=np.array([joint.axis for joint in listed]),
+            prismatic=np.array([joint.kind == "prismatic" for joint in listed]),
+            end=_fold([joint.origin for joint in path[_last(path, index) + 1 :]]),
+            chain=chain,
+        )
+
+    def forward(self, q: Array, placements: Array | None = None) -> Array:
+        """Where the flange is. Joint limits are not checked here.
+
+        Args:
+            q: Joint values, (c or 1, n, j) [rad] or [m].
+            placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
+
+        Returns:
+            T_base_flange, (c, n, 4, 4).
+        """
+        if available():
+            return self._compiled(q, self.placements[None, None] if placements is None else placements)
+        last = deque(self._along(q, placements), maxlen=1)
+        return _poses(last[0], self._from_axis[self.chain[-1]] @ self.end)
+
+    def _compiled(self, q: Array, placements: Array) -> Array:
+        from robolaser.geometry.arm_loops import forward  # noqa: PLC0415 - numba takes a third of a second to load
+
+        c, n = np.broadcast_shapes(q.shape[:2], placements.shape[:2])
+        T = np.empty((c, n, 4, 4))
+        q, placements = np.ascontiguousarray(q), np.ascontiguousarray(placements)
+        arm = np.array(self.chain), self.prismatic, placements, self._to_axis, self._from_axis, self.end, T
+        part = -(-POSES_AT_ONCE // max(1, n))
+        share_out(partial(forward, i, min(i + part, c), q, *arm) for i in range(0, c, part))
+        return T
+
+    def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
+        """Where the joints of the chain are, from base to flange, each turned by its own value.
+
+        Args:
+            q: As for `forward`.
+            placements: As for `forward`.
+
+        Returns:
+            T_base_joint, (c, n, len(chain), 4, 4).
+        """
+        steps = zip(self.chain, self._along(q, placements), strict=True)
+        return np.stack([_poses(T, self._from_axis[i]) for i, T in steps], axis=2)
+
+    def _along(self, q: Array, placements: Array | None) -> Iterator[Array]:
+        """The frames of the chain's joints, z along each axis, by columns, (c, 4, 3, n)."""
+        P = self.placements[None, None] if placements is None else placements
+        c, n = np.broadcast_shapes(q.shape[:2], P.shape[:2])
+        values = np.ascontiguousarray(np.moveaxis(q, -1, 0))[:, :, None]
+        sin, cos = np.sin(values), np.cos(values)
+        T = np.broadcast_to(np.eye(4)[None, :, :3, None], (c, 4, 3, n))
+        before = np.eye(4)
+        for i in self.chain:
+            T = _times(T, before @ P[:, :, i] @ self._to_axis[i])
+            before = self._from_axis[i]
+            x, y, z = T[:, 0], T[:, 1], T[:, 2]
+            if self.prismatic[i]:
+                T[:, 3] += values[i] * z
+            else:
+                T[:, 0], T[:, 1] = cos[i] * x + sin[i] * y, cos[i] * y - sin[i] * x
+            yield T
+
+    def gravity_torques(self, q: Array) -> Array:
+        """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
+
+        Args:
+            q: Joint values, (..., j) [rad] or [m]; unlisted joints are at neutral.
+
+        Returns:
+            Generalised gravity, (..., j) [Nm] or [N]; zeros for a URDF without masses.
+        """
+        pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
+        torques, row = np.empty(q.shape), np.empty(model.nq)
+        for at in np.ndindex(q.shape[:-1]):
+            row[columns] = q[at]
+            torques[at] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
+        return torques
+
+    @cached_property
+    def has_masses(self) -> bool:
+        """Whether any link that a listed joint moves has a mass."""
+        tree = urdf.parse(self.urdf)
+        listed = set(self.joints)
+        return any(
+            link.mass > 0 and any(joint.name in listed for joint in tree.path(link.name))
+            for link in tree.links.values()
+        )
+
+    def urdf_with(self, placements: Array) -> str:
+        """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
+        tree = urdf.parse(self.urdf)
+        shift = se3.inverse(self.placements) @ placements
+        return urdf.with_placements(
+            self.urdf,
+            {
+                name: tree.joints[name].origin @ shift[i]
+                for i, name in enumerate(self.joints)
+                if not np.array_equal(placements[i], self.placements[i])
+            },
+        )
+
+    @cached_property
+    def _to_axis(self) -> Array:
+        """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
+        return se3.pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
+
+    @cached_property
+    def _from_axis(self) -> Array:
+        return se3.inverse(self._to_axis)
+
+
+def _times(T: Array, P: Array) -> Array:
+    """T @ P, for P (c or 1, n or 1, 4, 4) and T by columns, (c, 4, 3, n): long rows multiply fast."""
+    if P.shape[1] == 1:
+        product: Array = np.swapaxes(P[:, 0], -1, -2) @ T.reshape(T.shape[0], 4, -1)
+        return product.reshape(T.shape)
+    columns = np.ascontiguousarray(np.moveaxis(P, 1, -1))[:, :, :, None]
+    return np.stack([(columns[:, :, i] * T).sum(axis=1) for i in range(4)], axis=1)
+
+
+def _poses(T: Array, onward: Array) -> Array:
+    """T @ onward, for T by columns, (c, 4, 3, n), and one `onward` (4, 4), -> (c, n, 4, 4)."""
+    out = np.zeros((T.shape[0], T.shape[3], 4, 4))
+    out[..., :3, :] = np.moveaxis(_times(T, onward[None, None]), 3, 1).swapaxes(-1, -2)
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def _z_along(axis: Array) -> Array:
+    """Some rotation whose third column is `axis`; exact for the axes of coordinates."""
+    if axis[2] == 1.0:
+        return np.eye(3)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
+def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:
+    if names is None:
+        return [joint for joint in path if joint.moves and joint.follows is None]
+    for i, name in enumerate(names):
+        if name not in tree.joints or not tree.joints[name].moves:
+            raise UnknownJoint(tree.source, name, [j.name for j in tree.joints.values() if j.moves])
+        if name in names[:i]:
+            raise RepeatedJoint(tree.source, name)
+    return [tree.joints[name] for name in names]
+
+
+def _last(path: list[Joint], index: dict[str, int]) -> int:
+    return max((i for i, joint in enumerate(path) if joint.name in index), default=-1)
+
+
+def _since_listed(path: list[Joint], index: dict[str, int]) -> Array:
+    return _fold([joint.origin for joint in path[_last(path[:-1], index) + 1 :]])
+
+
+def _fold(origins: list[Array]) -> Array:
+    T = np.eye(4)
+    for origin in origins:
+        T = T @ origin
+    return T
+
+
+@lru_cache(maxsize=8)
+def _weighing(text: str, joints: tuple[str, ...], gravity: tuple[float, float, float]) -> tuple[Any, Any, Any, Ints]:
+    import pinocchio  # noqa: PLC0415 - takes most of a second to load
+
+    tree = urdf.parse(text)
+    renamed = {name: f"joint_{i}" for i, name in enumerate(joints)}
+    model = pinocchio.buildModelFromXML(urdf.minimal(tree, renamed))
+    model.gravity.linear = np.array(gravity)
+    columns = np.array([model.joints[model.getJointId(new)].idx_q for new in renamed.values()])
+    return pinocchio, model, model.createData(), columns

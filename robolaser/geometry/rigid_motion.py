@@ -1,0 +1,167 @@
+"""Rigid motions, batched: every function takes any leading axes. `T_a_c = T_a_b @ T_b_c`."""
+
+import numpy as np
+
+from robolaser import compiled
+from robolaser.arrays import Array, Ints
+
+_X, _Y, _Z = 0, 1, 2
+
+
+def _turn(angle: Array, axis: int) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.zeros((*np.shape(angle), 3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[..., axis, axis] = 1.0
+    R[..., i, i], R[..., i, j] = c, -s
+    R[..., j, i], R[..., j, j] = s, c
+    return R
+
+
+def rot_x(angle: Array) -> Array:
+    """Turns about x by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _X)
+
+
+def rot_y(angle: Array) -> Array:
+    """Turns about y by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _Y)
+
+
+def rot_z(angle: Array) -> Array:
+    """Turns about z by angles (...) [rad] -> (..., 3, 3)."""
+    return _turn(angle, _Z)
+
+
+def skew(vector: Array) -> Array:
+    """Cross-product matrices: `skew(a) @ b = a × b`, (..., 3) -> (..., 3, 3)."""
+    K = np.zeros((*vector.shape, 3))
+    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -vector[..., 2], vector[..., 1], -vector[..., 0]
+    K[..., 1, 0], K[..., 2, 0], K[..., 2, 1] = vector[..., 2], -vector[..., 1], vector[..., 0]
+    return K
+
+
+def exp_so3(turn: Array) -> Array:
+    """Rotation by a turn vector (axis times angle), (..., 3) [rad] -> (..., 3, 3). Rodrigues' formula."""
+    angle = np.linalg.norm(turn, axis=-1)[..., None, None]
+    K = skew(turn)
+    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    return R
+
+
+def pose(R: Array, t: Array) -> Array:
+    """Put rotations (..., 3, 3) and translations (..., 3) [m] together, -> (..., 4, 4)."""
+    lead = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
+    T = np.zeros((*lead, 4, 4))
+    T[..., :3, :3] = R
+    T[..., :3, 3] = t
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def inverse(T: Array) -> Array:
+    """T_b_a from T_a_b, (..., 4, 4)."""
+    R_inv = np.swapaxes(T[..., :3, :3], -1, -2)
+    return pose(R_inv, -np.einsum("...ij,...j->...i", R_inv, T[..., :3, 3]))
+
+
+def apply(T: Array, points: Array) -> Array:
+    """Carry points (..., 3) from frame b to frame a by T_a_b (..., 4, 4); leading axes broadcast."""
+    moved: Array = T[..., :3, 3] + T[..., :3, 0] * points[..., :1]
+    moved += T[..., :3, 1] * points[..., 1:2]
+    moved += T[..., :3, 2] * points[..., 2:]
+    return moved
+
+
+def common_length(*batches: Array) -> int:
+    """Entries of batches that broadcast along their first axis; quicker than NumPy's own for shapes."""
+    lengths = {len(batch) for batch in batches} - {1}
+    return lengths.pop() if lengths else 1
+
+
+def carry(T: Array, of_row: Ints, points: Array) -> Array:
+    """Carry each point by the motion of its row.
+
+    Args:
+        T: T_a_b, (c or 1, n, 4, 4).
+        of_row: Which of the n is each row's, (m,).
+        points: In frame b, (c or 1, m or 1, 3) [m].
+
+    Returns:
+        In frame a, (c, m, 3) [m].
+    """
+    if not compiled.available():
+        return apply(T[:, of_row], points)
+    from robolaser.geometry.frame_loops import carried  # noqa: PLC0415 - numba takes a third of a second to load
+
+    T, points = np.ascontiguousarray(T), np.ascontiguousarray(points)
+    moved = np.empty((common_length(T, points), len(of_row), 3))
+    carried(T, of_row, points, moved)
+    return moved
+
+
+def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
+    """R_x(w) R_y(φ) R_z(ψ), or with `order` "zyz" R_z(w) R_y(φ) R_z(ψ) (eq. 10); (...) [rad] -> (..., 3, 3)."""
+    first = rot_x(w) if order == "xyz" else rot_z(w)
+    R: Array = first @ rot_y(phi) @ rot_z(psi)
+    return R
+
+
+def to_angles(R: Array) -> tuple[Array, Array, Array]:
+    """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2.
+
+    Where φ leaves only the sum or difference of the others, w is zero.
+    """
+    cos = np.hypot(R[..., 0, 0], R[..., 0, 1])
+    phi = np.arctan2(R[..., 0, 2], cos)
+    w = np.where(cos > 0, np.arctan2(-R[..., 1, 2], R[..., 2, 2]), 0.0)
+    # with w known the rest follows without loss, also where the middle angle is a right one
+    c, s = np.cos(w), np.sin(w)
+    psi = np.arctan2(c * R[..., 1, 0] + s * R[..., 2, 0], c * R[..., 1, 1] + s * R[..., 2, 1])
+    return w, phi, psi
+
+
+def from_quaternion(xyzw: Array) -> Array:
+    """Rotations of quaternions (x, y, z, w), (..., 4) -> (..., 3, 3); they are normalised first."""
+    q = xyzw / np.linalg.norm(xyzw, axis=-1, keepdims=True)
+    K = skew(q[..., :3])
+    R: Array = np.eye(3) + 2 * q[..., 3, None, None] * K + 2 * (K @ K)
+    return R
+
+
+def to_quaternion(R: Array) -> Array:
+    """Quaternions (x, y, z, w), w >= 0, of rotations (..., 3, 3) -> (..., 4)."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - loaded when needed: scipy is slow to import
+
+    flat = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=True)
+    return flat.reshape(*R.shape[:-2], 4)
+
+
+def nearest_rotation(M: Array) -> tuple[Array, Array]:
+    """The rotation R (..., 3, 3) with the largest tr(Rᵀ M), and M's singular values, (..., 3).
+
+    The last of these is negative where the nearest orthogonal matrix is a reflection. Umeyama 1991.
+    """
+    U, s, Vt = np.linalg.svd(M)
+    sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0, -1.0, 1.0)
+    U[..., :, 2] *= sign[..., None]
+    s[..., 2] *= sign
+    return U @ Vt, s
+
+
+def rigid_fit(source: Array, image: Array, weights: Array | None = None) -> Array:
+    """The motion T that brings `source` (..., m, 3) nearest to `image` (..., m, 3) in least squares, (..., 4, 4).
+
+    Args:
+        source: Points in frame b [m].
+        image: The same points in frame a [m].
+        weights: One for each point, (..., m); all alike when absent.
+
+    Source: Umeyama 1991, with the scale held at one.
+    """
+    w = np.ones(source.shape[-2]) if weights is None else weights
+    w = (w / w.sum(axis=-1, keepdims=True))[..., None]
+    mean_b, mean_a = (w * source).sum(axis=-2), (w * image).sum(axis=-2)
+    H = np.swapaxes(w * (source - mean_b[..., None, :]), -1, -2) @ (image - mean_a[..., None, :])
+    R, _ = nearest_rotation(np.swapaxes(H, -1, -2))
+    return pose(R, mean_a - np.einsum("...ij,...j->...i", R, mean_b))

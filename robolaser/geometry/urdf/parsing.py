@@ -1,0 +1,239 @@
+"""A robot's description as text (URDF): read with suspicion, checked whole.
+
+Everything is validated in Python before any C++ sees it: a malformed URDF must end in a sentence,
+never in an aborted process.
+"""
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from robolaser.geometry import rigid_motion as se3
+from robolaser.arrays import Array
+from robolaser.errors import (
+    FileUnreadable,
+    NotARobot,
+    UrdfBadNumbers,
+    UrdfDuplicate,
+    UrdfJointKind,
+    UrdfLimits,
+    UrdfMissingLink,
+    UrdfNotATree,
+    UrdfNotText,
+    UrdfTooLarge,
+    UrdfUnexpandedXacro,
+    UrdfUnnamed,
+)
+from robolaser.geometry.urdf import markup
+from robolaser.geometry.urdf.tree import KINDS, MOVING, Joint, Link, Tree
+
+MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
+MOST_LINKS = 2000
+MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
+MOST_LETTERS = 200  # in a name or a number
+FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def load_text(path: Path) -> str:
+    """Read a URDF file as text.
+
+    Raises:
+        UrdfTooLarge: More bytes than any robot has.
+        UrdfNotText: It is not UTF-8.
+        FileUnreadable: It cannot be opened.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise UrdfTooLarge(path.name, "bytes", MOST_BYTES)
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
+    except OSError as fault:
+        raise FileUnreadable(path, fault.strerror or str(fault)) from None
+    except ValueError as fault:
+        raise FileUnreadable(path, str(fault)) from None
+
+
+def parse(text: str, *, source: str = "robot.urdf") -> Tree:
+    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over.
+
+    Args:
+        text: The URDF itself.
+        source: What error messages call it.
+
+    Raises:
+        UrdfError: One of its kinds, with the place and what was expected.
+    """
+    robot = read_xml(text, source)
+    links: dict[str, Link] = {}
+    for name, element in _named(robot, "link", source):
+        links[name] = _link(name, element, source)
+    joints: dict[str, Joint] = {}
+    for name, element in _named(robot, "joint", source):
+        joints[name] = _joint(name, element, links, source)
+    above = _above(joints, source)
+    root = _root(links, above, source)
+    return Tree(robot.get("name") or "robot", source, root, links, joints, above)
+
+
+def read_xml(text: str, source: str) -> ET.Element:
+    """The XML of a URDF, refused where it could harm.
+
+    Raises:
+        UrdfNotXml, UrdfNotText, UrdfUnsafe, UrdfTooLarge: It is not plain XML.
+        NotARobot, UrdfUnexpandedXacro: It is not a URDF.
+    """
+    robot = markup.read(text, source, MOST_BYTES)
+    if robot.tag != "robot":
+        raise NotARobot(source, robot.tag[:60])
+    for element in robot.iter():
+        if isinstance(element.tag, str) and element.tag.startswith("xacro:"):
+            raise UrdfUnexpandedXacro(source, element.tag)
+    return robot
+
+
+def _named(robot: ET.Element, kind: str, source: str) -> Iterator[tuple[str, ET.Element]]:
+    elements = robot.findall(kind)
+    if len(elements) > MOST_LINKS:
+        raise UrdfTooLarge(source, f"{kind}s", MOST_LINKS)
+    seen: set[str] = set()
+    for count, element in enumerate(elements, start=1):
+        name = element.get("name")
+        if not name:
+            raise UrdfUnnamed(source, kind, count, "has no name")
+        if len(name) > MOST_LETTERS:
+            raise UrdfUnnamed(source, kind, count, f"has a name of {len(name)} letters")
+        if name in seen:
+            raise UrdfDuplicate(source, kind, name)
+        seen.add(name)
+        yield name, element
+
+
+def _link(name: str, element: ET.Element, source: str) -> Link:
+    inertial = element.find("inertial")
+    if inertial is None:
+        return Link(name, 0.0, np.zeros(3))
+    mass_element, inertia = inertial.find("mass"), inertial.find("inertia")
+    text = None if mass_element is None else mass_element.get("value")
+    mass = float(_numbers(text, 1, f"the mass of link '{name}'", source)[0])
+    if mass < 0:
+        raise UrdfBadNumbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
+    if inertia is not None:
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+            _numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
+    return Link(name, mass, _origin(inertial, f"link '{name}', inertial", source)[:3, 3])
+
+
+def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: str) -> Joint:
+    kind = element.get("type")
+    if kind not in KINDS:
+        raise UrdfJointKind(source, name, kind, KINDS)
+    where = f"joint '{name}'"
+    follows = element.find("mimic")
+    lower, upper = _limits(name, kind, element, source)
+    return Joint(
+        name=name,
+        kind=kind,
+        parent=_end(name, "parent", element, links, source),
+        child=_end(name, "child", element, links, source),
+        origin=_origin(element, where, source),
+        axis=_axis(element, where, source) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
+        lower=lower,
+        upper=upper,
+        follows=None if follows is None else follows.get("joint"),
+    )
+
+
+def _end(name: str, role: str, element: ET.Element, links: Mapping[str, Link], source: str) -> str:
+    end = element.find(role)
+    link = None if end is None else end.get("link")
+    if link is None or link not in links:
+        raise UrdfMissingLink(source, name, role, link, links)
+    return link
+
+
+def _limits(name: str, kind: str, element: ET.Element, source: str) -> tuple[float, float]:
+    if kind == "continuous" or kind not in MOVING:
+        return -math.inf, math.inf
+    limit = element.find("limit")
+    if limit is None or not {"lower", "upper"} & limit.attrib.keys():
+        raise UrdfLimits(source, name, "has no limits")
+    lower, upper = (
+        float(_numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
+        for side in ("lower", "upper")
+    )
+    if lower > upper:
+        raise UrdfLimits(source, name, f"has its lower limit {lower:g} above its upper limit {upper:g}")
+    return lower, upper
+
+
+def _axis(element: ET.Element, where: str, source: str) -> Array:
+    axis = element.find("axis")
+    if axis is None:
+        return np.array([1.0, 0.0, 0.0])
+    text = axis.get("xyz")
+    direction = _numbers(text, 3, f"the axis of {where}", source)
+    largest = np.abs(direction).max()
+    if largest < 1e-9:
+        raise UrdfBadNumbers(source, f"the axis of {where}", text, "a direction, not zero")
+    unit: Array = direction / largest
+    return unit / np.linalg.norm(unit)
+
+
+def _origin(element: ET.Element, where: str, source: str) -> Array:
+    origin = element.find("origin")
+    attributes = {} if origin is None else origin.attrib
+    xyz = _numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
+    rpy = _numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
+    R = se3.rot_z(rpy[2]) @ se3.rot_y(rpy[1]) @ se3.rot_x(rpy[0])
+    return se3.pose(R, xyz)
+
+
+def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+    words = [] if text is None else text.split()
+    wanted = "a number" if count == 1 else f"{count} numbers"
+    if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):
+        raise UrdfBadNumbers(source, where, text, wanted)
+    values = np.array([float(word) for word in words])
+    if not np.isfinite(values).all() or np.abs(values).max() > farthest:
+        raise UrdfBadNumbers(source, where, text, f"{wanted} of a size that a robot has")
+    return values
+
+
+def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:
+    above: dict[str, Joint] = {}
+    for joint in joints.values():
+        other = above.setdefault(joint.child, joint)
+        if other is not joint:
+            raise UrdfNotATree(
+                source, f"link '{joint.child}' is the child of two joints, '{other.name}' and '{joint.name}'"
+            )
+    return above
+
+
+def _root(links: Mapping[str, Link], above: Mapping[str, Joint], source: str) -> str:
+    roots = [link for link in links if link not in above]
+    if not links:
+        raise UrdfNotATree(source, "there is no link")
+    if len(roots) > 1:
+        named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
+        raise UrdfNotATree(source, f"{len(roots)} links hang on no joint: {named}")
+    grounded = set(roots)
+    for link in links:
+        trail: dict[str, None] = {}
+        here = link
+        while here not in grounded:
+            if here in trail:
+                raise UrdfNotATree(source, f"the joints above link '{here}' run in a circle")
+            trail[here] = None
+            here = above[here].parent
+        grounded.update(trail)
+    return roots[0]

@@ -1,0 +1,208 @@
+"""Postures from which a scanner on an arm sees a flat target below it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.geometry import camera as optics
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.errors import TargetOutOfSight
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply
+
+BATCH = 20_000  # postures at a time: some ten milliseconds
+BATCHES = 20  # where they promise nothing; five times as many where they do
+INSIDE = 0.02  # of a joint's range: stay clear of its limits
+TURN = float(np.pi)  # a joint that turns for ever is used within ± this
+TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
+MARGIN = 0.08  # of the image, left free on each side
+ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
+PATCH = 0.3  # radius of the target over the arm's reach
+CLEAR = 0.3  # the middle of the stripe keeps this far from the base's axis, over the arm's reach
+LEVEL_STEP_M = 0.05
+NATURAL = 0.3  # the base's own level is taken where it offers this share of the best level's postures
+SPARE = 4  # candidates for each posture wanted,
+MOST_SPARE = 80  # but no more than this beyond them
+
+
+@final
+@dataclass(frozen=True)
+class View:
+    """What a stripe scanner on a flange sees.
+
+    Attributes:
+        T_flange_camera: (4, 4).
+        values: Uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `b`, `theta`.
+        stripe_axis: Image axis the stripe runs along.
+        image_px: Width and height [px].
+    """
+
+    T_flange_camera: Array
+    values: Mapping[str, float]
+    stripe_axis: str
+    image_px: tuple[int, int]
+
+    @property
+    def along(self) -> int:
+        """Column of the pixel coordinate that the stripe runs along."""
+        return 0 if self.stripe_axis == "u" else 1
+
+    def lit(self, T_base_camera: Array, level: float, at: Array) -> Array:
+        """Where the sheet meets the plane z = level, for an undistorted lens.
+
+        Args:
+            T_base_camera: (n, 4, 4).
+            level: Of the target, in the base frame [m].
+            at: Pixel coordinates along the stripe, (n or 1, k).
+
+        Returns:
+            Points in the camera frame, (n, k, 3) [m]; NaN behind the camera.
+        """
+        sheet = optics.sheet({name: np.array([value]) for name, value in self.values.items()})[0, 0]
+        pitch, centre = (("s_u", "u_0"), ("s_v", "v_0"))[self.along]
+        slope = (at - self.values[centre]) * self.values[pitch] / self.values["f"]
+        slope = -slope if self.along == 0 else slope
+        normal = T_base_camera[:, 2, :3, None]
+        distance = level - T_base_camera[:, 2, 3, None]
+        facing = normal[:, 1] * slope + normal[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth = (sheet[0] * distance - sheet[3] * normal[:, 0]) / (sheet[0] * facing - sheet[2] * normal[:, 0])
+            x = (sheet[3] - sheet[2] * depth) / sheet[0]
+            return np.stack([x, slope * depth, np.where(depth > 0, depth, np.nan)], axis=-1)
+
+    def pixels(self, point: Array) -> Array:
+        """Where points of the camera frame show through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
+        flat = {**{name: np.array([value]) for name, value in self.values.items()}, "k": np.zeros(1)}
+        return optics.project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
+
+    def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
+        """Where the stripe on the plane z = level shows, (n, k, 2) [px]; arguments as those of `lit`."""
+        return self.pixels(self.lit(T_base_camera, level, at))
+
+    def span(self, margin: float = MARGIN) -> tuple[float, float]:
+        """First and last pixel of the stripe that a margin (a share of the image) leaves."""
+        length = self.image_px[self.along] - 1
+        return margin * length, (1 - margin) * length
+
+    def holds(self, pixel: Array, margin: float = MARGIN) -> Bools:
+        """Whether pixels (..., 2) lie in the image, a margin (a share of it) left free."""
+        size = np.array(self.image_px) - 1.0
+        room = np.abs(pixel - size / 2) <= (0.5 - margin) * size + ROUNDING_PX
+        return np.asarray(room.all(axis=-1))
+
+
+def limits(robot: Robot) -> tuple[Array, Array]:
+    """Joint limits with a little room left, (j,) and (j,); a joint that turns for ever gets ±π."""
+    lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
+    upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
+    room = INSIDE * (upper - lower)
+    return lower + room, upper - room
+
+
+def anywhere(robot: Robot, count: int, rng: np.random.Generator) -> Array:
+    """Postures drawn uniformly within the limits, (count, j)."""
+    lower, upper = limits(robot)
+    q: Array = rng.uniform(lower, upper, (count, len(lower)))
+    return q
+
+
+def looking_down(
+    robot: Robot, view: View, *, wanted: int, level: float | None, rng: np.random.Generator
+) -> tuple[Array, float]:
+    """Postures from which the whole stripe on a flat target is in the image.
+
+    Postures are drawn within the joint limits until enough look down on one patch of the target, which lies clear of
+    the base; of these, ones far from each other (in place, tilt and heading of the camera) come first.
+
+    Args:
+        robot: Any arm.
+        view: Its scanner.
+        wanted: How many are needed; up to three times as many follow as spares.
+        level: Height of the target in the base frame [m]. None: the base's own level where the arm can look at it,
+            else the level that most postures look at.
+        rng: Where chance comes from.
+
+    Returns:
+        Postures (`wanted` and some more, j), and the level.
+
+    Raises:
+        TargetOutOfSight: Not enough are found.
+    """
+    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
+    kept_q, kept_T = np.empty((0, len(robot.joints))), np.empty((0, 4, 4))
+    seeing: Ints = np.empty(0, dtype=np.int64)
+    enough = min(SPARE * wanted, wanted + MOST_SPARE)
+    down = tried = 0
+    while len(seeing) < enough and tried < BATCH * BATCHES * (5 if 5 * len(seeing) >= wanted else 1):
+        q = anywhere(robot, BATCH, rng)
+        T = robot.forward(q[None])[0]
+        reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
+        T = T @ view.T_flange_camera
+        steep = -T[:, 2, 2] > np.cos(TILT)
+        q, T = q[steep], T[steep]
+        down, tried = down + len(q), tried + BATCH
+        level = _level(T, view) if level is None else level
+        good = np.linalg.norm((_focus(T, view) - foot)[:, :2], axis=-1) > CLEAR * reach
+        good &= _sees(robot, q, T, view, level)
+        kept_q, kept_T = np.concatenate([kept_q, q[good]]), np.concatenate([kept_T, T[good]])
+        seeing = _patch(_focus(kept_T, view)[:, :2], PATCH * reach)
+    if len(seeing) < wanted:
+        raise TargetOutOfSight(robot.name, wanted, tried, down, len(seeing), level or 0.0)
+    seeing = rng.permutation(seeing)[:enough]
+    order = apart(_features(kept_T[seeing], view, PATCH * reach))
+    return kept_q[seeing[order]], float(level or 0.0)
+
+
+def _focus(T_base_camera: Array, view: View) -> Array:
+    """Where the sheet crosses the middle of the view, (n, 3) [m]."""
+    depth = abs(view.values["b"] / np.tan(view.values["theta"]))
+    return apply(T_base_camera, np.array([0.0, 0.0, depth]))
+
+
+def _level(T_base_camera: Array, view: View) -> float:
+    steps = (_focus(T_base_camera, view)[:, 2] / LEVEL_STEP_M).round().astype(int)
+    levels, counts = np.unique(np.append(steps, 0), return_counts=True)
+    if counts[levels == 0][0] >= NATURAL * counts.max():
+        return 0.0
+    return float(levels[np.argmax(counts)] * LEVEL_STEP_M)
+
+
+def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float) -> Bools:
+    """Whether both ends and the middle of the stripe are in the image, and the forearm is above the target."""
+    at = np.linspace(*view.span(), 3)[None]
+    seen: Bools = np.asarray(view.holds(view.stripe(T_base_camera, level, at)).all(axis=1))
+    rows = np.flatnonzero(seen)
+    if len(rows):
+        outer = robot.joint_frames(q[None, rows])[0][:, len(robot.chain) // 2 :, 2, 3]
+        seen[rows] = (outer > level).all(axis=1)
+    return seen
+
+
+def _patch(xy: Array, radius: float) -> Ints:
+    """Those within the disc of this radius that holds most, (n, 2) -> numbers."""
+    if not len(xy):
+        return np.empty(0, dtype=np.int64)
+    centres = xy[:500]
+    within = np.linalg.norm(centres[:, None] - xy[None], axis=-1) < radius
+    return np.flatnonzero(within[within.sum(axis=1).argmax()])
+
+
+def _features(T_base_camera: Array, view: View, patch: float) -> Array:
+    """Place, tilt, heading and height of the camera, each about one wide, (n, 7)."""
+    place = _focus(T_base_camera, view)[:, :2] / patch
+    tilt = T_base_camera[:, :2, 2] / np.sin(TILT)
+    height = T_base_camera[:, 2, 3:] / abs(view.values["b"])
+    return np.concatenate([place, tilt, T_base_camera[:, :2, 0], height], axis=1)
+
+
+def apart(features: Array) -> Ints:
+    """An order in which each is as far as can be from all before it, (n, k) -> (n,)."""
+    order = [0]
+    nearest = np.linalg.norm(features - features[0], axis=1)
+    for _ in range(len(features) - 1):
+        nearest[order[-1]] = -1.0
+        order.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, np.linalg.norm(features - features[order[-1]], axis=1))
+    return np.array(order, dtype=np.int64)

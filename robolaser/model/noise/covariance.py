@@ -1,0 +1,248 @@
+"""How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.model.pose_blocks import looks_around, with_rows
+from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.noise import reml
+from robolaser.model.noise.sources import Disturbance, disturbances
+from robolaser.model.noise.whitening import Whitener, group_sums
+from robolaser.model.forward_model import Model
+
+FLOOR_M = 1e-6
+"""Of every row and axis, added to all: no cell is better, and no covariance becomes singular."""
+MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
+MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
+LEAST_ROWS_A_POSE = 3
+MOST_POSES = 2000
+MOST_NAMES = 30  # reflectors or sockets
+LEAST = {"target": 1e-5}
+"""Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
+their rays by the way they are made, would else seem to know everything across them."""
+LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+OF_POSES = ("joint", "probe", "probe_turn", "flange", "flange_turn")
+GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
+
+
+@final
+@dataclass(frozen=True)
+class NoiseModel:
+    """The errors of a data set's rows: independent between poses, correlated within.
+
+    Attributes:
+        sources: What shakes the rows, see `robolaser.model.noise.sources`.
+        sigmas: Standard deviation of each source, by name [px, m or rad].
+        estimated: Those that the residuals or repeats gave rather than the data set.
+    """
+
+    sources: tuple[Disturbance, ...]
+    sigmas: Mapping[str, float]
+    estimated: tuple[str, ...] = ()
+
+    def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
+        """The same sources with other sizes; those not named keep theirs."""
+        return replace(self, sigmas={**self.sigmas, **sigmas})
+
+    def for_weights(self) -> "NoiseModel":
+        """The noise that weights may rest on: all but estimated errors of whole poses.
+
+        Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
+        """
+        return self.at({name: 0.0 for name in self.estimated if name in OF_POSES})
+
+    def of_rows(self, rows: Ints) -> "NoiseModel":
+        """The noise of some rows, whole poses of them."""
+        sources = (
+            Disturbance(source.name, source.effect[rows], np.unique(source.group[rows], return_inverse=True)[1])
+            for source in self.sources
+        )
+        return replace(self, sources=tuple(sources))
+
+    @cached_property
+    def _whitener(self) -> Whitener:
+        own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        levels: list[tuple[Array, Ints]] = []
+        shaking = (source for source in self.sources if self.sigmas[source.name] > 0.0)
+        for source in sorted(shaking, key=lambda source: len(np.unique(source.group)), reverse=True):
+            effect = self.sigmas[source.name] * source.effect
+            if len(np.unique(source.group)) == self._rows:
+                own += effect @ np.swapaxes(effect, -1, -2)
+            elif levels and np.array_equal(levels[-1][1], source.group):
+                levels[-1] = (np.concatenate([levels[-1][0], effect], axis=-1), source.group)
+            else:
+                levels.append((effect, source.group))
+        return Whitener.of(own, levels)
+
+    @property
+    def _rows(self) -> int:
+        return len(self.sources[0].group)
+
+    def whiten(self, residuals: Array) -> Array:
+        """Make residuals independent and of unit variance, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
+        return self._whitener(residuals)
+
+    def weigh(self, white: Array) -> Array:
+        """Σ⁻¹ times residuals that are white already, (c, 3m) -> (c, 3m) [1/m]."""
+        return self._whitener.back(white)
+
+    def seen_through(self, J: Array) -> Array:
+        """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""
+        d = J.shape[1]
+        rows = J.reshape(-1, 3, d)
+        total: Array = FLOOR_M**2 * (J.T @ J)
+        for source in self.sources:
+            moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
+            shared = self.sigmas[source.name] * group_sums(moved, source.group).reshape(-1, d)
+            total = total + shared.T @ shared
+        return total
+
+    @cached_property
+    def covariances(self) -> Array:
+        """Covariance of each row by itself, all sources together, (m, 3, 3) [m²]."""
+        total = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        for source in self.sources:
+            effect = self.sigmas[source.name] * source.effect
+            total += effect @ np.swapaxes(effect, -1, -2)
+        return total
+
+    def draw(self, count: int, rng: np.random.Generator) -> Array:
+        """Errors as this noise would make them, (count, m, 3) [m]."""
+        e = FLOOR_M * rng.standard_normal((count, self._rows, 3))
+        for source in self.sources:
+            unit = rng.standard_normal((count, int(source.group.max()) + 1, source.effect.shape[-1]))
+            e += self.sigmas[source.name] * np.einsum("mkq,cmq->cmk", source.effect, unit[:, source.group])
+        return e
+
+
+def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
+    """The noise of a data set, judged at the optimum.
+
+    Parameters on a bound are taken as not fitted: what they could not mend is left in the residuals.
+
+    Args:
+        model: The model that was fitted.
+        x: The optimum, (d,).
+        kept: Rows to judge by, (m,); all when absent.
+    """
+    sizes = sizes_of(model, x, kept)
+    return NoiseModel(disturbances(model, x), sizes.sigmas, sizes.estimated)
+
+
+def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
+    """As `noise_of`, of no more rows than the sizes are judged by."""
+    some = _telling(model, kept)
+    inside = (x > model.parameters.lower) & (x < model.parameters.upper)
+    J = jacobian(some, x)[:, inside]
+    pixel = pixel_from_repeats(model.dataset)
+    return _sized(some.dataset, disturbances(some, x), some.residuals(x[None])[0], J, pixel)
+
+
+def _telling(model: Model, kept: Bools | None) -> Model:
+    """The model of rows that tell the sizes of errors: more poses, or more rows of each, say nothing new."""
+    points = model.dataset.points
+    rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
+    if model.dataset.kind != "stripe":  # each name is a place of its own to be fitted
+        rows = rows[_spread(points.number[rows], MOST_NAMES)]
+    rows = rows[_spread(points.pose[rows], MOST_POSES)]
+    table = some_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))
+    rows = rows[np.sort(table[table >= 0])]
+    return model if len(rows) == len(points) or looks_around(model) else with_rows(model, rows)
+
+
+def _spread(group: Ints, most: int) -> Bools:
+    """Rows of at most so many groups (m,), evenly taken from all, (m,)."""
+    seen, number = np.unique(group, return_inverse=True)
+    chosen = np.zeros(len(seen), dtype=bool)
+    chosen[np.linspace(0, len(seen) - 1, min(len(seen), most)).round().astype(np.int64)] = True
+    return np.asarray(chosen[number])
+
+
+def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:
+    """The sizes of the sources, from what is stated, from repeats and from the residuals of a fit.
+
+    What `[noise]` states is taken as it is. The pixels' comes from repeats where there are enough. The rest is
+    estimated from the residuals by restricted maximum likelihood; at the level of the pose there is always a source
+    left for it, so that residuals larger than the stated noise are not passed over.
+
+    Args:
+        dataset: Stated noise, repeats, and which rows make a pose.
+        sources: What may shake the rows.
+        residuals: What the fit left over, (m, 3) [m].
+        J: The residuals by the parameters that were fitted, (3m, d).
+    """
+    return _sized(dataset, sources, residuals, J, pixel_from_repeats(dataset))
+
+
+def _sized(
+    dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array, pixel: float | None
+) -> NoiseModel:
+    noise = dataset.noise
+    stated = {
+        "pixel": noise.pixel_px,
+        "target": noise.target_m,
+        "joint": noise.joint_rad,
+        "point": noise.point_m,
+    }
+    names = [source.name for source in sources]
+    known = {name: sigma for name in names if (sigma := stated.get(name)) is not None}
+    estimated = tuple(name for name in names if name not in known)
+    if "pixel" in estimated and pixel is not None:
+        known["pixel"] = pixel
+    if len(known) < len(names):
+        known |= _from_residuals(dataset.points.pose, sources, known, residuals, J)
+    return NoiseModel(sources, {name: known[name] for name in names}, estimated)
+
+
+def _from_residuals(
+    of_pose: Ints, sources: tuple[Disturbance, ...], known: Mapping[str, float], residuals: Array, J: Array
+) -> dict[str, float]:
+    table = some_of_each(of_pose, _most_of_a_pose(len(np.unique(of_pose))))
+    there = np.repeat(table >= 0, 3, axis=1)
+    columns = (3 * table[:, :, None] + np.arange(3)).reshape(len(table), -1)
+    e = np.where(there, residuals.reshape(-1)[columns], 0.0)
+    slopes = np.where(there[..., None], J[columns], 0.0)
+    base = np.eye(columns.shape[1]) * np.where(there, FLOOR_M**2, 1.0)[:, None]
+    unit = {}
+    for source in sources:
+        C = reml.blocks(source.effect, source.group, table)
+        if source.name in known:
+            base = base + known[source.name] ** 2 * C
+        else:
+            unit[source.name] = C
+    least = np.array([LEAST.get(name, 0.0) for name in unit])
+    found = reml.estimate(base, list(unit.values()), e, slopes, least)
+    return dict(zip(unit, found.tolist(), strict=True))
+
+
+def _most_of_a_pose(poses: int) -> int:
+    return int(np.clip(MOST_ROWS // poses, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
+
+
+def pixel_from_repeats(dataset: Dataset) -> float | None:
+    """Pooled standard deviation of pixels between shots at an unmoved pose [px]; None where repeats are too few.
+
+    Repeats with a gross error, judged by the median deviation, are left out.
+    """
+    if dataset.points.pixel is None or dataset.points.repeat is None:
+        return None
+    group = dataset.points.place
+    count = np.bincount(group)
+    deviation = dataset.points.pixel - (group_sums(dataset.points.pixel, group) / count[:, None])[group]
+    free = (count - 1)[group] / count[group]  # share of the variance that a deviation from the group's mean keeps
+    repeated = free > 0
+    if (count - 1).sum() < LEAST_REPEATS:
+        return None
+    normal = np.abs(deviation[repeated]) / np.sqrt(free[repeated, None])
+    largest = GROSS * float(np.median(normal)) / 0.6745  # median of |N(0, 1)|
+    gross = np.zeros(len(count), dtype=bool)
+    gross[group[repeated][(normal > largest).any(axis=1)]] = True
+    kept = ~gross
+    degrees = 2 * (count - 1)[kept].sum()
+    return float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))

@@ -1,0 +1,71 @@
+"""Large data in blocks of whole poses: what is known of each does not depend on the others, and little is kept."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Ints
+from robolaser.model.forward_model import Model
+
+ROWS = 6_000
+"""Rows of a block at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A part of a model's rows.
+
+    Attributes:
+        model: Sees no more than these rows and their poses; its parameters are those of the whole.
+        rows: Which of the whole model's rows they are, (m,).
+    """
+
+    model: Model
+    rows: Ints
+
+
+def blocks_of(model: Model) -> tuple[Block, ...]:
+    """A model in blocks; a single one where it is small, or where an effect looks at more than the pose it bends."""
+    whole = np.arange(len(model.dataset.points))
+    if len(whole) <= ROWS or looks_around(model):
+        return (Block(model, whole),)
+    return tuple(_cut(model))
+
+
+def looks_around(model: Model) -> bool:
+    """Whether rows of a model depend on other poses than their own."""
+    return any(suspect.kind.looks_around for suspect in model.suspects)
+
+
+def with_rows(model: Model, rows: Ints) -> Model:
+    """The model of some rows; where effects look around, they see no more than these and all poses."""
+    points = model.dataset.points.take(rows)
+    return _like(model, Model(replace(model.dataset, points=points), model.suspects))
+
+
+def _cut(model: Model) -> Iterator[Block]:
+    dataset = model.dataset
+    order = np.argsort(dataset.points.pose, kind="stable")
+    counts = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
+    ends = np.cumsum(counts)
+    begins = np.searchsorted(ends, np.arange(0, len(order), ROWS), side="right")
+    poses = np.unique([*begins, len(counts)])
+    for first, last in pairwise(poses.tolist()):
+        rows = order[ends[first] - counts[first] : ends[last - 1]]
+        if len(rows):
+            points = dataset.points.take(rows)
+            part = replace(
+                dataset,
+                poses=dataset.poses.take(np.arange(first, last)),
+                points=replace(points, pose=points.pose - first),
+            )
+            yield Block(_like(model, Model(part, model.suspects)), rows)
+
+
+def _like(model: Model, part: Model) -> Model:
+    part.__dict__.update(parameters=model.parameters)  # closed forms follow from all rows
+    return part

@@ -1,0 +1,64 @@
+"""A ball on the flange that is seated in fixed sockets, again and again, from many sides."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.estimation.elimination.seats import seat
+from robolaser.parameters import Parameters, Values
+from robolaser.geometry.rigid_motion import carry
+from robolaser.model.stages import Bend
+from robolaser.model.sensors.sensor import Sensor, vector
+
+
+@final
+class Socket(Sensor):
+    """The ball's place T_base_flange tool.ball is the socket's, whichever way the arm is folded."""
+
+    kind: ClassVar[str] = "socket"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        self._sockets = tuple(dict.fromkeys(dataset.points.names))
+        self._socket = np.array([self._sockets.index(name) for name in dataset.points.names], dtype=np.int64)
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """None: everything follows from the readings."""
+        return ()
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """The ball in the flange frame and the sockets in the base frame."""
+        sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
+        return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
+
+    @property
+    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+        """Each axis of the sockets."""
+        return tuple((tuple(f"socket.{name}.{axis}" for name in self._sockets), self._socket) for axis in "xyz")
+
+    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+        """Linear least squares: R ball + t = socket for every row, exact in one step."""
+        everywhere = np.full(len(self.following), np.inf)
+        return self._seated(T_base_flange, -everywhere, everywhere)
+
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """The same within bounds."""
+        columns = bounds.columns(self.following)
+        return self._seated(T_base_flange, bounds.lower[columns], bounds.upper[columns])
+
+    def _seated(self, T_base_flange: Array, lower: Array, upper: Array) -> Values:
+        T = T_base_flange[:, self.dataset.points.pose]
+        ball, sockets = seat(T[..., :3, :3], T[..., :3, 3], self._socket, lower, upper)
+        found = np.concatenate([ball, sockets.reshape(len(T), -1)], axis=1)
+        return dict(zip(self.following, found.T, strict=True))
+
+    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
+        sockets = np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)
+        ball = vector(values, "tool.ball")
+        seated = carry(T_base_flange, self.dataset.points.pose, ball[:, None])
+        return sockets[:, self._socket] - seated

@@ -1,0 +1,128 @@
+"""A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
+
+from functools import cached_property
+from typing import ClassVar, final
+
+import numpy as np
+
+from robolaser.geometry import camera as optics
+from robolaser.arrays import Array
+from robolaser.compiled import available
+from robolaser.data.dataset import Dataset
+from robolaser.parameters import Parameters, Values
+from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
+from robolaser.model.stages import Bend, Seam
+from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
+from robolaser.model.sensors.mounting import SIMILARITY, Mounting
+from robolaser.model.sensors.sensor import SIX, Sensor, motion, six_of
+
+
+@final
+class Stripe(Sensor):
+    """The laser scanner of the paper, eqs. 1-13, its target placed or not."""
+
+    kind: ClassVar[str] = "stripe"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        assert dataset.points.pixel is not None  # the folder's reader sees to both
+        assert dataset.points.xyz is not None
+        self._pixel = dataset.points.pixel[None]
+        self._xyz = dataset.points.xyz[None]
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The paper's fourteen."""
+        return SCANNER
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """T_base_target, where the target is not placed."""
+        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
+
+    @property
+    def eliminated(self) -> tuple[str, ...]:
+        """The scanner's place and size, a similarity fit given its camera and its sheet, and the target's pose."""
+        return (*SIMILARITY, *self.following)
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """The focal length: see `with_gauge_held`."""
+        return ("f",)
+
+    def with_gauge_held(self, values: Values) -> Values:
+        """(f, s_u, s_v, k) → (c f, c s_u, c s_v, k/c²) changes no point: take c so that f is nominal."""
+        c = self.dataset.parameters["f"].nominal / values["f"]
+        scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
+        return {**values, **scaled, "k": values["k"] / c**2}
+
+    def in_camera(self, values: Values, bend: Bend, pixel: Array | None = None) -> Array:
+        """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
+        return head.in_camera(self._pixel if pixel is None else pixel, values, bend, self.dataset.stripe_axis)
+
+    def mount(self, values: Values, bend: Bend) -> Array:
+        """T_flange_camera, (c, n or 1, 4, 4)."""
+        return head.mount(self.dataset, values, bend)
+
+    def in_base(self, values: Values, T_base_flange: Array, bend: Bend, pixel: Array | None = None) -> Array:
+        """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
+        T_base_camera = T_base_flange @ self.mount(values, bend)
+        return carry(T_base_camera, self.dataset.points.pose, self.in_camera(values, bend, pixel))
+
+    def target(self, values: Values, bend: Bend) -> Array:
+        """The target points, in the base frame, (c, m, 3) [m]."""
+        points = bend(Seam.TARGET, self._xyz)
+        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+
+    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+        """T_base_target by a rigid fit; candidates with a pole among their points get the identity."""
+        seen = self.in_base(values, T_base_flange, bend)
+        known = np.broadcast_to(bend(Seam.TARGET, self._xyz), seen.shape)
+        good = np.isfinite(seen).all(axis=(1, 2))
+        T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
+        if good.any():
+            T[good] = rigid_fit(known[good], seen[good])
+        return six_of(T, "target")
+
+    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+        """Baseline, hand-eye and target's pose that fit best; what does not grow with b is taken at the values' b."""
+        items = tuple(bounds.items[column] for column in bounds.columns(self.eliminated))
+        mounting = Mounting(self.dataset, self.eliminated, Parameters(items))
+        reference = mounting.reference(values)
+        return mounting.found(self._shown({**values, "b": reference}, bend), reference, T_base_flange, bend)
+
+    def _shown(self, values: Values, bend: Bend) -> Array:
+        """What `in_camera` gives, compiled where it can be."""
+        if not available() or bend.touches(Seam.PIXELS, Seam.IMAGE):
+            return self.in_camera(values, bend)
+        from robolaser.estimation.elimination.similarity_loops import shown  # noqa: PLC0415 - numba takes a third of a second to load
+
+        lens = np.stack(np.broadcast_arrays(*(values[name] for name in ("s_u", "s_v", "u_0", "v_0", "k", "f"))), axis=1)
+        sheet = np.ascontiguousarray(bend(Seam.SHEET, optics.sheet(values)))
+        seen = np.empty((len(lens), self._pixel.shape[1], 3))
+        shown(0, len(lens), lens, sheet, self._pixel[0], self.dataset.stripe_axis == "u", seen)
+        return bend(Seam.LIGHT, seen)
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The same in compiled loops, where there is a compiler."""
+        return Chain(self.dataset)
+
+    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
+        known = self.target(values, bend)
+        if available() and not bend.touches(Seam.LIGHT):
+            return self.chain.residuals(values, T_base_flange, bend, known)
+        return known - self.in_base(values, T_base_flange, bend)
+
+    def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+        """J of eq. 18; in one go where the compiler can."""
+        if available() and not bend.touches(Seam.LIGHT):
+            return self.chain.squares(values, T_base_flange, bend, self.target(values, bend))
+        return super().squares(values, T_base_flange, bend)
+
+    def costs(self, x: Array, T_base_flange: Array) -> Array:
+        """J of the unbent model."""
+        direct = self.dataset.placed and available()
+        return self.chain.costs(x, T_base_flange) if direct else super().costs(x, T_base_flange)

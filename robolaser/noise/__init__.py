@@ -1,5 +1,0 @@
-"""How much of a residual is measurement error."""
-
-from robolaser.noise.model import NoiseModel, noise_from, noise_of, pixel_from_repeats, sizes_of
-
-__all__ = ["NoiseModel", "noise_from", "noise_of", "pixel_from_repeats", "sizes_of"]

@@ -1,0 +1,34 @@
+"""A cloud as dots: no more of them than a browser bears, coloured by their height."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robolaser.arrays import Array
+from robolaser.scan.ply import Vertices, places_of
+from robolaser.report.viewer.shapes import Dots
+
+MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
+CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all
+SPACING = 0.6  # size of a dot over the distance to its neighbours: a surface looks closed, its grain still shows
+LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger ones hide edges
+
+
+def thinned(vertices: Vertices, most: int = MOST) -> Dots | None:
+    """Evenly taken points of a cloud; None where it has none."""
+    every = max(1, -(-len(vertices) // most))
+    places = places_of(vertices[::every])
+    if not len(places):
+        return None
+    low, high = np.percentile(places, CLEAR, axis=0)
+    sides = np.sort(high - low)[1:]
+    size = SPACING * float(np.sqrt(sides.prod() / len(places)))
+    return Dots("cloud", places, by_height(places[:, 2], low[2], high[2]), float(np.clip(size, LEAST_M, MOST_M)))
+
+
+def by_height(z: Array, low: float, high: float) -> NDArray[np.uint8]:
+    """Colours from blue over green to yellow, (n,) -> (n, 3)."""
+    from matplotlib import colormaps  # noqa: PLC0415 - Matplotlib is slow to import
+
+    share = np.clip((z - low) / (high - low if high > low else 1.0), 0.0, 1.0)
+    colours: NDArray[np.uint8] = colormaps["viridis"](share, bytes=True)[:, :3]
+    return colours

@@ -1,0 +1,135 @@
+"""The scene of a cell: its arm, scanner, light, target and points as shapes in the base frame."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.report.viewer.model import Belief, Posture
+from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, ball, box, together, tube
+
+ARM: Colour = (178, 186, 196)
+JOINT: Colour = (88, 98, 112)
+CAMERA: Colour = (38, 42, 48)
+VIEW: Colour = (90, 100, 115)
+LASER: Colour = (214, 40, 40)
+TARGET: Colour = (60, 60, 66)
+OF_BELIEF: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}
+"""Colours of the points, by the model that puts them there; the report's."""
+
+THICK = 0.028  # radius of a link as a share of the arm's length
+LEAST_RADIUS_M, MOST_RADIUS_M = 0.004, 0.06
+USUAL_ARM_M = 0.6  # where flange poses were measured
+DOT = 0.006  # size of a point as a share of the extent of the target
+LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
+
+
+def cell(belief: Belief, posture: Posture, arm_m: float) -> tuple[Shape, ...]:
+    """What moves with the joints: arm, scanner and light.
+
+    Args:
+        belief: Whose.
+        posture: Where it stands.
+        arm_m: Length of the arm, by which things are drawn [m].
+    """
+    radius = float(np.clip(THICK * arm_m, LEAST_RADIUS_M, MOST_RADIUS_M))
+    return (*_arm(belief.dataset, posture, radius), *_scanner(posture, radius))
+
+
+def arm_length(dataset: Dataset) -> float:
+    """How far an arm's joints are from each other, altogether [m]."""
+    robot = dataset.robot
+    if robot is None:
+        return USUAL_ARM_M
+    steps = [robot.placements[i, :3, 3] for i in robot.chain] + [robot.end[:3, 3]]
+    return float(sum(np.linalg.norm(step) for step in steps)) or USUAL_ARM_M
+
+
+def measured(belief: Belief, others: tuple[Belief, ...]) -> tuple[Shape, ...]:
+    """What stays: the target, and where this model puts the measured points.
+
+    Args:
+        belief: Whose.
+        others: All models, for one size of dots.
+    """
+    known = belief.target
+    extent = max((float(np.ptp(one.target, axis=0).max()) for one in others if len(one.target)), default=0.0)
+    size = float(np.clip(DOT * extent, LEAST_DOT_M, MOST_DOT_M))
+    seen = belief.points[np.isfinite(belief.points).all(axis=1)]
+    shapes: list[Shape] = []
+    if len(known):
+        shapes.append(Dots("target/points", known, TARGET, 0.8 * size))
+    if len(seen):
+        shapes.append(Dots("points/measured", seen, OF_BELIEF[belief.name], size))
+    return tuple(shapes)
+
+
+def _arm(dataset: Dataset, posture: Posture, radius: float) -> list[Shape]:
+    shapes: list[Shape] = []
+    if len(posture.joints):
+        robot = dataset.robot
+        assert robot is not None  # whose joints they are
+        places = [np.zeros(3), *posture.joints[:, :3, 3], posture.flange[:3, 3]]
+        links = [
+            tube(start, end, radius) for start, end in pairwise(places) if np.linalg.norm(end - start) > 0.1 * radius
+        ]
+        links += [ball(place, radius) for place in places[1:-1]]
+        if links:
+            shapes.append(Mesh("robot/links", *together(*links), ARM))
+        turned = [T[:3, :3] @ robot.axes[i] for T, i in zip(posture.joints, robot.chain, strict=True)]
+        hubs = [
+            _slider(T, radius) if robot.prismatic[i] else tube(*_about(T[:3, 3], axis, 1.5 * radius), 1.25 * radius)
+            for T, axis, i in zip(posture.joints, turned, robot.chain, strict=True)
+        ]
+        shapes.append(Mesh("robot/joints", *together(*hubs), JOINT))
+        foot = tube(np.array([0.0, 0.0, -0.3 * radius]), np.array([0.0, 0.0, 0.3 * radius]), 2.6 * radius)
+        shapes.append(Mesh("robot/foot", *foot, JOINT))
+    ends, colours = axes(posture.flange, 4.0 * radius)
+    shapes.append(Lines("robot/flange", ends, colours, 3.0))
+    return shapes
+
+
+def _scanner(posture: Posture, radius: float) -> list[Shape]:
+    T, corners, light = posture.camera, posture.corners, posture.light
+    if T is None or corners is None or light is None or posture.projector is None:
+        return []
+    eye, lamp = T[:3, 3], posture.projector
+    size = 1.1 * radius
+    body = T @ _shift(0.0, 0.0, -0.8 * size)
+    bracket = together(tube(posture.flange[:3, 3], body[:3, 3], 0.3 * radius), tube(body[:3, 3], lamp, 0.3 * radius))
+    shapes: list[Shape] = [
+        Mesh("scanner/camera", *box(body, (size, size, 1.6 * size)), CAMERA),
+        Mesh("scanner/bracket", *bracket, JOINT),
+        Mesh("scanner/laser", *ball(lamp, 0.5 * size), LASER),
+        Lines("scanner/view", _frustum(eye, corners), VIEW, 1.5),
+    ]
+    if len(light) > 1:
+        fan = np.concatenate([lamp[None], light])
+        i = np.arange(1, len(light))
+        faces = np.column_stack([np.zeros_like(i), i, i + 1])
+        shapes.append(Mesh("light/sheet", fan, faces, LASER, 0.22))
+        shapes.append(Lines("light/edge", np.stack([light[:-1], light[1:]], axis=1), LASER, 1.5))
+    stripe = posture.stripe
+    if stripe is not None and len(stripe) > 1:
+        shapes.append(Lines("light/stripe", np.stack([stripe[:-1], stripe[1:]], axis=1), LASER, 4.0))
+    return shapes
+
+
+def _frustum(eye: Array, corners: Array) -> Array:
+    around = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    return np.concatenate([np.stack([np.broadcast_to(eye, corners.shape), corners], axis=1), around])
+
+
+def _about(place: Array, axis: Array, half: float) -> tuple[Array, Array]:
+    return place - half * axis, place + half * axis
+
+
+def _slider(T: Array, radius: float) -> tuple[Array, Ints]:
+    return box(T, (3.0 * radius, 3.0 * radius, 3.0 * radius))
+
+
+def _shift(x: float, y: float, z: float) -> Array:
+    T = np.eye(4)
+    T[:3, 3] = x, y, z
+    return T

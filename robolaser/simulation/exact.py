@@ -1,0 +1,175 @@
+"""What a cell without noise would measure in given postures, whatever bends the chain."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Points
+from robolaser.model.effects.effect import Suspect
+from robolaser.parameters import Values
+from robolaser.geometry.visibility import View
+from robolaser.model.forward_model import Model
+from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.model.stages import Bend, Seam
+from robolaser.model.sensors.sensor import motion, vector
+from robolaser.model.sensors.stripe import Stripe
+from robolaser.geometry.inverse_kinematics import touching
+
+EXACT_M = 1e-12
+SECANT_STEPS = 40
+FIRST_STRIDE_PX = 0.5
+ROUNDS = 8  # effects may look at the points that they bend: repeat until nothing moves
+INVERSION_STEPS = 60
+IMAGE_MARGIN = 0.02  # of the image, so that noise does not carry a pixel out of it
+
+
+def stripe_points(
+    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, view: View, at: Array, level: float
+) -> tuple[Dataset, Bools]:
+    """Follow the stripe along the target: for each place along it, the pixel that shows the target.
+
+    Args:
+        dataset: Poses, without points.
+        suspects: The effects of the cell.
+        values: All parameters and the effects' numbers, one candidate.
+        view: The scanner.
+        at: Pixel coordinates along the stripe, (n, k).
+        level: Height of the target in the base frame, or in its own one where it is not placed [m].
+
+    Returns:
+        The data set with points, each given as the target's maker would: on a plane. And which poses show all of
+        theirs in the image, (n,).
+    """
+    n, k = at.shape
+    assert dataset.robot is not None  # a simulated cell has one
+    assert dataset.poses.q is not None
+    along = view.along
+    T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
+    camera = dataset.robot.forward(dataset.poses.q[None])[0] @ view.T_flange_camera
+    pixel = view.stripe(camera, float(T_base_target[2, 3] + level), at).reshape(-1, 2)
+    names = tuple(str(i) for _ in range(n) for i in range(k))
+    points = Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.zeros((n * k, 3)))
+    dataset = replace(dataset, points=points)
+    plain = Model(dataset)
+    shown = _sensor(plain).in_base(values, plain.flange(values), plain.bend(values))[0]
+    given = apply(inverse(T_base_target), shown)
+    for _ in range(ROUNDS):
+        dataset = replace(dataset, points=replace(points, pixel=pixel, xyz=given))
+        model = Model(dataset, tuple(suspects))
+        bend = model.bend(values)
+        T = model.flange(values, bend)
+        left = np.abs(model.sensor.residuals(values, T, bend))[0].max(axis=-1)
+        left = np.maximum(left, np.abs(given[:, 2] - level))
+        if (left < EXACT_M).all():
+            break
+        pixel, given = _on_target(_sensor(model), values, T, bend, pixel, 1 - along, T_base_target, level)
+    shown = _sensor(model).in_camera(values, bend)[0]
+    good = (left < EXACT_M) & view.holds(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
+    return dataset, np.asarray(good.reshape(n, k).all(axis=1))
+
+
+def _sensor(model: Model) -> Stripe:
+    assert isinstance(model.sensor, Stripe)
+    return model.sensor
+
+
+def _on_target(
+    sensor: Stripe,
+    values: Values,
+    T_base_flange: Array,
+    bend: Bend,
+    pixel: Array,
+    across: int,
+    T_base_target: Array,
+    level: float,
+) -> tuple[Array, Array]:
+    """Move each pixel across the stripe, by the secant method, until what it shows lies on the target."""
+    T_target_base = inverse(T_base_target)
+
+    def off(moved: Array) -> tuple[Array, Array]:
+        there = pixel.copy()
+        there[:, across] = moved
+        shown = sensor.in_base(values, T_base_flange, bend, pixel=there[None])[0]
+        given = as_given(apply(T_target_base, shown), bend)
+        return given[:, 2] - level, given
+
+    before = pixel[:, across]
+    now = before + FIRST_STRIDE_PX
+    off_before, _ = off(before)
+    off_now, given = off(now)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for _ in range(SECANT_STEPS):
+            slope = (off_now - off_before) / (now - before)
+            step = np.where(off_now == off_before, 0.0, -off_now / slope)
+            before, off_before = now, off_now
+            now = now + step
+            off_now, given = off(now)
+            if (np.abs(off_now) < EXACT_M / 100).all():
+                break
+    found = pixel.copy()
+    found[:, across] = now
+    given[:, 2] = level
+    return found, given
+
+
+def as_given(there: Array, bend: Bend) -> Array:
+    """The target points that bend to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
+    given = there
+    for _ in range(INVERSION_STEPS):
+        missing = there - bend(Seam.TARGET, given[None])[0]
+        given = given + missing
+        if not (np.abs(missing) > EXACT_M / 1000).any():
+            break
+    return given
+
+
+def tracker_points(
+    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, names: Sequence[str]
+) -> tuple[Dataset, Bools]:
+    """See every reflector from where the tracker stands; as for `stripe_points`."""
+    n = len(dataset.poses)
+    rows = np.repeat(np.arange(n), len(names))
+    tools = np.stack([vector(values, f"tool.{name}")[0] for name in names])
+    points = Points(rows, tuple(names) * n, xyz=np.zeros((len(rows), 3)))
+    for _ in range(ROUNDS):
+        dataset = replace(dataset, points=points)
+        model = Model(dataset, tuple(suspects))
+        bend = model.bend(values)
+        T_world_flange = motion(values, "base")[0] @ model.flange(values, bend)[0]
+        seen = as_given(apply(T_world_flange[rows], np.tile(tools, (n, 1))), bend)
+        assert points.xyz is not None
+        settled = (np.abs(seen - points.xyz) < EXACT_M).all()
+        points = replace(points, xyz=seen)
+        if settled:
+            break
+    return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+
+
+def seated(
+    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, sockets: Array, of: Sequence[int]
+) -> tuple[Dataset, Bools]:
+    """Move each posture until the ball really sits in its socket; as for `stripe_points`.
+
+    Args:
+        dataset: Poses in which the nominal arm would reach.
+        suspects: The effects of the cell.
+        values: All parameters and the effects' numbers, one candidate.
+        sockets: In the base frame, (s, 3) [m].
+        of: The socket of each pose, (n,).
+    """
+    robot, q = dataset.robot, dataset.poses.q
+    assert robot is not None  # a simulated cell has one
+    assert q is not None
+    dataset = replace(dataset, points=Points(np.arange(len(q)), tuple(str(i) for i in of)))
+
+    def standing(q: Array) -> Dataset:
+        return replace(dataset, poses=replace(dataset.poses, q=q))
+
+    def forward(q: Array) -> Array:
+        T: Array = Model(standing(q), tuple(suspects)).flange(values)[0]
+        return T
+
+    q, good = touching(robot, forward, vector(values, "tool.ball")[0], sockets[np.array(of)], q)
+    return standing(q), good

@@ -1,0 +1,175 @@
+"""Cells as chance builds them: an arm over a stepped target, a scanner off its drawing, and a run of postures."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.trials.worlds.arm import Arm
+from robolaser.trials.worlds.cell import Cell, Target
+from robolaser.trials.worlds.scanner import Eye
+from robolaser.trials.worlds.run import Run
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.parameters import Parameter
+from robolaser.geometry.visibility import TILT, View, apart, limits, looking_down
+from robolaser.geometry.kinematics import Robot
+from robolaser.simulation.nominal import facing_outward, scanner
+
+IMAGE_PX = (640, 480)
+WORKSHOP = {
+    "f": 1.5e-4, "s_u": 5e-8, "s_v": 5e-8, "u_0": 5.0, "v_0": 5.0, "k": 800.0, "b": 2e-3, "theta": 0.02,
+    "w": 0.02, "phi": 0.02, "psi": 0.02, "t_x": 2e-3, "t_y": 2e-3, "t_z": 2e-3,
+}  # fmt: skip
+"""How far a scanner is from its drawing at most, SI."""
+LEVELS_M = np.array([0.0, 0.03, 0.06])
+PAUSE_S = (50.0, 70.0)
+SPEED = 0.6  # at the exposure, where the arm does not rest [rad/s or m/s]
+AROUND = 0.5  # of one posture, where the run keeps to its surroundings [rad or m]
+DRAWS = 20_000
+ROUNDS = 6
+PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which no URDF knows of
+MARGIN = 0.05  # of the image, left free
+LEAST_POINTS = 3  # of a pose: with fewer it is left out
+
+
+@final
+@dataclass(frozen=True)
+class Ranges:
+    """What is left to chance, least and most.
+
+    Attributes:
+        poses: Of a run.
+        points: Of a pose.
+        pixel_px: Noise of a pixel.
+        target_m: Noise of a target point.
+        repeats: Shots at each pose.
+    """
+
+    poses: tuple[int, int] = (36, 72)
+    points: tuple[int, int] = (6, 12)
+    pixel_px: tuple[float, float] = (0.06, 0.2)
+    target_m: tuple[float, float] = (2e-5, 6e-5)
+    repeats: int = 2
+
+
+@final
+@dataclass(frozen=True)
+class Built:
+    """A cell, and the data set that its readings go into.
+
+    Attributes:
+        cell: Where everything truly is.
+        blank: The data set without points.
+        noise: What chance adds to the readings, stated or not.
+        repeats: Shots at each pose.
+    """
+
+    cell: Cell
+    blank: Dataset
+    noise: Noise
+    repeats: int
+
+
+def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> Built:
+    """A cell of chance around any arm.
+
+    Args:
+        robot: The arm as drawn.
+        ranges: What is left to chance.
+        rng: Where it comes from.
+        moving: Whether the arm moves at the exposures.
+
+    Raises:
+        TargetOutOfSight: The arm cannot look at a target often enough.
+    """
+    drawing = scanner(facing_outward(robot))
+    quat = facing_outward(robot)
+    eye = Eye(_off_drawing(drawing, rng), quat, "xyz", "u")
+    n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+    view = View(eye.mount, eye.truth, "u", IMAGE_PX)
+    q, level = _postures(robot, view, n, rng)
+    count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
+    first, last = view.span(MARGIN)
+    step = (last - first) / count
+    at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
+    order = np.array([rng.permutation(3) for _ in range(n)])
+    steps = LEVELS_M[order[:, np.arange(count) * 3 // count]]
+    camera = robot.forward(q[None])[0] @ eye.mount
+    depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
+    middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
+    qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
+    time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
+    cell = Cell(
+        run=Run(Arm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+        eye=eye,
+        target=Target(middle, np.eye(3)),
+        pose=np.repeat(np.arange(n), count),
+        at=at.ravel(),
+        level=steps.ravel(),
+    )
+    noise = Noise(pixel_px=rounded(rng.uniform(*ranges.pixel_px)), target_m=rounded(rng.uniform(*ranges.target_m)))
+    blank = Dataset(
+        name="blind",
+        robot=robot,
+        poses=Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd),
+        points=Points(np.empty(0, dtype=np.int64), ()),
+        parameters=drawing,
+        bracket_quat=quat,
+        image_px=IMAGE_PX,
+        noise=noise,
+    )
+    return Built(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
+
+
+def rounded(value: float) -> float:
+    """Three digits, as people state noise."""
+    return float(f"{value:.3g}")
+
+
+def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dict[str, float]:
+    truth = {}
+    for name, item in drawing.items():
+        value = item.nominal + WORKSHOP[name] * rng.uniform(-1.0, 1.0)
+        truth[name] = float(np.clip(abs(value) if name == "k" else value, item.lower, item.upper))
+    return truth
+
+
+def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
+    """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
+    wide, level = looking_down(robot, view, wanted=n, level=None, rng=rng)
+    whole = wide[_sees(robot, wide, view, level)]
+    wide = whole if len(whole) >= n else wide
+    if rng.random() < 0.3:
+        return wide[:n][rng.permutation(n)], level
+    for home in wide[: 2 * ROUNDS]:
+        kept = np.empty((0, wide.shape[1]))
+        lower, upper = limits(robot)
+        for _ in range(ROUNDS):
+            q = np.clip(home + rng.uniform(-AROUND, AROUND, (DRAWS // 10, len(home))), lower, upper)
+            kept = np.concatenate([kept, q[_sees(robot, q, view, level)]])
+            if len(kept) > 4 * n:
+                break
+        if len(kept) > 2 * n:
+            chosen = kept[apart(kept)[:n]]
+            return chosen[rng.permutation(n)], level
+    return wide[:n][rng.permutation(n)], level
+
+
+def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
+    T = robot.forward(q[None])[0] @ view.T_flange_camera
+    at = np.linspace(*view.span(MARGIN), 3)[None]
+    seen = -T[:, 2, 2] > np.cos(TILT)
+    for step in LEVELS_M[[0, -1]]:
+        with np.errstate(invalid="ignore"):
+            seen &= view.holds(view.stripe(T, level + float(step), at), MARGIN).all(axis=1)
+    return np.asarray(seen)
+
+
+def in_sight(cell: Cell, image_px: tuple[int, int]) -> Cell:
+    """The same cell, points that the camera would not show left out."""
+    seen = cell.seen(())
+    with np.errstate(invalid="ignore"):
+        good = (np.abs(seen.pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
+    good &= np.bincount(cell.pose[good], minlength=len(cell.run.q))[cell.pose] >= LEAST_POINTS
+    return replace(cell, pose=cell.pose[good], at=cell.at[good], level=cell.level[good])

@@ -1,0 +1,56 @@
+"""What a cell's points look like in a data set, without chance and with it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.arrays import Bools, Ints
+from robolaser.trials.building import Built
+from robolaser.trials.worlds.departure import Departure
+from robolaser.data.dataset import Dataset, Points
+
+
+def exact(built: Built, departures: Sequence[Departure]) -> Dataset:
+    """One row a point, without noise."""
+    seen = built.cell.seen(departures)
+    pose = built.cell.pose
+    points = Points(pose=pose, names=_numbered(pose), pixel=seen.pixel, xyz=seen.xyz)
+    return replace(built.blank, points=points)
+
+
+def read(built: Built, departures: Sequence[Departure], rng: np.random.Generator) -> Dataset:
+    """All shots, with noise and gross errors."""
+    dataset = exact(built, departures)
+    points = dataset.points
+    assert points.pixel is not None
+    assert points.xyz is not None
+    noise, m = built.noise, len(points)
+    drawn = points.xyz + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
+    shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
+    assert shots.pixel is not None
+    pixel = shots.pixel + (noise.pixel_px or 0.0) * rng.normal(size=shots.pixel.shape)
+    shot = np.repeat(np.arange(m), built.repeats)
+    for departure in departures:
+        pixel = departure.shots(pixel, shot, rng)
+    shots = replace(shots, pixel=pixel, repeat=np.tile(np.arange(built.repeats), m))
+    return replace(dataset, points=shots.take(_shown(dataset, shots)))
+
+
+def _numbered(pose: Ints) -> tuple[str, ...]:
+    """0, 1, 2 within each pose."""
+    number: dict[int, int] = {}
+    names = []
+    for i in pose.tolist():
+        number[i] = number.get(i, -1) + 1
+        names.append(str(number[i]))
+    return tuple(names)
+
+
+def _shown(dataset: Dataset, points: Points) -> Bools:
+    """Rows whose pixel is in the image."""
+    assert points.pixel is not None
+    assert dataset.image_px is not None
+    with np.errstate(invalid="ignore"):
+        shown = (points.pixel >= -0.5) & (points.pixel <= np.array(dataset.image_px) - 0.5)
+    return np.asarray(shown.all(axis=1))

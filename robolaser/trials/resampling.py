@@ -1,0 +1,150 @@
+"""Cells of chance around what a user has: arm, scanner, poses, target and noise."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Built, Ranges, in_sight, rounded
+from robolaser.trials.worlds.arm import Arm
+from robolaser.trials.worlds.cell import Cell, Target
+from robolaser.trials.worlds.scanner import Eye
+from robolaser.trials.worlds.run import Run
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import NotToImitate
+from robolaser.calibration.calibrate import calibrate
+from robolaser.model.noise import pixel_from_repeats
+from robolaser.parameters import Parameter
+from robolaser.calibration.options import Plan
+
+OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
+STEP_M = 5e-3  # between heights: less is one step of the target
+ROUNDS = 4
+
+
+@final
+@dataclass(frozen=True)
+class Model:
+    """A data set to be imitated, and its scanner.
+
+    Attributes:
+        dataset: A placed stripe with joint angles.
+        found: The scanner's parameters as calibrated.
+        drawn: The same with nominal values and bounds.
+    """
+
+    dataset: Dataset
+    found: Mapping[str, float]
+    drawn: Mapping[str, Parameter]
+
+
+def model_of(dataset: Dataset, *, seed: int) -> Model:
+    """Find the scanner of a data set.
+
+    Raises:
+        NotToImitate: Another sensor, no joint angles, or a target that nobody knows the place of.
+        RobolaserError: It cannot be calibrated.
+    """
+    if dataset.kind != "stripe" or not len(dataset.points):
+        raise NotToImitate(dataset.name, "it has no points of a stripe scanner")
+    if dataset.robot is None or dataset.poses.q is None:
+        raise NotToImitate(dataset.name, "it has no robot with joint angles")
+    if not dataset.placed:
+        raise NotToImitate(dataset.name, "nobody knows where its target is")
+    found = calibrate(dataset, Plan(seed=seed))
+    items = found.model.parameters.items
+    return Model(dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items})
+
+
+def build_like(model: Model, ranges: Ranges, rng: np.random.Generator) -> Built:
+    """A cell of chance around a user's own scanner, poses and target.
+
+    Args:
+        model: What to imitate. The scanner is off by a little; target, columns and noise are the data's.
+        ranges: Its noise takes the place of what the data set neither states nor shows by repeats.
+        rng: Where chance comes from.
+    """
+    dataset, poses, points = model.dataset, model.dataset.poses, model.dataset.points
+    assert dataset.robot is not None  # `model_of` saw to it, and to what follows
+    assert poses.q is not None
+    assert points.pixel is not None
+    assert points.xyz is not None
+    eye = Eye(_near(model, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
+    number = {
+        pair: row for row, pair in reversed(list(enumerate(zip(points.pose.tolist(), points.names, strict=True))))
+    }
+    rows = np.array(sorted(number.values()))
+    target, level = stepped(points.xyz[rows], dataset.flange()[:, :3, 3].mean(axis=0))
+    along = target.inside(points.xyz[rows])[:, :2]
+    timed = poses.time_s is not None and not dataset.time_is_order
+    run = Run(
+        arm=Arm(dataset.robot),
+        q=poses.q,
+        qd=np.zeros(poses.q.shape) if poses.qd is None else poses.qd,
+        time=np.asarray(poses.time_s if timed else 60.0 * _ranks(poses.time_s, len(poses))),
+        middle=target.middle,
+        radius=float(np.linalg.norm(along, axis=1).max()) / 2,
+        payload_kg=float(rng.uniform(*PAYLOAD_KG)),
+    )
+    at = points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1]
+    cell = Cell(run, eye, target, pose=points.pose[rows], at=at, level=level)
+    noise = Noise(
+        pixel_px=dataset.noise.pixel_px or pixel_from_repeats(dataset) or rounded(rng.uniform(*ranges.pixel_px)),
+        target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
+    )
+    blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
+    return Built(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+
+
+def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
+    """Find the flat steps that points lie on, all facing one way.
+
+    Args:
+        xyz: (m, 3) in the base frame [m].
+        seen_from: Some place above them, (3,) [m].
+
+    Returns:
+        The target, and the height of each point's step, (m,) [m].
+    """
+    middle = xyz.mean(axis=0)
+    flat = np.linalg.svd(xyz - middle, full_matrices=False)[2]
+    best: tuple[float, Array, Ints] | None = None
+    for start in (np.eye(3), np.asarray(flat)):
+        axes: Array = start
+        for _ in range(ROUNDS):
+            height = (xyz - middle) @ axes[2]
+            step = _steps(height)
+            within = xyz - np.array([xyz[step == i].mean(axis=0) for i in range(step.max() + 1)])[step]
+            axes = np.asarray(np.linalg.svd(within, full_matrices=False)[2])
+        rest = float(np.square(within @ axes[2]).sum())
+        if best is None or rest < best[0]:
+            best = rest, axes, step
+    assert best is not None  # two starts were tried
+    axes, step = best[1:]
+    up = np.sign(axes[2] @ (seen_from - middle))
+    turned = axes * np.array([up * np.linalg.det(axes), 1.0, up])[:, None]
+    height = (xyz - middle) @ turned[2]
+    return Target(middle, turned), np.array([height[step == i].mean() for i in range(step.max() + 1)])[step]
+
+
+def _steps(height: Array) -> Ints:
+    """Number of the step of each height, lowest first; steps are apart."""
+    order = np.argsort(height)
+    step = np.empty(len(height), dtype=np.int64)
+    step[order] = np.cumsum(np.diff(height[order], prepend=height[order[0]]) > STEP_M)
+    return step
+
+
+def _ranks(order: Array | None, n: int) -> Array:
+    ranks: Array = np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
+    return ranks
+
+
+def _near(model: Model, rng: np.random.Generator) -> dict[str, float]:
+    truth = {}
+    for name, item in model.drawn.items():
+        most = min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
+        truth[name] = float(np.clip(model.found[name] + most * rng.uniform(-1.0, 1.0), item.lower, item.upper))
+    return truth

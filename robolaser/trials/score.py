@@ -1,0 +1,103 @@
+"""The score of many diagnoses: shares with intervals, who was taken for whom, what stated probabilities are worth."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from robolaser.trials.outcome import FLOOR, Outcome
+
+FORMAT = "robolaser-score/1"
+TARGETS = {"one": 0.97, "confusable": 0.98, "none": 0.98, "outliers": 0.98, "several": 0.9, "unknown": 0.9}
+"""What one may ask for in each group of worlds."""
+BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
+"""Edges of the reliability curve."""
+
+
+def share(hits: Sequence[bool]) -> dict[str, Any]:
+    """How many of how many, and Wilson's 95 % interval of the share; null for none of none."""
+    n, k = len(hits), int(sum(hits))
+    if not n:
+        return {"right": 0, "of": 0, "share": None, "ci95": None}
+    interval = binomtest(k, n).proportion_ci(method="wilson")
+    return {"right": k, "of": n, "share": k / n, "ci95": [float(interval.low), float(interval.high)]}
+
+
+def tally(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
+    """The score of a trial.
+
+    Args:
+        outcomes: By data set.
+
+    Returns:
+        What score.json holds.
+    """
+    every = list(outcomes.values())
+    unknown = [o for o in every if o.group == "unknown"]
+    asked = [o for o in every if o.group in ("one", "confusable")]
+    groups = {
+        group: {**share([o.right for o in every if o.group == group]), "asked": asked_for}
+        for group, asked_for in TARGETS.items()
+    }
+    clean = [o for o in every if o.group in ("none", "outliers")]
+    return {
+        "format": FORMAT,
+        "worlds": len(every),
+        "groups": groups,
+        "faint": share([o.right for o in every if o.group == "faint"]),
+        "hits": share([o.named[:1] == o.truth for o in asked]),
+        "false_alarms": share([bool(o.named) or o.verdict != "no_gap" for o in clean]),
+        "unknown": {
+            "unexplained": share([o.verdict == "unexplained" for o in unknown]),
+            "sure_and_wrong": share([o.sure_and_wrong for o in unknown]),
+            "site_first": share([bool(o.site) for o in unknown]),
+        },
+        "site_first": share([bool(o.site) for o in every if o.site is not None]),
+        "left_over_noise": _middle([o.left for o in every if o.group != "unknown"]),
+        "left_within": {**share([o.left is not None and o.left <= FLOOR for o in every]), "factor": FLOOR},
+        "gap_closed": _middle([o.closed for o in every]),
+        "coverage_95": share([held for o in every for held in o.covered]),
+        "confusion": _confusion(every),
+        "reliability": _reliability([pair for o in every for pair in o.stated]),
+        "each": {
+            name: {
+                "group": o.group,
+                "right": o.right,
+                "truth": [list(place) for place in o.truth],
+                "named": [list(place) for place in o.named],
+                "verdict": o.verdict,
+            }
+            for name, o in outcomes.items()
+        },
+    }
+
+
+def _middle(numbers: Sequence[float | None]) -> float | None:
+    known = [number for number in numbers if number is not None]
+    return float(np.median(known)) if known else None
+
+
+def _confusion(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:
+    """Truth's effect, and how often each effect was named first; worlds with several are left out."""
+    table: dict[str, dict[str, int]] = {}
+    for o in outcomes:
+        if len(o.truth) > 1:
+            continue
+        true = o.truth[0] if o.truth else (o.group, "")
+        said = o.named[0] if o.named else (o.verdict, "")
+        same_effect_elsewhere = said[0] == true[0] and said != true
+        row = table.setdefault(true[0], {})
+        column = f"{said[0]} (elsewhere)" if same_effect_elsewhere else said[0]
+        row[column] = row.get(column, 0) + 1
+    return {true: dict(sorted(row.items(), key=lambda item: -item[1])) for true, row in sorted(table.items())}
+
+
+def _reliability(stated: Sequence[tuple[float, bool]]) -> list[dict[str, Any]]:
+    curve = []
+    for low, high in pairwise(BINS):
+        inside = [pair for pair in stated if low <= pair[0] < high or (pair[0] == high == BINS[-1])]
+        mean = float(np.mean([p for p, _ in inside])) if inside else None
+        curve.append({"from": low, "to": high, "stated": mean, **share([held for _, held in inside])})
+    return curve

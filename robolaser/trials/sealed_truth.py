@@ -1,0 +1,64 @@
+"""Seals: beside each data set only a hash of the truth, which lies wrapped up in a file of its own."""
+
+import base64
+import hashlib
+import json
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robolaser.errors import NotAChallenge, SealBroken
+from robolaser.data.csv_tables import write_text
+
+FORMAT = "robolaser-seal/1"
+TRUTH = "truth.sealed"
+SEAL = "seal.txt"
+LINE = 120
+
+
+def _hash(salt: str, truth: Mapping[str, Any]) -> str:
+    return hashlib.sha256(f"{salt}{json.dumps(truth, sort_keys=True)}".encode()).hexdigest()
+
+
+def seal(folder: Path, truths: Mapping[str, Mapping[str, Any]], rng: np.random.Generator) -> None:
+    """Write the truth about data sets, wrapped so that nobody reads it by accident, and a hash into each.
+
+    Args:
+        folder: Of the trial; each data set lies in it under its name.
+        truths: By data set.
+        rng: Where the salts come from, without which a guess could be checked against the hash.
+    """
+    worlds = {}
+    for name, truth in truths.items():
+        salt = rng.bytes(16).hex()
+        worlds[name] = {"salt": salt, "truth": truth}
+        write_text(folder / name / SEAL, f"sha256 {_hash(salt, truth)}\n")
+    packed = zlib.compress(json.dumps({"format": FORMAT, "worlds": worlds}, sort_keys=True).encode(), 9)
+    text = base64.b64encode(packed).decode()
+    write_text(folder / TRUTH, "\n".join(text[i : i + LINE] for i in range(0, len(text), LINE)) + "\n")
+
+
+def unseal(folder: Path) -> dict[str, dict[str, Any]]:
+    """The truth about each data set of a trial.
+
+    Raises:
+        NotAChallenge: There is no truth that can be read.
+        SealBroken: A data set's hash is another's.
+    """
+    try:
+        said = json.loads(zlib.decompress(base64.b64decode((folder / TRUTH).read_bytes())))
+        worlds = dict(said["worlds"]) if said["format"] == FORMAT else None
+    except (OSError, ValueError, zlib.error, KeyError, TypeError):
+        raise NotAChallenge(folder) from None
+    if worlds is None:
+        raise NotAChallenge(folder)
+    for name, world in worlds.items():
+        path = folder / name / SEAL
+        if not path.is_file():
+            raise SealBroken(path, there=False)
+        if path.read_text(encoding="utf-8").split()[-1:] != [_hash(world["salt"], world["truth"])]:
+            raise SealBroken(path, there=True)
+    return {name: world["truth"] for name, world in worlds.items()}

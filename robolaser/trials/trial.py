@@ -1,0 +1,158 @@
+"""A trial on disk: data sets made and sealed, diagnosed where nobody has yet, and scored."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import robolaser
+from robolaser.trials.building import Ranges
+from robolaser.trials.resampling import model_of
+from robolaser.trials.making import KINDS, make
+from robolaser.trials.outcome import outcome
+from robolaser.trials.sealed_truth import TRUTH, seal, unseal
+from robolaser.trials.score import tally
+from robolaser.data.dataset import Dataset
+from robolaser.errors import DiagnosisUnreadable, KindUnknown, OutputExists
+from robolaser.data.loading import load
+from robolaser.geometry.kinematics import Robot
+from robolaser.data.writing import save
+from robolaser.data.csv_tables import write_text
+
+DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
+_FORMAT = "robolaser-diagnosis/1"
+_NEEDED = ("verdict", "gap_mm", "where", "effects")
+
+Told = Callable[[str, float], None]
+"""Is told what is going on, and how far it is."""
+
+
+def _nothing(what: str, share: float) -> None:
+    return None
+
+
+def new(
+    folder: Path,
+    sources: Sequence[Robot | Dataset],
+    *,
+    count: int,
+    seed: int,
+    kinds: Mapping[str, float],
+    ranges: Ranges | None = None,
+    overwrite: bool = False,
+    tell: Told = _nothing,
+) -> list[str]:
+    """Make blind data sets in a folder, and seal the truth about them.
+
+    Args:
+        folder: Each data set is put into it under a name that says nothing.
+        sources: Arms, or data sets to imitate; they take turns.
+        count: How many.
+        seed: Same seed, same trial.
+        kinds: How often each kind of world comes, in any unit.
+        ranges: What else is left to chance.
+        overwrite: Replace a trial that is there.
+        tell: Progress.
+
+    Returns:
+        The names of the data sets.
+
+    Raises:
+        KindUnknown: Not one of `KINDS`.
+        NotToImitate: A data set with another sensor, without joint angles, or without a placed target.
+        OutputExists: There is a trial.
+    """
+    for kind in kinds:
+        if kind not in KINDS:
+            raise KindUnknown(kind, KINDS)
+    if (folder / TRUTH).exists() and not overwrite:
+        raise OutputExists(folder / TRUTH)
+    rng = np.random.default_rng(seed)
+    patterns = [model_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
+    drawn = deal(kinds, count, rng)
+    children = rng.integers(1 << 40, size=count)
+    truths = {}
+    for i, kind in enumerate(drawn):
+        tell("making worlds", i / count)
+        name = f"world-{i:03d}"
+        world = make(patterns[i % len(patterns)], kind, seed=int(children[i]), name=name, ranges=ranges)
+        save(world.dataset, folder / name, overwrite=overwrite)
+        (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
+        truths[name] = world.truth
+    seal(folder, truths, rng)
+    return list(truths)
+
+
+def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> list[str]:
+    """Kinds in the shares that are asked for, as nearly as whole numbers go, in any order."""
+    shares = np.array(list(kinds.values())) / sum(kinds.values()) * count
+    whole = np.floor(shares).astype(int)
+    for i in np.argsort(whole - shares, kind="stable")[: count - int(whole.sum())]:
+        whole[i] += 1
+    return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
+
+
+def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Told = _nothing) -> dict[str, Any]:
+    """Open the seals of a trial and score the diagnoses in it.
+
+    A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written there.
+
+    Args:
+        folder: Of the trial.
+        seed: Of the diagnoses that are still to be made.
+        jobs: How many of them at a time.
+        tell: Progress.
+
+    Returns:
+        What score.json holds.
+
+    Raises:
+        NotAChallenge, SealBroken: The truth is not there, or was touched.
+        DiagnosisUnreadable: A file is no diagnosis.
+    """
+    truths = unseal(folder)
+    missing = [folder / name for name in truths if not (folder / name / DIAGNOSIS).exists()]
+    if jobs == 1:
+        for i, world in enumerate(missing):
+            tell("diagnosing", i / len(missing))
+            _diagnose(world, seed)
+    else:
+        with ProcessPoolExecutor(jobs) as pool:
+            for i, _ in enumerate(pool.map(_diagnose, missing, repeat(seed))):
+                tell("diagnosing", i / len(missing))
+    return tally({name: outcome(truth, read_diagnosis(folder / name / DIAGNOSIS)) for name, truth in truths.items()})
+
+
+def _diagnose(world: Path, seed: int) -> None:
+    found = diagnosed(load(world), seed=seed)
+    path = world / DIAGNOSIS
+    path.parent.mkdir(exist_ok=True)
+    write_text(path, json.dumps(found, indent=1) + "\n")
+
+
+def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
+    """The diagnosis of a data set, as diagnosis.json has it."""
+    found: dict[str, Any] = robolaser.diagnose(dataset, seed=seed)
+    return found
+
+
+def read_diagnosis(path: Path) -> dict[str, Any]:
+    """A diagnosis.json.
+
+    Raises:
+        DiagnosisUnreadable: It is none.
+    """
+    try:
+        said = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DiagnosisUnreadable(path, str(error)) from None
+    if not isinstance(said, dict) or said.get("format") != _FORMAT:
+        raise DiagnosisUnreadable(path, "it does not say that it is one")
+    missing = [key for key in _NEEDED if key not in said]
+    if missing:
+        raise DiagnosisUnreadable(path, f"it lacks {', '.join(missing)}")
+    return said

@@ -1,6 +1,0 @@
-"""Robots described as text (URDF): read, checked and rewritten."""
-
-from robolaser.urdf.parsing import MOST_BYTES, MOST_JOINTS, load_text, parse
-from robolaser.urdf.writing import minimal, with_fixed_frame, with_placements
-
-__all__ = ["MOST_BYTES", "MOST_JOINTS", "load_text", "minimal", "parse", "with_fixed_frame", "with_placements"]

@@ -1,0 +1,138 @@
+"""The part of a stripe that lies on the board's plane: there, and only there, it is straight."""
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.geometry.mad_scale import spread
+from robolaser.vision.centres import Centres
+
+STRATA = 20
+"""Lines tried are drawn through middles in this many parts of the image."""
+WIDEST_GATE_PX = 3.0
+"""Distance [px] beyond which no middle is kept, however much the board bows, nor speaks for a line that is tried."""
+NARROWEST_GATE_PX = 1.0
+"""Distance [px] within which a middle is always kept: no board is perfectly flat."""
+GATE_SIGMAS = 3.0
+"""The same in standard deviations of the middles kept."""
+JUMP_LEAST_PX = 0.1
+"""Distance from the neighbours' median [px] that no middle is dropped for."""
+JUMP_SIGMAS = 4.0
+"""Distance from the neighbours' median, in its own standard deviations, beyond which a middle is a stray."""
+NEIGHBOURS = 15
+"""Lines of pixels on either side that are asked whether the stripe is straight here."""
+LEAST_SUPPORT = 0.5
+"""Share of those that must agree: a stripe on something else crosses the straight line only briefly."""
+CHANGE_SPAN = 10
+"""Lines of pixels on either side between which the stripe's width is compared."""
+MOST_CHANGE = 0.12
+"""Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
+ROUNDS = 6
+"""Fits of the straight line at most, each to the middles near the one before; mostly two settle it."""
+APART = 0.8
+"""Distance of two middles that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
+JURY = 200
+"""Middles that judge a line, at least, where there are as many: more tell no more."""
+
+
+def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> tuple[Bools, Array]:
+    """Pick the middles that lie on one straight line, one at most in each line of pixels.
+
+    Args:
+        centres: The candidates of an image.
+        along: Their coordinate along the stripe, without the lens's distortion, (n,) [px].
+        across: The other coordinate, (n,) [px].
+        nearness: Weight of each, (n,): a stripe beside the board more likely lies on its plane than one far off.
+
+    Returns:
+        Whether each candidate is kept, (n,), and its distance from the line, (n,) [px].
+    """
+    if len(along) < 2:
+        return np.zeros(len(along), dtype=np.bool_), np.zeros(len(along))
+    usable = centres.even
+    slope, start = _likeliest(along, across, np.where(usable, nearness, 0.0))
+    off = _distance(along, across, slope, start)
+    gate = WIDEST_GATE_PX
+    for _ in range(ROUNDS):
+        kept = usable & (np.abs(off) <= gate)
+        if kept.sum() < 2:
+            return np.zeros(len(along), dtype=np.bool_), off
+        slope, start = np.polyfit(along[kept], across[kept], 1)
+        off = _distance(along, across, slope, start)
+        gate = float(np.clip(GATE_SIGMAS * spread(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
+    kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= WIDEST_GATE_PX))
+    kept = _undisturbed(centres, off, kept) & (np.abs(off) <= gate)
+    return kept & _supported(centres.line, kept), off
+
+
+def jumps(off: Array) -> Array:
+    """Give each distance from the straight line, (n,), against the median of its neighbours': noise without bow."""
+    return off - np.asarray(median_filter(off, 2 * NEIGHBOURS + 1, mode="nearest"), dtype=np.float64)
+
+
+def _distance(along: Array, across: Array, slope: float, start: float) -> Array:
+    return np.asarray((across - slope * along - start) / np.hypot(1.0, slope))
+
+
+def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float]:
+    """Try lines through pairs of candidates and give slope and start of the one with the most weight near it."""
+    able = np.flatnonzero(weight > 0)
+    if len(able) < 2:
+        return 0.0, float(np.median(across))
+    low, high = along[able].min(), along[able].max()
+    part = np.floor((along[able] - low) / max(high - low, 1e-9) * STRATA * (1 - 1e-9)).astype(np.int64)
+    posts = []
+    for k in np.unique(part):
+        members = able[part == k]
+        row = along[members[len(members) // 2]]
+        posts.append(members[np.abs(along[members] - row) < 1.0])
+    post = np.concatenate(posts)
+    i, j = np.triu_indices(len(post), k=1)
+    i, j = post[i], post[j]
+    apart = np.abs(along[j] - along[i]) >= APART * (high - low) / STRATA
+    i, j = i[apart], j[apart]
+    if len(i) == 0:
+        return 0.0, float(np.median(across[able]))
+    slope = (across[j] - across[i]) / (along[j] - along[i])
+    start = across[i] - slope * along[i]
+    jury = able[:: max(1, len(able) // JURY)]
+    off = np.abs(across[jury] - slope[:, None] * along[jury] - start[:, None])
+    votes = (off <= WIDEST_GATE_PX * np.hypot(1.0, slope)[:, None]) @ weight[jury]
+    best = int(np.argmax(votes))
+    return float(slope[best]), float(start[best])
+
+
+def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
+    """Keep of each line of pixels the candidate nearest to the straight line."""
+    order = np.lexsort((distance, ~able, line))
+    _, first = np.unique(line[order], return_index=True)
+    kept = np.zeros(len(line), dtype=np.bool_)
+    kept[order[first]] = True
+    return kept & able
+
+
+def _undisturbed(centres: Centres, off: Array, kept: Bools) -> Bools:
+    """Drop middles that jump out of their neighbours, or where the stripe's width changes along it."""
+    at = np.flatnonzero(kept)
+    if len(at) <= 2 * NEIGHBOURS:
+        return kept
+    width = np.log(median_filter(centres.width[at], 5))
+    change = np.abs(np.roll(width, -CHANGE_SPAN) - np.roll(width, CHANGE_SPAN))
+    change[:CHANGE_SPAN] = np.abs(width[:CHANGE_SPAN] - width[CHANGE_SPAN : 2 * CHANGE_SPAN])
+    change[-CHANGE_SPAN:] = np.abs(width[-CHANGE_SPAN:] - width[-2 * CHANGE_SPAN : -CHANGE_SPAN])
+    jump = jumps(off[at])
+    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= max(JUMP_SIGMAS * spread(jump), JUMP_LEAST_PX))
+    result = np.zeros(len(kept), dtype=np.bool_)
+    result[at[calm]] = True
+    return result
+
+
+def _supported(line: Ints, kept: Bools) -> Bools:
+    """Whether around each candidate most lines of pixels that show light show it on the straight line."""
+    height = int(line.max()) + 1
+    lit, good = np.zeros(height), np.zeros(height)
+    lit[line] = 1.0
+    good[line[kept]] = 1.0
+    window = np.ones(2 * NEIGHBOURS + 1)
+    share = np.convolve(good, window, mode="same") / np.maximum(np.convolve(lit, window, mode="same"), 1.0)
+    return np.asarray(share[line] >= LEAST_SUPPORT)

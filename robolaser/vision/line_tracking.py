@@ -1,0 +1,139 @@
+"""The course of one stripe through an image of anything: which bright runs are it, and which are its mirror images."""
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.geometry.mad_scale import spread
+from robolaser.vision.centres import Centres
+
+STEEPEST = 3.0
+"""Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
+MISSING = 2
+"""Lines without light that a piece of a stripe bridges."""
+SHORTEST = 6
+"""Lines that a piece of a stripe has at least: glints and noise are shorter."""
+WINNING = 0.5
+"""Share of a piece's lines in which it is the strongest light, at least; a mirror image shows alone only where the
+stripe is hidden."""
+BREADTHS = (1 / 3, 3.0)
+"""Width of a run over the typical one, within which it may be the stripe."""
+ROUGHEST_PX = 0.7
+"""Mean distance of a piece's middles from where their neighbours see them; more is texture."""
+MOST_JUMP_PX = 3.0
+"""Distance [px] beyond which a middle does not speak more against its piece."""
+BESIDE = 5
+"""Lines on either side that say where a middle should be."""
+STRAY_SIGMAS = 5.0
+"""Distance from there, in standard deviations as the stripe shows them, beyond which a middle is a stray."""
+STRAY_LEAST_PX = 0.3
+"""The same at least [px]: surfaces are not smooth."""
+OF_JUMP = 1.08
+"""Scatter of a middle against the median of five pairs about it, over its own."""
+
+
+def one_stripe(centres: Centres, across: Array) -> tuple[Bools, float]:
+    """Choose the middles of one stripe, one at most in each line.
+
+    Light that goes on from line to line makes pieces; steps in depth, edges and gaps end them. Of pieces side by side
+    the one with more light stands, longer ones before shorter.
+
+    Args:
+        centres: The candidates of an image (n), by line.
+        across: Their coordinate across the stripe, (n,) [px].
+
+    Returns:
+        Whether each candidate is chosen, (n,), and by how much their scatter along the stripe exceeds what they say of
+        themselves, at least 1.
+    """
+    likely = _fitting(centres)
+    at = np.flatnonzero(likely)
+    chosen = np.zeros(len(centres), dtype=np.bool_)
+    if len(at) == 0:
+        return chosen, 1.0
+    line, x = centres.line[at], across[at]
+    piece = pieces(line, x)
+    count = np.bincount(piece)
+    score = (np.bincount(piece, centres.light[at]) / np.sqrt(count))[piece]
+    order = np.lexsort((-score, line))
+    first = np.ones(len(order), dtype=np.bool_)
+    first[1:] = np.diff(line[order]) != 0
+    wins = np.zeros(len(at), dtype=np.bool_)
+    wins[order[first]] = True
+    won = np.bincount(piece, wins)
+    kept = wins & ((count >= SHORTEST) & (won >= WINNING * count))[piece]
+    at, piece = at[kept], piece[kept]
+    jump = _jumps(centres.line[at], across[at], piece)
+    rough = np.bincount(piece, np.minimum(np.nan_to_num(np.abs(jump)), MOST_JUMP_PX), len(count))
+    calm = (rough <= ROUGHEST_PX * won)[piece]
+    at, jump = at[calm], jump[calm]
+    relative = jump / (OF_JUMP * centres.std[at])
+    excess = max(1.0, spread(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
+    stray = np.abs(jump) > np.maximum(STRAY_SIGMAS * excess * OF_JUMP * centres.std[at], STRAY_LEAST_PX)
+    chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
+    return chosen, excess
+
+
+def _beside_a_step(piece: Ints) -> Bools:
+    """Whether a middle, by line, has another piece's next to it: there, a pixel sees both surfaces."""
+    beside = np.zeros(len(piece), dtype=np.bool_)
+    change = piece[1:] != piece[:-1]
+    beside[1:] |= change
+    beside[:-1] |= change
+    return beside
+
+
+def _fitting(centres: Centres) -> Bools:
+    """Whether each run is even, and about as wide as those that carry most light."""
+    order = np.argsort(centres.width)
+    heavy = np.cumsum(centres.light[order])
+    if len(heavy) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    typical = centres.width[order[np.searchsorted(heavy, 0.5 * heavy[-1])]]
+    return np.asarray(
+        centres.even & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical)
+    )
+
+
+def pieces(line: Ints, x: Array) -> Ints:
+    """Number the pieces that runs make, (n,): each goes on in the nearest run of the next line, if that agrees.
+
+    Args:
+        line: Line of each run, ascending, (n,).
+        x: Its place in the line, (n,) [px].
+    """
+    n = len(line)
+    slot = np.arange(n) - np.searchsorted(line, line)
+    seat = np.full((int(line.max()) + 1, int(slot.max()) + 1), -1)
+    seat[line, slot] = np.arange(n)
+    before, free = np.arange(n), np.ones(n, dtype=np.bool_)
+    for gap in range(1, 2 + MISSING):
+        here, there = seat[:-gap], seat[gap:]
+        ends, starts = (here >= 0) & free[here], (there >= 0) & (before[there] == there)
+        apart = np.abs(x[there][:, None, :] - x[here][:, :, None])
+        apart[~(ends[:, :, None] & starts[:, None, :])] = np.inf
+        row, nearest = np.arange(len(here))[:, None], apart.argmin(axis=2)
+        back = apart.argmin(axis=1)
+        agree = (back[row, nearest] == np.arange(here.shape[1])) & (apart.min(axis=2) <= STEEPEST * gap)
+        end = here[agree]
+        before[there[row, nearest][agree]] = end
+        free[end] = False
+    while not np.array_equal(before, before[before]):
+        before = before[before]
+    return np.unique(before, return_inverse=True)[1].astype(np.int64)
+
+
+def _jumps(line: Ints, x: Array, piece: Ints) -> Array:
+    """Distance of each middle from where pairs on either side see it, (n,) [px]; NaN where it has none."""
+    n = len(line)
+    seen = np.full((BESIDE, n), np.nan)
+    for k in range(1, BESIDE + 1):
+        if n <= 2 * k:
+            break
+        left, right, here = slice(None, -2 * k), slice(2 * k, None), slice(k, -k)
+        pair = (piece[left] == piece[here]) & (piece[right] == piece[here])
+        pair &= line[right] - line[here] == line[here] - line[left]
+        seen[k - 1, here] = np.where(pair, 0.5 * (x[left] + x[right]), np.nan)
+    seen.sort(axis=0)
+    count = np.isfinite(seen).sum(axis=0)
+    every = np.arange(n)
+    return np.asarray(x - 0.5 * (seen[np.maximum(count - 1, 0) // 2, every] + seen[count // 2, every]))
