@@ -4,18 +4,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robolaser.calibration.result import Calibration
     from robolaser.benchmark.plan import Contest
     from robolaser.benchmark.run_loop import compare
-    from robolaser.data.dataset import Dataset
-    from robolaser.diagnosis import diagnose
-    from robolaser.model.effects import EFFECTS
-    from robolaser.errors import RobolaserError
     from robolaser.calibration.calibrate import calibrate
-    from robolaser.data.loading import load
     from robolaser.calibration.options import Plan
-    from robolaser.geometry.robots import find_robot
+    from robolaser.calibration.result import Calibration
+    from robolaser.data.dataset import Dataset
+    from robolaser.data.loading import load
     from robolaser.data.writing import save
+    from robolaser.diagnosis import diagnose
+    from robolaser.errors import RobolaserError
+    from robolaser.geometry.robots import find_robot
+    from robolaser.model.effects import EFFECTS
 
 _HOME = {
     "Calibration": "calibration.result",

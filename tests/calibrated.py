@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from robolaser.calibration.pymoo_search import History
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.model.effects import suspects
-from robolaser.parameters import Parameter
-from robolaser.geometry.kinematics import Robot
-from robolaser.model.forward_model import Model
-from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.calibration.pymoo_search import History
 from robolaser.data.toml_schema import unit_of
 from robolaser.estimation.identifiability import Unidentifiable
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.parameters import Parameter
 
 NOMINAL = {
     "f": (8e-3, 6e-3, 10e-3), "s_u": (7.4e-6, 5e-6, 1e-5), "s_v": (7.4e-6, 5e-6, 1e-5), "u_0": (320, 290, 340),
@@ -31,7 +31,7 @@ ARM = """<?xml version="1.0"?>
   <joint name="lift" type="prismatic"><parent link="one"/><child link="slide"/>
     <origin xyz="0.1 0 0" rpy="0.1 0 0.3"/><axis xyz="0 0.6 0.8"/><limit lower="0" upper="1" effort="1" velocity="1"/>
   </joint>
-  <joint name="bend" type="revolute"><parent link="slide"/><child link="two"/>
+  <joint name="perturb" type="revolute"><parent link="slide"/><child link="two"/>
     <origin xyz="0.2 0 0.1" rpy="1.2 0 0"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/>
   </joint>
   <joint name="plate" type="fixed"><parent link="two"/><child link="flange"/><origin xyz="0 0 0.2" rpy="0 3 0"/></joint>
@@ -76,14 +76,14 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
         source=f"{name}, a made-up laboratory",
         licence="CC0",
     )
-    model = Model(dataset, suspects(effects, dataset))
+    model = Model(dataset, candidate_effects(effects, dataset))
     away = model.parameters.nominal + 0.05 * rng.uniform(-1, 1, len(model.parameters)) * model.parameters.width
     away[0] = model.parameters.nominal[0]
     values = model.parameters.values(away[None])
-    bend = model.bend(values)
-    seen = model.sensor.in_base(values, model.flange(values, bend), bend)[0]
+    perturb = model.perturb(values)
+    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
     dataset = replace(dataset, points=replace(points, xyz=seen + rng.normal(scale=1e-4, size=seen.shape)))
-    return finished(Model(dataset, model.suspects), away)
+    return finished(Model(dataset, model.effects), away)
 
 
 def point(*, names=("left", "right"), name="tracked"):

@@ -5,17 +5,17 @@ from typing import final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
 from robolaser.data.dataset import Board, Dataset, Points, Poses
-from robolaser.model.effects.effect import Suspect
-from robolaser.parameters import Parameter
-from robolaser.geometry.robots import find_robot
-from robolaser.model.forward_model import Model
+from robolaser.data.toml_schema import unit_of
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import SCANNER
-from robolaser.data.toml_schema import unit_of
+from robolaser.parameters import Parameter
 
 TRUTH = {
     "f": 0.008, "s_u": 7.4e-6, "s_v": 7.5e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14, "theta": 0.45,
@@ -37,9 +37,9 @@ class Cell:
 
     dataset: Dataset
 
-    def model(self, *suspects: Suspect) -> Model:
+    def model(self, *candidate_effects: CandidateEffect) -> Model:
         """What sees it."""
-        return Model(self.dataset, suspects)
+        return Model(self.dataset, candidate_effects)
 
     def truth(self, model: Model) -> Array:
         """Where the optimum would be without errors; effects are absent."""
@@ -49,8 +49,8 @@ class Cell:
         """Residuals at the truth, (m, 3), without the closed form that a model starts from."""
         model = self.model()
         values = at_truth(model.sensor.own + model.sensor.following)
-        bend = model.bend(values)
-        return model.sensor.residuals(values, model.flange(values, bend), bend)[0]
+        perturb = model.perturb(values)
+        return model.sensor.residuals(values, model.flange(values, perturb), perturb)[0]
 
     def shaken(
         self,
@@ -168,9 +168,9 @@ def on_board(cell: Cell, pixel: Array) -> Array:
     """Where the rays of pixels (m, 2) meet the true board, in its frame, (m, 3)."""
     model = cell.model()
     values = model.parameters.values(cell.truth(model)[None])
-    bend = model.bend(values)
+    perturb = model.perturb(values)
     T_target_camera = (
-        inverse(motion(values, "target")) @ (model.flange(values, bend) @ model.sensor.mount(values, bend))[0]
+        inverse(motion(values, "target")) @ (model.flange(values, perturb) @ model.sensor.mount(values, perturb))[0]
     )[cell.dataset.points.pose]
     ray = optics.rays(optics.undistort(optics.metric(pixel[None], values), values["k"]), values["f"], "u")[0]
     direction = np.einsum("mij,mj->mi", T_target_camera[:, :3, :3], ray)

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 from calibrated import arm, point, socket, stripe
 
-from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.localization import Lies
+from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.model.effects import EFFECTS, suspects
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects import EFFECTS, candidate_effects
+from robolaser.model.effects.effect import CandidateEffect
 
-GEOMETRIC = ("joint_offset:bend", "link_geometry:lift")
+GEOMETRIC = ("joint_offset:perturb", "link_geometry:lift")
 BY_NAME = {kind.name: kind for kind in EFFECTS}
 
 
-def suspect(text):
+def candidate_effect(text):
     name, _, where = text.partition(":")
-    return Suspect(BY_NAME[name], where)
+    return CandidateEffect(BY_NAME[name], where)
 
 
 def of(calibration, verdict="explained", *, rivals=(), gross=()):
@@ -26,10 +26,10 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     names = model.parameters.names
     after = calibration.residuals
     rng = np.random.default_rng(8)
-    before = after + (5e-4 * rng.normal(size=after.shape) if model.suspects else 0.0)
-    gap_m = np.geomspace(8e-4, 1.2e-4, len(model.suspects) + 1) if verdict != "no_gap" else np.array([1.12e-4])
+    before = after + (5e-4 * rng.normal(size=after.shape) if model.effects else 0.0)
+    gap_m = np.geomspace(8e-4, 1.2e-4, len(model.effects) + 1) if verdict != "no_gap" else np.array([1.12e-4])
     findings = []
-    for k, one in enumerate(model.suspects):
+    for k, one in enumerate(model.effects):
         numbers = {}
         for item in one.parameters.items:
             i = names.index(item.name)
@@ -44,11 +44,11 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
                 gap_m[k],
                 gap_m[k + 1],
                 gap_m[0],
-                tuple(Rival(suspect(text), numbers, 1.01 * gap_m[k + 1]) for text in rivals),
+                tuple(Rival(candidate_effect(text), numbers, 1.01 * gap_m[k + 1]) for text in rivals),
             )
         )
     joints = model.dataset.robot.joints if model.dataset.robot else ()
-    site = model.suspects[0].where if model.suspects else "base"
+    site = model.effects[0].where if model.effects else "base"
     lies = (
         ()
         if verdict == "no_gap"
@@ -56,7 +56,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     )
     gap = Gap(0.012, gap_m[0], gap_m[-1], 1.1e-4, (0.9 * gap_m[-1], 1.1 * gap_m[-1]))
     gross = np.array(gross, dtype=np.int64)
-    free = (suspect("backlash:turn"), suspect("joint_offset:turn")) if joints else ()
+    free = (candidate_effect("backlash:turn"), candidate_effect("joint_offset:turn")) if joints else ()
     return Diagnosis(
         dataset=model.dataset,
         verdict=verdict,
@@ -70,7 +70,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         limits=tuple(
             Limit(one, one.kind.declared()[0][0], size, "rad") for one, size in zip(free, (1e-4, None), strict=False)
         ),
-        front=tuple(Choice(model.suspects[:k], float(gap_m[k])) for k in range(len(gap_m))),
+        front=tuple(Choice(model.effects[:k], float(gap_m[k])) for k in range(len(gap_m))),
         model=model,
         x=x,
         std=calibration.std,
@@ -85,7 +85,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
 def with_effects(calibration, wanted, seed=9):
     """The same data, made up again as a cell with effects would give them."""
     rng = np.random.default_rng(seed)
-    model = replace(calibration.model, suspects=suspects(wanted, calibration.model.dataset))
+    model = replace(calibration.model, effects=candidate_effects(wanted, calibration.model.dataset))
     sizes = rng.uniform(0.02, 0.1, len(model.effect_parameters)) * model.effect_parameters.upper
     x = np.concatenate([calibration.x, sizes])
     std = np.concatenate([calibration.std, 0.02 * np.abs(sizes)])
@@ -95,7 +95,7 @@ def with_effects(calibration, wanted, seed=9):
 
 
 def explained():
-    return of(stripe(robot=arm(), effects=(*GEOMETRIC, "laser_roll")), rivals=("encoder_scale:bend",), gross=(3, 7))
+    return of(stripe(robot=arm(), effects=(*GEOMETRIC, "laser_roll")), rivals=("encoder_scale:perturb",), gross=(3, 7))
 
 
 def no_gap():
@@ -103,7 +103,7 @@ def no_gap():
 
 
 def unexplained():
-    return of(with_effects(point(), ("joint_offset:bend",)), "unexplained")
+    return of(with_effects(point(), ("joint_offset:perturb",)), "unexplained")
 
 
 def nothing_known():

@@ -10,9 +10,9 @@ import pytest
 import robolaser.operators
 from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY
 from robolaser.cli import COMMANDS
-from robolaser.model.effects import EFFECTS
-from robolaser.geometry.robots import known_robots
 from robolaser.data.toml_schema import UNITS
+from robolaser.geometry.robots import known_robots
+from robolaser.model.effects import EFFECTS
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}

@@ -23,13 +23,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 import robolaser
+from robolaser.commands.challenge import summary
+from robolaser.diagnosis import examine
+from robolaser.geometry.robots import find_robot
 from robolaser.trials.making import KINDS, USUAL, make
 from robolaser.trials.outcome import Outcome, outcome
 from robolaser.trials.score import tally
 from robolaser.trials.worlds.families import KNOWN
-from robolaser.commands.challenge import summary
-from robolaser.diagnosis import examine
-from robolaser.geometry.robots import find_robot
 
 ROBOTS = ("scorbot_er7", "ur5", "panda", "xarm7")
 

@@ -8,8 +8,8 @@ import argparse
 
 import numpy as np
 
-from robolaser.data.dataset import Noise
 from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.data.dataset import Noise
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -36,7 +36,7 @@ def main() -> None:
         for seed in range(args.trials):
             made = simulate(robot, kind=kind, poses=30, noise=noise, stated=stated, seed=seed)
             found = calibrate(made.dataset, Plan(algorithm="gauss-newton", weights=weights, seed=seed))
-            truth = Model(made.dataset).with_gauge_held(np.array([made.truth[n] for n in found.model.parameters.names]))
+            truth = Model(made.dataset).fix_gauge(np.array([made.truth[n] for n in found.model.parameters.names]))
             scores += ((found.x - truth) / found.std)[np.isfinite(found.std)].tolist()
         inside = np.mean(np.abs(scores) < 1.96)
         print(f"| {name} | {len(scores)} | {inside:.1%} | 95 % | {np.std(scores):.2f} |", flush=True)

@@ -23,8 +23,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise
 from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.estimation.jacobian import jacobian
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
@@ -97,7 +97,7 @@ def bound(name: str) -> Bound:
     """Of one world."""
     fitted, unseen, truth = world(name)
     model = Model(fitted)
-    x = model.with_gauge_held(np.array([truth[key] for key in model.parameters.names]))
+    x = model.fix_gauge(np.array([truth[key] for key in model.parameters.names]))
     free = ~np.isin(model.parameters.names, model.sensor.held)
     J, G = (jacobian(each, x)[:, free] for each in (model, Model(unseen)))
     pixel_px, target_m = WORLDS[name]

@@ -89,7 +89,9 @@ def _compare(before: dict[str, dict], after: dict[str, dict]) -> None:
             was, now = before[name][command], after[name][command]
             ratios[command].append(now["cpu_s"] / was["cpu_s"])
             if was.get("exit") != now.get("exit"):
-                lines.append(f"{command} exits with {now.get('exit', 0)}, was {was.get('exit', 0)}: {now.get('says') or was.get('says')}")
+                lines.append(
+                    f"{command} exits with {now.get('exit', 0)}, was {was.get('exit', 0)}: {now.get('says') or was.get('says')}"
+                )
                 continue
             if was.get("exit"):
                 continue
@@ -100,7 +102,9 @@ def _compare(before: dict[str, dict], after: dict[str, dict]) -> None:
     print(f"{alike} of {sum(n in after for n in before)} data sets alike")
     for command, values in ratios.items():
         if values:
-            print(f"CPU time of {command}, after / before: median {statistics.median(values):.2f}, most {max(values):.2f}")
+            print(
+                f"CPU time of {command}, after / before: median {statistics.median(values):.2f}, most {max(values):.2f}"
+            )
 
 
 def _figures(command: str, was: dict, now: dict) -> list[str]:

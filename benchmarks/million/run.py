@@ -12,22 +12,22 @@ from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.initialization import start_of
+from robolaser.calibration.options import Plan
 from robolaser.calibration.result import json_text
 from robolaser.data.dataset import Noise
-from robolaser.calibration.calibrate import calibrate
 from robolaser.data.loading import load
+from robolaser.data.writing import save
 from robolaser.estimation.cross_validation import held_out
-from robolaser.model.noise import sizes_of
-from robolaser.calibration.options import Plan
 from robolaser.estimation.fisher_information import information
-from robolaser.report import page
+from robolaser.estimation.problem import Box, Residuals
 from robolaser.estimation.robust_reweighting import polished
 from robolaser.geometry.robots import find_robot
-from robolaser.data.writing import save
 from robolaser.model.forward_model import Model
+from robolaser.model.noise import sizes_of
+from robolaser.report import page
 from robolaser.simulation import simulate
-from robolaser.calibration.initialization import start_of
 
 SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)

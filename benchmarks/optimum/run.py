@@ -20,11 +20,11 @@ import numpy as np
 from experiments import EXPERIMENTS
 from peers import PEERS, race
 
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.initialization import start_of
 from robolaser.calibration.options import Plan
+from robolaser.estimation.problem import Box, Residuals
 from robolaser.estimation.robust_reweighting import polished
 from robolaser.model.forward_model import Model
-from robolaser.calibration.initialization import start_of
 
 OURS = "robolaser"
 RELATIVE, ABSOLUTE_M2 = 1e-6, 1e-18
@@ -141,7 +141,7 @@ def model(name: str) -> Model:
 def truth(name: str) -> float:
     """J of the optimum next to the true parameters [m²]."""
     made, seen = EXPERIMENTS[name](), model(name)
-    x = seen.with_gauge_held(np.array([made.truth[key] for key in seen.parameters.names]))
+    x = seen.fix_gauge(np.array([made.truth[key] for key in seen.parameters.names]))
     return Box.of(seen).polish(Residuals(seen), x).cost
 
 

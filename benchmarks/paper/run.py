@@ -9,8 +9,8 @@ import time
 
 import numpy as np
 
-from robolaser.estimation.problem import Box, Residuals
 from robolaser.calibration.calibrate import Plan, calibrate
+from robolaser.estimation.problem import Box, Residuals
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import paper
@@ -34,7 +34,7 @@ def main() -> None:
     made = paper(find_robot("scorbot_er7"), seed=args.data_seed)
     model = Model(made.dataset)
     names = model.parameters.names
-    truth = model.with_gauge_held(np.array([made.truth[name] for name in names]))
+    truth = model.fix_gauge(np.array([made.truth[name] for name in names]))
     best = Box.of(model).polish(Residuals(model), truth).cost
     searched, polished, seconds = [], [], []
     result = None

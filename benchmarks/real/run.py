@@ -11,8 +11,8 @@ import numpy as np
 
 from robolaser.cli import main as robolaser
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis import examine
 from robolaser.data.loading import load
+from robolaser.diagnosis import examine
 
 TARGETS = {
     "ur10-tracker-a": "0.40 rms",
@@ -48,7 +48,9 @@ def main() -> None:
             found = examine(dataset_of(asked.data / name, Path(beside)), seed=0)
             gap = found.gap
             mean = float(np.linalg.norm(found.after_m, axis=1).mean())
-            effects = ", ".join(f"{one.suspect.kind.name} {one.suspect.where}" for one in found.findings)
+            effects = ", ".join(
+                f"{one.candidate_effect.kind.name} {one.candidate_effect.where}" for one in found.findings
+            )
             print(
                 f"| {name} | {found.verdict} | {1e3 * gap.nominal_m:.3f} | {1e3 * gap.calibrated_m:.3f} "
                 f"| {1e3 * gap.after_m:.3f} | {1e3 * mean:.3f} | {1e3 * gap.noise_floor_m:.3f} | {TARGETS[name]} "

@@ -17,21 +17,21 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.calibration.export import robot_urdf
 from robolaser.calibration.result import Calibration, json_text
 from robolaser.compiled import cores
 from robolaser.data.dataset import Dataset, Noise, Points
-from robolaser.model.effects import suspects
-from robolaser.calibration.export import robot_urdf
 from robolaser.data.loading import load
-from robolaser.geometry.camera import cut, metric, rays, sheet, undistort
-from robolaser.geometry.robots import find_robot
+from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 from robolaser.data.writing import save
+from robolaser.geometry.camera import cut, metric, rays, sheet, undistort
+from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
 from robolaser.scan import Scan, prepare, read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
-from robolaser.model.forward_model import Model
-from robolaser.geometry.rigid_motion import apply
 from robolaser.simulation import simulate
-from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 
 MODELS = {
     "nominal": (),
@@ -95,7 +95,7 @@ def compare(model: str, effects: tuple[str, ...], millions: int, rounds: int, fo
 def made(effects: tuple[str, ...], millions: int, folder: Path) -> tuple[Path, Path]:
     """A calibration and a recording on disk."""
     dataset: Dataset = simulate(find_robot("scorbot_er7"), poses=POSES, points=4, noise=Noise(), seed=1).dataset
-    model = Model(dataset, suspects(effects, dataset))
+    model = Model(dataset, candidate_effects(effects, dataset))
     x, d = model.parameters.nominal, len(model.parameters)
     found = Calibration(
         model, "none", "plain", 1, x, np.full(d, np.nan), np.zeros(d, dtype=bool), (), model.residuals(x[None])[0],

@@ -14,9 +14,9 @@ from peer import LENSES, View, find_camera, two_stage
 from recording import Recording, measure
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.problem import Box, Residuals
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.estimation.cross_validation import fold_of_rows
+from robolaser.estimation.problem import Box, Residuals
 from robolaser.model.noise import noise_of
 
 SETS = ("etna-s1", "etna-s2", "etna-s3")

@@ -9,11 +9,11 @@ import numpy as np
 from peer import View
 
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.loading import load
 from robolaser.data.image_list import Shots
+from robolaser.data.loading import load
 from robolaser.vision.board import find_board
-from robolaser.vision.extract import extract_points
 from robolaser.vision.board_orientation import settle_by_robot
+from robolaser.vision.extract import extract_points
 from robolaser.vision.lens import find_lens
 
 

@@ -15,7 +15,7 @@ from robolaser import Plan, calibrate, find_robot
 from robolaser.algorithms.registry import POLISH_ONLY
 from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, simulate
@@ -40,7 +40,7 @@ def left_over(made: Simulated) -> Array:
 
 def as_angle(made: Simulated, errors: Array, joint: str) -> Array:
     """The turn of one joint that would explain most of each error, (m,) [mrad]."""
-    model = Model(made.dataset, (Suspect(JointOffset, joint),))
+    model = Model(made.dataset, (CandidateEffect(JointOffset, joint),))
     x = np.repeat(model.parameters.nominal[None], 2, axis=0)
     x[:, -1] = (-1e-4, 1e-4)
     low, high = model.residuals(x)
@@ -113,10 +113,10 @@ def in_camera_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
 
 def in_camera(made: Simulated, errors: Array) -> Array:
     """Errors along the camera's axes, (m, 3)."""
-    model = Model(made.dataset, made.suspects)
+    model = Model(made.dataset, made.effects)
     values = {name: np.array([value]) for name, value in made.truth.items()}
-    bend = model.bend(values)
-    T = (model.flange(values, bend) @ model.sensor.mount(values, bend))[0]
+    perturb = model.perturb(values)
+    T = (model.flange(values, perturb) @ model.sensor.mount(values, perturb))[0]
     return np.einsum("mba,mb->ma", T[made.dataset.points.pose, :3, :3], errors)
 
 

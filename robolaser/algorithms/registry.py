@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, final
 
+from robolaser.algorithms.algorithm_spec import Request
 from robolaser.algorithms.imported import algorithm_of, imported
 from robolaser.algorithms.lazy import lazily
 from robolaser.algorithms.operator_specs import made_parts, settings_of_parts
-from robolaser.algorithms.algorithm_spec import Request
 from robolaser.algorithms.settings import Setting, Value, check, number, share, switch, whole, word
 from robolaser.errors import AlgorithmUnknown, OperatorSetting, SettingsRefused
 

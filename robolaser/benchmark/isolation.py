@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import final
 
-from robolaser.benchmark.worker import BEGUN, NEEDED, READY
-from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.payload import Task
+from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.worker import BEGUN, NEEDED, READY
 
 GRACE_S = 5.0
 """A run that is out of time is told so at its next evaluation; one that has not come back by then is killed."""

@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison, Contested, Effort
-from robolaser.benchmark.solvers import DEFAULT, find
-from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.engines import Task
 from robolaser.benchmark.problem import Question
-from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.problem_specs import Source, sources
+from robolaser.benchmark.result import Comparison, Contested, Effort
+from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.solvers import DEFAULT, find
+from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.errors import OperatorSetting
 from robolaser.estimation.multistart import optimum

@@ -11,6 +11,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, Question
 from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
 from robolaser.errors import (
     DimensionSenseless,
     NoClosedForm,
@@ -19,10 +20,9 @@ from robolaser.errors import (
     ProblemUnknown,
     TestFunctionUnknown,
 )
-from robolaser.data.loading import load
-from robolaser.parameters import Parameters
 from robolaser.estimation.reduction import Reduction
 from robolaser.model.forward_model import Model
+from robolaser.parameters import Parameters
 
 PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
 """How problems that are no folders are asked for."""

@@ -13,9 +13,9 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.benchmark.result import Effort
-from robolaser.benchmark.plan import Contest, Key, key
 from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.plan import Contest, Key, key
+from robolaser.benchmark.result import Effort
 from robolaser.benchmark.single_run import FAILED, Run
 from robolaser.errors import ComparisonForeign, FileUnreadable, FileUnwritable, RecordUnreadable
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.benchmark.single_run import FAILED, Run
 from robolaser.benchmark.results_array import Tally
+from robolaser.benchmark.single_run import FAILED, Run
 
 
 @final

@@ -10,9 +10,9 @@ from importlib.metadata import version
 from typing import Any
 
 from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.results_array import TOLERANCES, targets
 from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.results_array import TOLERANCES, targets
 
 FORMAT = "robolaser-comparison/1"
 COLUMNS = (

@@ -10,9 +10,9 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import final
 
-from robolaser.benchmark.result import Comparison, Effort
-from robolaser.benchmark.plan import Contest, Key, key
 from robolaser.benchmark.engines import Engine, Task, ThisMachine
+from robolaser.benchmark.plan import Contest, Key, key
+from robolaser.benchmark.result import Comparison, Effort
 from robolaser.benchmark.single_run import Run
 
 AHEAD = 2

@@ -6,10 +6,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.problem import Question
 from robolaser.benchmark.evaluator import Over, Watch
+from robolaser.benchmark.problem import Question
+from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.errors import RobolaserError
 
 DONE, FAILED = "done", "failed"

@@ -12,9 +12,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import final
 
+from robolaser.benchmark.payload import Task
 from robolaser.benchmark.problem import Question
 from robolaser.benchmark.single_run import WARM_UP, Run, run
-from robolaser.benchmark.payload import Task
 
 try:
     import resource

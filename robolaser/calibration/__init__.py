@@ -1,1 +1,1 @@
-"""TODO."""
+"""Calibration: search, fit, result and exports."""

@@ -9,21 +9,21 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.calibration.checks import check_poses, check_target
+from robolaser.calibration.initialization import start_of
+from robolaser.calibration.options import Plan
+from robolaser.calibration.pymoo_search import Progress
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects import suspects
 from robolaser.errors import NothingFound
 from robolaser.estimation.cross_validation import held_out
-from robolaser.model.noise import sizes_of
-from robolaser.calibration.options import Plan
 from robolaser.estimation.fisher_information import information
-from robolaser.calibration.checks import check_poses, check_target
-from robolaser.estimation.robust_reweighting import gross, polished
-from robolaser.model.forward_model import Model
-from robolaser.calibration.pymoo_search import Progress
-from robolaser.calibration.initialization import start_of
 from robolaser.estimation.identifiability import standard_errors, unidentifiable
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.robust_reweighting import gross, polished
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import sizes_of
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def calibrate(
     began = time.perf_counter()
     plan = plan or Plan()
     tell = progress or (lambda what, share: None)
-    model = Model(dataset, suspects(plan.effects, dataset))
+    model = Model(dataset, candidate_effects(plan.effects, dataset))
     box = Box.of(model)
     check_target(model)
     check_poses(model, box)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from robolaser.model.pose_blocks import looks_around, with_rows
-from robolaser.estimation.problem import Box
 from robolaser.errors import TargetUnseen, TooFewPoses
 from robolaser.estimation.jacobian import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.estimation.problem import Box
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.forward_model import Model
+from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 from robolaser.model.sensors.stripe import Stripe
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
@@ -27,7 +27,7 @@ def check_poses(model: Model, box: Box) -> None:
     poses = np.unique(points.pose)
     sample = poses[np.unique(np.linspace(0, len(poses) - 1, min(len(poses), 20)).astype(int))]
     rows = np.flatnonzero(np.isin(points.pose, sample))
-    some = model if looks_around(model) else with_rows(model, rows)
+    some = model if depends_on_trajectory(model) else with_rows(model, rows)
     J = np.nan_to_num(jacobian(some, model.parameters.nominal)[:, ~box.held] * box.scale[~box.held])
     pose_of_row = np.repeat(some.dataset.points.pose, 3)
     ranks = [np.linalg.matrix_rank(J[pose_of_row == pose], rtol=RANK_TOLERANCE) for pose in sample]
@@ -48,11 +48,11 @@ def check_target(model: Model) -> None:
     if not isinstance(sensor, Stripe) or not model.dataset.placed:
         return
     values = model.parameters.values(model.parameters.nominal[None])
-    bend = model.bend(values)
-    T_base_camera = model.flange(values, bend) @ sensor.mount(values, bend)
+    perturb = model.perturb(values)
+    T_base_camera = model.flange(values, perturb) @ sensor.mount(values, perturb)
     pose = model.dataset.points.pose
     T_camera_base = inverse(T_base_camera)[0, pose, 2]
-    behind = (sensor.target(values, bend)[0] * T_camera_base[:, :3]).sum(axis=-1) + T_camera_base[:, 3] <= 0
+    behind = (sensor.target(values, perturb)[0] * T_camera_base[:, :3]).sum(axis=-1) + T_camera_base[:, 3] <= 0
     if behind.mean() > 0.5:
         row = int(np.argmax(behind))
         raise TargetUnseen(row + HEADER, model.dataset.poses.names[pose[row]], int(behind.sum()), len(behind))

@@ -5,16 +5,16 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
-from robolaser.geometry import urdf
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.model.effects.effect import bend_with
 from robolaser.errors import FrameExists, NoCamera
-from robolaser.parameters import Values
+from robolaser.geometry import camera as optics
+from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.effects.effect import perturb_with
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 IN_THE_JOINTS = ("joint_offset", "link_geometry")
 """Effects that a URDF can say."""
@@ -44,15 +44,17 @@ def corrected_urdf(calibration: Calibration) -> str | None:
     """
     model, robot = calibration.model, calibration.model.dataset.robot
     values = _values(calibration)
-    written = tuple(suspect.at(values) for suspect in model.suspects if suspect.kind.name in IN_THE_JOINTS)
+    written = tuple(
+        candidate_effect.at(values) for candidate_effect in model.effects if candidate_effect.kind.name in IN_THE_JOINTS
+    )
     if robot is None or not written:
         return None
-    bend = bend_with(written, model.scene)
-    offset = bend(Seam.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
+    perturb = perturb_with(written, model.scene)
+    offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
     along = robot.axes * offset[:, None]
     turn = np.where(robot.prismatic[:, None], 0.0, along)
     shift = np.where(robot.prismatic[:, None], along, 0.0)
-    placements = bend(Seam.LINKS, robot.placements[None, None])[0, 0] @ pose(exp_so3(turn), shift)
+    placements = perturb(Stage.LINKS, robot.placements[None, None])[0, 0] @ pose(exp_so3(turn), shift)
     return _with_sensor(robot.urdf_with(placements), calibration)
 
 
@@ -91,19 +93,19 @@ def plumb_bob(calibration: Calibration) -> tuple[Array, Array, float]:
     Effects of the lens in the model are converted too; p1 and p2 are zero without any. What biases the stripe's middle
     is no matter of the lens.
     """
-    values, bend = _values(calibration), _bend(calibration)
+    values, perturb = _values(calibration), _bend(calibration)
     width, height = calibration.model.dataset.image_px or (1, 1)
     f, s_u, s_v, u_0, v_0 = (float(values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
     across, down = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID), np.linspace(-0.5, height - 0.5, GRID))
     pixel = np.stack([across.ravel(), down.ravel()], axis=-1)
     distorted = optics.metric(pixel[None], values)
-    x, y = (bend(Seam.IMAGE, optics.undistort(distorted, values["k"]))[0] / f).T
+    x, y = (perturb(Stage.IMAGE, optics.undistort(distorted, values["k"]))[0] / f).T
     focal_px = np.array([f / s_u, f / s_v])
     moved = pixel - np.array([u_0, v_0]) - focal_px * np.stack([x, y], axis=-1)
     r2 = x**2 + y**2
     radial = [np.stack([x * r2**n, y * r2**n], axis=-1) for n in (1, 2, 3)]
     decentred = [np.stack([2 * x * y, r2 + 2 * y**2], axis=-1), np.stack([r2 + 2 * x**2, 2 * x * y], axis=-1)]
-    bent = any(suspect.kind.seam is Seam.IMAGE for suspect in calibration.model.suspects)
+    bent = any(candidate_effect.kind.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
     columns = np.stack([focal_px * column for column in (radial + decentred if bent else radial)], axis=-1)
     A = columns.reshape(-1, columns.shape[-1])
     scale = np.linalg.norm(A, axis=0)
@@ -118,8 +120,8 @@ def _values(calibration: Calibration) -> Values:
     return calibration.model.parameters.values(calibration.x[None])
 
 
-def _bend(calibration: Calibration) -> Bend:
-    return calibration.model.bend(_values(calibration))
+def _bend(calibration: Calibration) -> Perturbation:
+    return calibration.model.perturb(_values(calibration))
 
 
 def _with_sensor(text: str, calibration: Calibration) -> str:
@@ -141,16 +143,16 @@ def _with_frame(text: str, parent: str, name: str, T_parent_child: Array) -> str
 
 def _frames(calibration: Calibration) -> Iterator[tuple[str, Array]]:
     """Names of frames and T_flange_frame of each."""
-    sensor, values, bend = calibration.model.sensor, _values(calibration), _bend(calibration)
+    sensor, values, perturb = calibration.model.sensor, _values(calibration), _bend(calibration)
     if not isinstance(sensor, Stripe):
         for tool in _tools(values):
             place = np.array([values[f"{tool}.{part}"][0] for part in "xyz"])
             yield tool.replace(".", "_", 1), pose(np.eye(3), place)
         return
-    T_flange_camera = sensor.mount(values, bend)[0, 0]
+    T_flange_camera = sensor.mount(values, perturb)[0, 0]
     yield "scanner_camera", T_flange_camera
     yield "scanner_camera_optical", T_flange_camera @ _optical(calibration.model.dataset.stripe_axis)
-    yield "scanner_laser", T_flange_camera @ _laser(bend(Seam.SHEET, optics.sheet(values))[0, 0])
+    yield "scanner_laser", T_flange_camera @ _laser(perturb(Stage.SHEET, optics.sheet(values))[0, 0])
 
 
 def _tools(names: Iterable[str]) -> list[str]:

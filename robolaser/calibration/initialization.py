@@ -8,19 +8,19 @@ from typing import final
 
 import numpy as np
 
-from robolaser.estimation.gauss_newton import Polished
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Suspect
-from robolaser.errors import NothingFound
-from robolaser.estimation.multistart import AGREEING, SAME, Optimum, optimum, thinned
 from robolaser.calibration.options import Plan
-from robolaser.estimation.reduction import Reduction
-from robolaser.model.forward_model import Model
 from robolaser.calibration.pymoo_search import Found, History, Progress, search
+from robolaser.data.dataset import Dataset
+from robolaser.errors import NothingFound
+from robolaser.estimation.gauss_newton import Polished
+from robolaser.estimation.multistart import AGREEING, SAME, Optimum, optimum, thinned
 from robolaser.estimation.nonlinear_parameters import shaped, with_shapes
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.reduction import Reduction
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 
 
 @final
@@ -93,9 +93,9 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
 
     sought = shaped(model)
     plain = _without(model, sought)
-    best = found(model.with_suspects(()), None)
+    best = found(model.with_effects(()), None)
     evaluations = best.evaluations
-    if plain.suspects:
+    if plain.effects:
         best = found(plain, np.stack([_extended(best.x, plain), plain.parameters.nominal]))
         evaluations += best.evaluations
     if not np.isfinite(best.cost):
@@ -107,13 +107,13 @@ def _screened(model: Model, seed: int, tell: Progress) -> Start:
             "lower one. Narrower bounds would help, or other poses."
         )
     thin = thinned(model)
-    x = _in_shape(thin, thin.with_suspects(plain.suspects), best.x) if sought else best.x
+    x = _in_shape(thin, thin.with_effects(plain.effects), best.x) if sought else best.x
     return Start(SCREENING, x, evaluations, tuple(doubts))
 
 
-def _without(model: Model, gone: Sequence[Suspect]) -> Model:
+def _without(model: Model, gone: Sequence[CandidateEffect]) -> Model:
     """The model that lacks some of its effects."""
-    return model.with_suspects(tuple(one for one in model.suspects if one not in gone))
+    return model.with_effects(tuple(one for one in model.effects if one not in gone))
 
 
 def _extended(x: Array, model: Model) -> Array:
@@ -165,7 +165,7 @@ def _polished_in_shape(model: Model, starts: Array) -> tuple[Polished, int]:
     columns = model.parameters.columns(plain.parameters.names)
     without, evaluations = polish_members(Residuals(plain), starts[:, columns], Box.of(plain))
     chosen = _in_shape(model, plain, without.x)
-    ends = [box.polish(Residuals(model), start) for start in (chosen, model.with_gauge_held(starts[0]))]
+    ends = [box.polish(Residuals(model), start) for start in (chosen, model.fix_gauge(starts[0]))]
     return min(ends, key=lambda end: end.cost), evaluations + sum(end.evaluations for end in ends)
 
 
@@ -185,7 +185,7 @@ def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polis
     """
     tried, evaluations = [], 0
     for start in starts:
-        tried.append(box.polish(residuals, residuals.model.with_gauge_held(start)))
+        tried.append(box.polish(residuals, residuals.model.fix_gauge(start)))
         evaluations += tried[-1].evaluations
         lowest = min(end.cost for end in tried)
         if sum(end.cost <= lowest * (1 + SAME) + np.finfo(float).tiny for end in tried) >= AGREEING:

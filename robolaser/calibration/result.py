@@ -9,11 +9,11 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.model.effects.run import Run
-from robolaser.parameters import Parameter
-from robolaser.model.forward_model import Model
 from robolaser.calibration.pymoo_search import History
 from robolaser.estimation.identifiability import Unidentifiable
+from robolaser.model.effects.run import Run
+from robolaser.model.forward_model import Model
+from robolaser.parameters import Parameter
 
 FORMAT = "robolaser-calibration/1"
 
@@ -97,16 +97,16 @@ def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
 def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
     names = calibration.model.parameters.names
     out = []
-    for suspect in calibration.model.suspects:
+    for candidate_effect in calibration.model.effects:
         numbers = {}
-        for parameter in suspect.parameters.items:
+        for parameter in candidate_effect.parameters.items:
             i = names.index(parameter.name)
             numbers[parameter.name.rsplit(".", 1)[-1]] = {
                 "value": float(calibration.x[i]),
                 "std": _number(calibration.std[i]),
                 "unit": parameter.unit,
             }
-        out.append({"effect": suspect.kind.name, "where": suspect.where, "parameters": numbers})
+        out.append({"effect": candidate_effect.kind.name, "where": candidate_effect.where, "parameters": numbers})
     return out
 
 

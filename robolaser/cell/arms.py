@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.data.cell_config import FILE, Cell
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import FILE, Cell
 from robolaser.errors import ArmUnknown, OutputMissing, SettingWrong
 
 

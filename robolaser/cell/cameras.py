@@ -1,10 +1,10 @@
 """What a cell names as its camera, opened."""
 
-from robolaser.data.cell_config import Cell
 from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.live import Live
 from robolaser.cell.pictures import Pictures
+from robolaser.data.cell_config import Cell
 from robolaser.errors import CameraUnusable
 
 

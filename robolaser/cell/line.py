@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, Self, TypeVar, final
 
-from robolaser.data.cell_config import ArmLine
 from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import ArmLine
 from robolaser.errors import LineFlooded, LineLost, PortUnusable
 
 Speaker = TypeVar("Speaker")

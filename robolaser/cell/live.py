@@ -6,10 +6,10 @@ from typing import Any, final
 import cv2
 import numpy as np
 
-from robolaser.data.cell_config import CameraLine
 from robolaser.cell.camera import DARK, WHITE, Camera, Image, Warn, grey, see_to
 from robolaser.cell.clock import Clock
 from robolaser.cell.streams import open_stream
+from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraFrozen, CameraLost, CameraUnusable, RobolaserError
 
 SILENT_S = 2.0

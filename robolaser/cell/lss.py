@@ -8,11 +8,11 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.cell_config import ArmLine
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.line import Line, spoken_over
 from robolaser.cell.pace import PEAK
+from robolaser.data.cell_config import ArmLine
 from robolaser.errors import AnswerUnclear, ArmAlarm, ArmDiffers, ArmRefused, LineLost
 
 EVERYBODY = 254

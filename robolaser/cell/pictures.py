@@ -7,9 +7,9 @@ from typing import Any, final
 import cv2
 
 from robolaser.cell.camera import Camera, Image, Warn, grey, see_to
-from robolaser.errors import CameraLost, CameraUnusable
-from robolaser.data.loading import load
 from robolaser.data.image_list import shots_of
+from robolaser.data.loading import load
+from robolaser.errors import CameraLost, CameraUnusable
 
 ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 

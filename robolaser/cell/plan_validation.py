@@ -7,9 +7,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.cell.angles import shown
 from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset
-from robolaser.cell.angles import shown
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion
 

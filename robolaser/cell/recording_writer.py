@@ -15,12 +15,14 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.cell_config import FILE as CELL
-from robolaser.data.cell_config import Cell
 from robolaser.cell.camera import Image, Warn
+from robolaser.cell.quantization_noise import KEY, SECTION, reading_rad, with_noise
 from robolaser.cell.recovery import is_number, named, same, see_same_cell, whole
 from robolaser.cell.route import Visit, read_route, route_text
-from robolaser.cell.quantization_noise import KEY, SECTION, reading_rad, with_noise
+from robolaser.data.cell_config import FILE as CELL
+from robolaser.data.cell_config import Cell
+from robolaser.data.csv_tables import read_text, write_together
+from robolaser.data.image_list import UNLIT
 from robolaser.errors import (
     CellDiffers,
     FileUnwritable,
@@ -30,8 +32,6 @@ from robolaser.errors import (
     PlanDiffers,
 )
 from robolaser.geometry.kinematics import Robot
-from robolaser.data.image_list import UNLIT
-from robolaser.data.csv_tables import read_text, write_together
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 IMAGE_OFF = UNLIT

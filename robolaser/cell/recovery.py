@@ -5,11 +5,11 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from robolaser.data.cell_config import Cell
-from robolaser.cell.route import Visit
 from robolaser.cell.quantization_noise import KEY, SECTION
-from robolaser.errors import CellDiffers, NotToml
+from robolaser.cell.route import Visit
+from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_text
+from robolaser.errors import CellDiffers, NotToml
 
 MERE_WORDS = ("name", "source", "licence")
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"

@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
-from robolaser.errors import ArmDiffers
 from robolaser.data.loading import load
+from robolaser.errors import ArmDiffers
 
 
 @final

@@ -11,9 +11,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.csv_tables import Table, read_table, read_text
 from robolaser.errors import BadCell, FileUnreadable, PoseFar, PosesUnusable, RowTwice
 from robolaser.geometry.kinematics import Robot
-from robolaser.data.csv_tables import Table, read_table, read_text
 
 FAR = 1.0
 """How far beyond its limits a joint value is another unit's [rad or m]."""

@@ -7,15 +7,15 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.cell_config import Cell
 from robolaser.cell.angles import posture, shown
 from robolaser.cell.arm import Arm
 from robolaser.cell.arrival import Mover
 from robolaser.cell.camera import Camera, Image, Warn
-from robolaser.cell.plan_validation import carried, violations
 from robolaser.cell.clock import Clock
+from robolaser.cell.plan_validation import carried, violations
 from robolaser.cell.recording_writer import IMAGE_OFF, Journal, Stay
 from robolaser.cell.route import Visit, way
+from robolaser.data.cell_config import Cell
 from robolaser.errors import (
     ArmRestarted,
     FileUnwritable,

@@ -4,9 +4,9 @@ import argparse
 from pathlib import Path
 from typing import ClassVar, final
 
+from robolaser.commands.argument_types import count, seed
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists, SearchStopped
-from robolaser.commands.argument_types import count, seed
 
 RESULT = "calibration.json"
 
@@ -53,14 +53,14 @@ class Calibrate(Command):
     def run(self, args: argparse.Namespace) -> None:
         """Calibrate, write and print the result."""
         from robolaser.algorithms.registry import POLISH_ONLY, SCREENING  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.calibration.result import json_text  # noqa: PLC0415
-        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
         from robolaser.calibration.calibrate import calibrate  # noqa: PLC0415
-        from robolaser.data.loading import load  # noqa: PLC0415
+        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
         from robolaser.calibration.options import GENERATIONS, Plan  # noqa: PLC0415
-        from robolaser.report import page, print_summary  # noqa: PLC0415
         from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE  # noqa: PLC0415
+        from robolaser.calibration.result import json_text  # noqa: PLC0415
         from robolaser.data.csv_tables import write_together  # noqa: PLC0415
+        from robolaser.data.loading import load  # noqa: PLC0415
+        from robolaser.report import page, print_summary  # noqa: PLC0415
 
         out: Path = args.output
         if (out / RESULT).exists() and not args.force:

@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, final
 
+from robolaser.commands.argument_types import count, seed
 from robolaser.commands.command import Command, make_folder, progress_bar
 from robolaser.errors import OutputExists, RangeUnclear
-from robolaser.commands.argument_types import count, seed
 
 if TYPE_CHECKING:
-    from robolaser.trials.building import Ranges
     from robolaser.data.dataset import Dataset
     from robolaser.geometry.kinematics import Robot
+    from robolaser.trials.building import Ranges
 
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
@@ -80,10 +80,10 @@ class Challenge(Command):
 
 
 def _new(args: argparse.Namespace) -> None:
-    from robolaser.trials.making import USUAL  # noqa: PLC0415 - `--help` must not pay for physics
-    from robolaser.trials.trial import new  # noqa: PLC0415
     from robolaser.data.loading import load  # noqa: PLC0415
     from robolaser.geometry.robots import find_robot  # noqa: PLC0415
+    from robolaser.trials.making import USUAL  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.trials.trial import new  # noqa: PLC0415
 
     ranges = _ranges(args)
     kinds = dict.fromkeys(args.kinds.split(","), 1.0) if args.kinds else USUAL
@@ -135,8 +135,8 @@ def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[st
 def _score(args: argparse.Namespace) -> None:
     import json  # noqa: PLC0415
 
-    from robolaser.trials.trial import score  # noqa: PLC0415
     from robolaser.data.csv_tables import write_text  # noqa: PLC0415
+    from robolaser.trials.trial import score  # noqa: PLC0415
 
     folder = args.output or args.folder
     file = folder / "score.json"

@@ -7,14 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
-from robolaser.commands.command import Command, make_folder
 from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
 from robolaser.commands.argument_types import count, positive
+from robolaser.commands.command import Command, make_folder
+from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.plan import Contest
     from robolaser.benchmark.engines import Engine
+    from robolaser.benchmark.plan import Contest
     from robolaser.benchmark.record import Record
 
 RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
@@ -132,8 +132,8 @@ def _engine(args: argparse.Namespace) -> "Engine":
 
 def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
     """Let everybody run whose run is not in the record, and take each run in as it comes."""
-    from robolaser.commands.benchmark_progress import contest_progress  # noqa: PLC0415
     from robolaser.benchmark.run_loop import held  # noqa: PLC0415
+    from robolaser.commands.benchmark_progress import contest_progress  # noqa: PLC0415
 
     began = time.monotonic()
     with contest_progress() as tell:
@@ -146,8 +146,8 @@ def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) ->
     from robolaser.benchmark.iohprofiler import export  # noqa: PLC0415
     from robolaser.benchmark.results import comparison_json, runs_csv  # noqa: PLC0415
     from robolaser.benchmark.standings import standings  # noqa: PLC0415
-    from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
     from robolaser.data.csv_tables import write_together  # noqa: PLC0415
+    from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
 
     out: Path = args.output
     comparison = contest.so_far(contest.own(record.runs), record.effort)

@@ -6,9 +6,9 @@ import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
+from robolaser.commands.argument_types import seed
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists
-from robolaser.commands.argument_types import seed
 
 RESULT = "diagnosis.json"
 
@@ -38,12 +38,12 @@ class Diagnose(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Diagnose, write and print the result, and the corrected model with it."""
+        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
+        from robolaser.data.csv_tables import write_together  # noqa: PLC0415
+        from robolaser.data.loading import load  # noqa: PLC0415
         from robolaser.diagnosis import examine  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.diagnosis.corrected_model import corrected, corrected_json  # noqa: PLC0415
-        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
-        from robolaser.data.loading import load  # noqa: PLC0415
         from robolaser.report.diagnosis import page, print_diagnosis  # noqa: PLC0415
-        from robolaser.data.csv_tables import write_together  # noqa: PLC0415
 
         out: Path = args.output
         for name in (RESULT, "calibration.json"):

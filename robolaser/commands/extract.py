@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
+from robolaser.commands.argument_types import count
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import FileUnwritable, OutputExists, StoppedLate
-from robolaser.commands.argument_types import count
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -77,8 +77,8 @@ class Extract(Command):
 
 
 def _points(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415
     from robolaser.data.writing import save, save_points  # noqa: PLC0415
+    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415
 
     with progress_bar() as progress:
         found, dataset = points_from_images(recording, step=args.step, centring=args.centre, progress=progress)
@@ -106,9 +106,9 @@ def _points(recording: "Dataset", args: argparse.Namespace) -> None:
 
 
 def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.vision.recordings import stripes_from_images  # noqa: PLC0415
-    from robolaser.data.writing import save  # noqa: PLC0415
     from robolaser.data.stripe_file import write_stripes  # noqa: PLC0415
+    from robolaser.data.writing import save  # noqa: PLC0415
+    from robolaser.vision.recordings import stripes_from_images  # noqa: PLC0415
 
     folder: Path = args.output or args.recording
     images = blank = 0

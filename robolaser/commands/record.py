@@ -11,14 +11,14 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Never, final
 
+from robolaser.commands.argument_types import count, positive, seed
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import NothingMoved, NowhereToGo, OptionIdle, PlanUnsafe
-from robolaser.commands.argument_types import count, positive, seed
 
 if TYPE_CHECKING:
-    from robolaser.data.cell_config import Cell
     from robolaser.cell.recording_writer import Journal
     from robolaser.cell.route import Visit
+    from robolaser.data.cell_config import Cell
     from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
@@ -75,9 +75,9 @@ class Record(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Check, and only then move."""
-        from robolaser.data.cell_config import load_cell  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.cell.arms import language_of  # noqa: PLC0415
         from robolaser.cell.recording_writer import Journal  # noqa: PLC0415
+        from robolaser.data.cell_config import load_cell  # noqa: PLC0415 - `--help` must not pay for physics
 
         _see_sense(args)
         cell = _as_asked(load_cell(args.cell), args)
@@ -160,8 +160,8 @@ def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]") -> None
         PlanUnsafe: It breaks the cell's limits.
     """
     from robolaser.cell.angles import shown  # noqa: PLC0415
-    from robolaser.cell.plan_validation import carried, lowest, violations  # noqa: PLC0415
     from robolaser.cell.pace import seconds_for  # noqa: PLC0415
+    from robolaser.cell.plan_validation import carried, lowest, violations  # noqa: PLC0415
     from robolaser.cell.route import way  # noqa: PLC0415
 
     if not visits:

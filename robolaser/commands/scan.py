@@ -5,9 +5,9 @@ import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
+from robolaser.commands.argument_types import positive
 from robolaser.commands.command import Command, make_folder, progress_bar, warn
 from robolaser.errors import OutputExists, StoppedLate
-from robolaser.commands.argument_types import positive
 
 ENDING = ".ply"
 LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
@@ -50,13 +50,13 @@ class Scan(Command):
 
     def run(self, args: argparse.Namespace) -> None:
         """Scan, write the cloud, and say how good it is."""
+        from robolaser.data.csv_tables import write_text  # noqa: PLC0415
         from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
         from robolaser.report.cloud import page, print_cloud  # noqa: PLC0415
         from robolaser.scan import prepare, read_calibration  # noqa: PLC0415
         from robolaser.scan.ply import write_ply  # noqa: PLC0415
         from robolaser.scan.quality import measure  # noqa: PLC0415
         from robolaser.scan.subsample import Survey  # noqa: PLC0415
-        from robolaser.data.csv_tables import write_text  # noqa: PLC0415
 
         files: list[Path] = [args.output, *([args.output.with_suffix(".html")] if args.report else [])]
         for path in files:

@@ -4,9 +4,9 @@ import argparse
 from pathlib import Path
 from typing import ClassVar, final
 
+from robolaser.commands.argument_types import count, seed
 from robolaser.commands.command import Command
 from robolaser.errors import OptionsClash, OutputExists
-from robolaser.commands.argument_types import count, seed
 
 NOISES = ("pixel_px", "target_m", "joint_rad", "point_m")
 OWN = {"sensor": "stripe", "poses": 40, "points": None, "repeats": 1, "unplaced": False, **dict.fromkeys(NOISES)}
@@ -54,8 +54,8 @@ class Simulate(Command):
     def run(self, args: argparse.Namespace) -> None:
         """Simulate, write, and say what was made."""
         from robolaser.data.dataset import Noise  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.geometry.robots import find_robot  # noqa: PLC0415
         from robolaser.data.writing import save  # noqa: PLC0415
+        from robolaser.geometry.robots import find_robot  # noqa: PLC0415
         from robolaser.simulation import paper, simulate, sizes_of  # noqa: PLC0415
 
         if (args.output / "dataset.toml").exists() and not args.force:

@@ -5,8 +5,8 @@ import webbrowser
 from pathlib import Path
 from typing import ClassVar, final
 
-from robolaser.commands.command import Command, warn
 from robolaser.commands.argument_types import LAST_PORT, count
+from robolaser.commands.command import Command, warn
 
 
 @final
@@ -29,11 +29,11 @@ class View(Command):
     def run(self, args: argparse.Namespace) -> None:
         """Serve until interrupted."""
         from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.report.viewer.downsampling import thinned  # noqa: PLC0415
+        from robolaser.report.viewer.model import Belief, calibrated, nominal  # noqa: PLC0415
+        from robolaser.report.viewer.serving import ViewerApp  # noqa: PLC0415
         from robolaser.scan import read_calibration  # noqa: PLC0415
         from robolaser.scan.ply import map_ply  # noqa: PLC0415
-        from robolaser.report.viewer.model import Belief, calibrated, nominal  # noqa: PLC0415
-        from robolaser.report.viewer.serving import Stage  # noqa: PLC0415
-        from robolaser.report.viewer.downsampling import thinned  # noqa: PLC0415
 
         dataset = load(args.dataset)
         beliefs: tuple[Belief, ...] = (nominal(dataset),)
@@ -42,7 +42,7 @@ class View(Command):
         cloud = None if args.cloud is None else thinned(map_ply(args.cloud))
         for warning in (*dataset.warnings, *(note for belief in beliefs for note in belief.notes)):
             warn(warning)
-        stage = Stage(beliefs, cloud, args.port)
+        stage = ViewerApp(beliefs, cloud, args.port)
         print(f"{dataset.name} is at {stage.url}; stop with Ctrl-C.", flush=True)
         if not args.no_browser:
             webbrowser.open(stage.url)

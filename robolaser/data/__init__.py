@@ -1,1 +1,1 @@
-"""TODO."""
+"""Data sets: the folder, its files, and what is read from them."""

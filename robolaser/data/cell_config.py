@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import final
 
 from robolaser.data.dataset import Dataset
-from robolaser.errors import CellWithoutRobot, FormatUnknown, NotACell, SettingWrong
 from robolaser.data.loading import describe
-from robolaser.geometry.kinematics import Robot
 from robolaser.data.toml_schema import Settings, read_settings
+from robolaser.errors import CellWithoutRobot, FormatUnknown, NotACell, SettingWrong
+from robolaser.geometry.kinematics import Robot
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"

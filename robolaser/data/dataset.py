@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.parameters import Parameter
 from robolaser.geometry.kinematics import Robot
+from robolaser.parameters import Parameter
 
 
 @final

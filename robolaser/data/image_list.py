@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import final
 
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.errors import ImageUnnamed
 from robolaser.data.loading import inside
+from robolaser.errors import ImageUnnamed
 
 LIT = "image"
 """Column of poses.csv with the first image taken with the laser on."""

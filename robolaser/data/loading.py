@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.csv_tables import Table, read_table, read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
+from robolaser.data.toml_schema import Settings, read_settings
 from robolaser.errors import (
     BadCell,
     FileUnreadable,
@@ -23,10 +25,8 @@ from robolaser.errors import (
     TooFar,
 )
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot
 from robolaser.geometry.rigid_motion import from_quaternion, pose
-from robolaser.data.toml_schema import Settings, read_settings
-from robolaser.data.csv_tables import Table, read_table, read_text
+from robolaser.geometry.robots import find_robot
 
 FORMAT = "robolaser-dataset/1"
 FLANGE_COLUMNS = ("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")

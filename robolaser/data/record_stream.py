@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.errors import OutputExists
 from robolaser.data.csv_tables import written_whole
+from robolaser.errors import OutputExists
 
 
 def write_streamed(

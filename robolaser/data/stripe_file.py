@@ -14,8 +14,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from robolaser.errors import FileUnreadable, StripesForeign
 from robolaser.data.record_stream import write_streamed
+from robolaser.errors import FileUnreadable, StripesForeign
 
 FILE = "stripes.npy"
 """Its name in the recording's folder."""

@@ -8,9 +8,9 @@ from typing import Any, final
 
 import numpy as np
 
+from robolaser.data.csv_tables import read_text
 from robolaser.errors import AngleTooLarge, BoundsWrong, NotPositive, NotToml, SettingMissing, SettingWrong, meant
 from robolaser.parameters import Parameter
-from robolaser.data.csv_tables import read_text
 
 UNITS = {
     "f": "m", "s_u": "m/px", "s_v": "m/px", "u_0": "px", "v_0": "px", "k": "1/m²", "b": "m", "theta": "rad",

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Points
-from robolaser.errors import FileUnwritable, OutputExists
-from robolaser.data.loading import FLANGE_COLUMNS, FORMAT, GRAVITY, XYZ
-from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.data.csv_tables import write_table, write_text
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.loading import FLANGE_COLUMNS, FORMAT, GRAVITY, XYZ
+from robolaser.errors import FileUnwritable, OutputExists
+from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
 

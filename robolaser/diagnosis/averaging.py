@@ -9,11 +9,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.subsampling import telling, worth_keeping
-from robolaser.model.noise import NoiseModel, pixel_from_repeats
-from robolaser.model.noise.sources import Disturbance, disturbances
-from robolaser.model.noise.covariance import FLOOR_M, OF_POSES, noise_from
-from robolaser.model.noise.whitening import group_sums
 from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel, pixel_from_repeats
+from robolaser.model.noise.covariance import FLOOR_M, OF_POSES, noise_from
+from robolaser.model.noise.sources import Disturbance, disturbances
+from robolaser.model.noise.whitening import group_sums
 
 AVERAGED = ("pixel", "point", "seat")
 """Sources of error that each shot has anew; a target point's error and a pose's are shared by its repeats."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.estimation.jacobian import jacobian
-from robolaser.model.noise import noise_of
-from robolaser.model.forward_model import Model
 from robolaser.estimation.identifiability import Information, unidentifiable
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import noise_of
 
 ALGORITHM: Final = "diagnosis"
 
@@ -36,7 +36,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
             f"{len(diagnosis.gross)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
             " but the parameters are those of the others. diagnosis.json lists them."
         )
-    model = Model(diagnosis.dataset, diagnosis.model.suspects)
+    model = Model(diagnosis.dataset, diagnosis.model.effects)
     return Calibration(
         model=model,
         algorithm=ALGORITHM,

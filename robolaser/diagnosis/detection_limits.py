@@ -22,11 +22,11 @@ def limits(signatures: Iterable[Signature], spread: float) -> tuple[Limit, ...]:
     """
     found = []
     for signature in signatures:
-        suspect = signature.suspect
-        name, unit, *_ = suspect.kind.declared()[0]
+        candidate_effect = signature.candidate_effect
+        name, unit, *_ = candidate_effect.kind.declared()[0]
         length = float(np.linalg.norm(signature.columns[:, 0]))
         unseen = length**2 < SEEN * max(float((signature.white[:, 0] ** 2).sum()), 1e-12)
-        needed = (np.sqrt(price(suspect, signature.tried)) + DETECTED) * np.sqrt(spread)
-        size = None if unseen else float(needed / length * typical(suspect)[0])
-        found.append(Limit(suspect, name, size, unit))
-    return tuple(sorted(found, key=lambda limit: (limit.suspect.kind.name, limit.suspect.where)))
+        needed = (np.sqrt(price(candidate_effect, signature.tried)) + DETECTED) * np.sqrt(spread)
+        size = None if unseen else float(needed / length * typical(candidate_effect)[0])
+        found.append(Limit(candidate_effect, name, size, unit))
+    return tuple(sorted(found, key=lambda limit: (limit.candidate_effect.kind.name, limit.candidate_effect.where)))

@@ -8,11 +8,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.geometry.visibility import View, anywhere, limits
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.stages import Bend
+from robolaser.geometry.visibility import View, anywhere, limits
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Perturbation
 
 TRIED = 1500
 """Postures that are tried: half near measured ones, half anywhere."""
@@ -112,7 +112,7 @@ def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, 
     values = fitted.problem.parameters.values(fitted.x[None])
     sensor = fitted.problem.model.sensor
     assert isinstance(sensor, Stripe)  # nothing else has stripes
-    T_flange_camera = sensor.mount(values, Bend())[0, 0]
+    T_flange_camera = sensor.mount(values, Perturbation())[0, 0]
     assert dataset.robot is not None
     assert dataset.points.xyz is not None
     width, height = dataset.image_px or (640, 480)

@@ -8,15 +8,15 @@ from scipy.stats import chi2
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.held_out_gap import Unseen, interval
 from robolaser.diagnosis.averaging import of_rows, size
-from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
+from robolaser.diagnosis.held_out_gap import Unseen, interval
+from robolaser.diagnosis.localization import Lies, where
+from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.probabilities import Stand, rival
+from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import FEWEST_POSES
-from robolaser.diagnosis.localization import Lies, where
-from robolaser.model.effects.effect import Effect, Suspect
+from robolaser.model.effects.effect import CandidateEffect, Effect
 
 MOST_RIVALS = 6
 """Rivals that are told of each effect, the nearest first."""
@@ -28,27 +28,27 @@ def findings_of(
     """The held-out gap step by step, the effects added in the order in which they help most."""
     before, after = unseen.errors(start), unseen.errors(final)
     order, state = [], start
-    by_suspect = {signature.suspect: signature for signature in search.seen(final)}
+    by_suspect = {signature.candidate_effect: signature for signature in search.seen(final)}
     gaps = [rms(before)]
-    remaining = list(final.suspects)
+    remaining = list(final.effects)
     while remaining:
-        options = [search.fit(state, [by_suspect[suspect]]) for suspect in remaining]
+        options = [search.fit(state, [by_suspect[candidate_effect]]) for candidate_effect in remaining]
         best = int(np.argmin([option.misfit for option in options]))
         order.append(remaining.pop(best))
         state = options[best]
         gaps.append(unseen.gap(state) if remaining else rms(after))
-    stand_of = {stand.suspect: stand for stand in standing}
+    stand_of = {stand.candidate_effect: stand for stand in standing}
     findings = tuple(
         Finding(
-            suspect=suspect,
-            probability=stand_of[suspect].probability,
-            numbers=_numbers(final, suspect),
+            candidate_effect=candidate_effect,
+            probability=stand_of[candidate_effect].probability,
+            numbers=_numbers(final, candidate_effect),
             gap_before_m=gaps[i],
             gap_after_m=gaps[i + 1],
-            gap_without_m=unseen.gap(stand_of[suspect].without),
-            rivals=_rivals(stand_of[suspect], final, unseen),
+            gap_without_m=unseen.gap(stand_of[candidate_effect].without),
+            rivals=_rivals(stand_of[candidate_effect], final, unseen),
         )
-        for i, suspect in enumerate(order)
+        for i, candidate_effect in enumerate(order)
     )
     given = any(item.given for item in start.problem.sensor.items)
     nominal = start.problem.plain(start.problem.parameters.nominal[None])[0] if given else start.plain
@@ -59,15 +59,15 @@ def findings_of(
 
 def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Rival, ...]:
     return tuple(
-        Rival(suspect, _numbers(fit, suspect), unseen.gap(fit))
-        for suspect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
+        Rival(candidate_effect, _numbers(fit, candidate_effect), unseen.gap(fit))
+        for candidate_effect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
     )
 
 
-def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
+def _numbers(final: Fitted, candidate_effect: CandidateEffect) -> Mapping[str, Number]:
     names = final.problem.parameters.names
     found = {}
-    for item in suspect.parameters.items:
+    for item in candidate_effect.parameters.items:
         column = names.index(item.name)
         variance = float(final.covariance[column, column])
         found[item.name.rsplit(".", 1)[1]] = Number(
@@ -76,7 +76,7 @@ def _numbers(final: Fitted, suspect: Suspect) -> Mapping[str, Number]:
     return found
 
 
-def places_of(start: Fitted, final: Fitted, lost: Mapping[Suspect, float]) -> list[Lies]:
+def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float]) -> list[Lies]:
     """Where the gap lay, by what each effect explains of it."""
     freedoms = len(start.r) - len(start.x)
     excess = max(start.misfit - freedoms, 1e-9)
@@ -84,11 +84,15 @@ def places_of(start: Fitted, final: Fitted, lost: Mapping[Suspect, float]) -> li
     total = max(sum(lost.values()), 1e-9)
     seen = {lies.site: lies for lies in reversed(where(start))}
     found: dict[str, Lies] = {}
-    for suspect, gain in lost.items():
-        share = closed * gain / total + (found[suspect.where].share if suspect.where in found else 0.0)
-        coordinate = seen[suspect.where].coordinate if suspect.where in seen else suspect.kind.title
-        p_value = float(chi2.sf(gain, len(suspect.kind.declared()) + len(suspect.kind.shapes())))
-        found[suspect.where] = Lies(suspect.where, coordinate, share, gain, p_value)
+    for candidate_effect, gain in lost.items():
+        share = closed * gain / total + (
+            found[candidate_effect.where].share if candidate_effect.where in found else 0.0
+        )
+        coordinate = (
+            seen[candidate_effect.where].coordinate if candidate_effect.where in seen else candidate_effect.kind.title
+        )
+        p_value = float(chi2.sf(gain, len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())))
+        found[candidate_effect.where] = Lies(candidate_effect.where, coordinate, share, gain, p_value)
     return sorted(found.values(), key=lambda lies: -lies.share)
 
 
@@ -102,7 +106,7 @@ def not_testable(
     unseen: dict[str, list[str]] = {}
     for one in limit:
         if one.size is None:
-            unseen.setdefault(one.suspect.kind.name, []).append(one.suspect.where)
+            unseen.setdefault(one.candidate_effect.kind.name, []).append(one.candidate_effect.where)
     for name, places in unseen.items():
         reasons.setdefault(name, f"at {', '.join(places)} these poses cannot tell it from the ordinary parameters")
     return reasons

@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.averaging import Observed
+from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.estimation.cross_validation import FOLDS, dealt
 
 RESAMPLES = 2000

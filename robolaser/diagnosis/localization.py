@@ -8,8 +8,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.candidate_sites import Site, sites
+from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.verdict import SITE_SIGNIFICANT
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))

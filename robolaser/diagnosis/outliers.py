@@ -5,10 +5,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.verdict import GROSS
+from robolaser.geometry.rigid_motion import skew
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import arms
 from robolaser.model.noise.whitening import group_sums
-from robolaser.geometry.rigid_motion import skew
 
 ROUNDS = 8
 """Reweightings, after which the same rows count."""

@@ -12,8 +12,8 @@ from pymoo.optimize import minimize
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.held_out_gap import held_out
+from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.result import Choice
 from robolaser.diagnosis.score_tests import Signature, slopes, typical
 from robolaser.diagnosis.verdict import price
@@ -59,7 +59,10 @@ def front(fitted: Fitted, signatures: Sequence[Signature], fold_of_pose: Ints, s
     sets = np.unique(np.concatenate([_staircase(len(leaders)), searched(problem, seed)]), axis=0)
     gaps = problem.unseen(sets)
     return tuple(
-        Choice(tuple(leader.suspect for leader, inside in zip(leaders, sets[i], strict=True) if inside), float(gaps[i]))
+        Choice(
+            tuple(leader.candidate_effect for leader, inside in zip(leaders, sets[i], strict=True) if inside),
+            float(gaps[i]),
+        )
         for i in undominated(sets.sum(axis=1), gaps)
     )
 
@@ -83,7 +86,7 @@ def stepwise(fitted: Fitted, signatures: Sequence[Signature], most: int = LEADER
     G = tall.T @ tall
     ends = np.cumsum([0] + [signature.columns.shape[1] for signature in signatures])
     spans = [np.arange(start, end) for start, end in pairwise(ends)]
-    prices = [price(signature.suspect, signature.tried) for signature in signatures]
+    prices = [price(signature.candidate_effect, signature.tried) for signature in signatures]
     order: list[int] = []
     for _ in range(min(most, len(signatures))):
         left = [i for i in range(len(signatures)) if i not in order]
@@ -125,14 +128,15 @@ def question(fitted: Fitted, signatures: Sequence[Signature], fold: Ints) -> Gap
     )
     additions = []
     for signature in signatures:
-        suspect = signature.suspect
-        plain = slopes(fitted, suspect, np.array([signature.shapes]))
+        candidate_effect = signature.candidate_effect
+        plain = slopes(fitted, candidate_effect, np.array([signature.shapes]))
         additions.append(
             Addition(
-                name=f"{suspect.kind.name} {suspect.where}",
+                name=f"{candidate_effect.kind.name} {candidate_effect.where}",
                 white=np.vstack([signature.white, np.zeros((d, len(plain)))]),
                 plain=by(np.moveaxis(plain, 0, -1)),
-                reach=np.array([bound for _, _, bound, _ in suspect.kind.declared()]) / typical(suspect),
+                reach=np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
+                / typical(candidate_effect),
             )
         )
     return GapAgainstComplexity(model, additions, fold)

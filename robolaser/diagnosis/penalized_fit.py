@@ -9,11 +9,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.diagnosis.svd_step import Valley
-from robolaser.model.effects.effect import Suspect
+from robolaser.estimation.identifiability import UNIFORM
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameters
-from robolaser.model.forward_model import Model
-from robolaser.estimation.identifiability import UNIFORM
 
 STEP = 1e-4
 """Of a central difference, as a share of a parameter's scale."""
@@ -36,10 +36,10 @@ MOST_STEPS = 60
 @final
 @dataclass(frozen=True)
 class Problem:
-    """Residuals of one set of suspects, whitened, with weak priors, as a function of the parameters.
+    """Residuals of one set of candidate_effects, whitened, with weak priors, as a function of the parameters.
 
     Attributes:
-        model: With the suspects in it.
+        model: With the candidate_effects in it.
         parameters: The model's; the sensor's first.
         prior: Standard deviation by which each parameter may differ from its nominal value, (d,).
         noise: Of the rows.
@@ -55,7 +55,7 @@ class Problem:
         """Prepare.
 
         Args:
-            model: With its suspects.
+            model: With its candidate_effects.
             noise: Of its rows.
             sensor: The sensor's parameters where they are known already: their closed forms cost.
         """
@@ -72,7 +72,11 @@ class Problem:
 
     @cached_property
     def _is_shape(self) -> Bools:
-        names = {suspect.key(name) for suspect in self.model.suspects for name, *_ in suspect.kind.shapes()}
+        names = {
+            candidate_effect.key(name)
+            for candidate_effect in self.model.effects
+            for name, *_ in candidate_effect.kind.shapes()
+        }
         return np.isin(self.parameters.names, list(names))
 
     def within(self, x: Array) -> Array:
@@ -155,8 +159,8 @@ class Problem:
             if valley.promise(r) < ENOUGH:
                 break
             first = valley.steps(r)
-            bend = (rows(x + PROBE * self.prior * first) - r - PROBE * first @ J.T) * (2.0 / PROBE**2)
-            second = np.stack([valley.steps(row)[i] for i, row in enumerate(np.nan_to_num(bend))]) / 2.0
+            perturb = (rows(x + PROBE * self.prior * first) - r - PROBE * first @ J.T) * (2.0 / PROBE**2)
+            second = np.stack([valley.steps(row)[i] for i, row in enumerate(np.nan_to_num(perturb))]) / 2.0
             small = np.linalg.norm(second, axis=1) <= BENDS * np.linalg.norm(first, axis=1)
             moves = np.concatenate([first, (first + second)[small], LENGTHS[:, None] * first[0]])
             trials = self.within(x + self.prior * moves)
@@ -236,9 +240,9 @@ class Fitted:
         return float(self.r @ self.r + (self.problem.penalty(self.x[None]) ** 2).sum())
 
     @property
-    def suspects(self) -> tuple[Suspect, ...]:
+    def effects(self) -> tuple[CandidateEffect, ...]:
         """Effects in the model."""
-        return self.problem.model.suspects
+        return self.problem.model.effects
 
     def projected(self, columns: Array) -> Array:
         """What of whitened columns (3m, k) no parameter can imitate, priors beneath, (3m + d, k)."""

@@ -9,22 +9,22 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.findings import findings_of, not_testable, places_of
-from robolaser.diagnosis.preparation import Beginning
-from robolaser.diagnosis.pruning import believed, rest_of
-from robolaser.diagnosis.pareto_front import front
-from robolaser.diagnosis.held_out_gap import Unseen, folds
 from robolaser.diagnosis.detection_limits import limits
 from robolaser.diagnosis.discriminating_poses import next_poses
+from robolaser.diagnosis.findings import findings_of, not_testable, places_of
+from robolaser.diagnosis.held_out_gap import Unseen, folds
+from robolaser.diagnosis.pareto_front import front
+from robolaser.diagnosis.preparation import Beginning
+from robolaser.diagnosis.pruning import believed, rest_of
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.score_tests import library
-from robolaser.diagnosis.warm_start import sought
-from robolaser.diagnosis.verdict import FEWEST_POSES, dispersion, judge
+from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.summary_text import sentence
+from robolaser.diagnosis.verdict import FEWEST_POSES, dispersion, judge
+from robolaser.diagnosis.warm_start import sought
+from robolaser.errors import EffectUnknown
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import Effect
-from robolaser.errors import EffectUnknown
 
 ROUNDS = 2
 """Times that gross errors are looked for again once effects are in the model."""
@@ -89,29 +89,29 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     tell("fitting the nominal model", 0.0)
     beginning, gross = Beginning.of(dataset)
     enough = len(np.unique(dataset.points.pose)) >= FEWEST_POSES
-    suspects = library(kinds, dataset) if enough else []
-    observed, start = beginning.fitted(gross, suspects)
-    search = Search(start, suspects, lambda what: tell(what, 0.3))
+    candidate_effects = library(kinds, dataset) if enough else []
+    observed, start = beginning.fitted(gross, candidate_effects)
+    search = Search(start, candidate_effects, lambda what: tell(what, 0.3))
     final = sought(search)
     calmer = beginning.calmer(observed, start, final)
     if calmer is not None:
         start, earlier, found = calmer, final, search
-        search = Search(start, suspects, lambda what: tell(what, 0.4))
+        search = Search(start, candidate_effects, lambda what: tell(what, 0.4))
         final = sought(search, search.again(earlier, found))
     for _ in range(ROUNDS):
         again = beginning.gross(final)
         if np.array_equal(again, gross):
             break
         gross, earlier, found = again, final, search
-        observed, start = beginning.fitted(gross, suspects)
-        search = Search(start, suspects, lambda what: tell(what, 0.5))
+        observed, start = beginning.fitted(gross, candidate_effects)
+        search = Search(start, candidate_effects, lambda what: tell(what, 0.5))
         final = sought(search, search.again(earlier, found))
     fold = folds(observed, seed)
     unseen = Unseen(fold)
 
     tell("asking what else could be the cause", 0.6)
     final, standing, left = believed(search, final, unseen)
-    lost = {stand.suspect: stand.without.misfit - final.misfit for stand in standing}
+    lost = {stand.candidate_effect: stand.without.misfit - final.misfit for stand in standing}
 
     tell("holding poses out", 0.8)
     gap, findings, before, after = findings_of(search, start, final, standing, unseen, seed)

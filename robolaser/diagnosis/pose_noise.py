@@ -7,8 +7,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.score_tests import slopes, typical
-from robolaser.model.effects.effect import Suspect
 from robolaser.estimation.identifiability import UNIFORM
+from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
 """Of scatter given what is explained, and what is explained given the scatter."""
@@ -18,7 +18,7 @@ PLAUSIBLE = 4.0
 """Amplitude of a direction, in standard deviations of what its numbers may be, beyond which it explains nothing."""
 
 
-def explicable(fitted: Fitted, suspects: Sequence[Suspect]) -> Array:
+def explicable(fitted: Fitted, candidate_effects: Sequence[CandidateEffect]) -> Array:
     """Directions of the plain residuals that parameters and effects of plausible sizes explain, (3m, k).
 
     A direction that would need numbers beyond their bounds to show among what is left explains nothing: a robot
@@ -27,10 +27,10 @@ def explicable(fitted: Fitted, suspects: Sequence[Suspect]) -> Array:
 
     Args:
         fitted: The model without effects.
-        suspects: All effects that may be at work; shapes have their first values.
+        candidate_effects: All effects that may be at work; shapes have their first values.
     """
     parts = [fitted.slopes * fitted.problem.prior]
-    for one in suspects:
+    for one in candidate_effects:
         bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
         columns = slopes(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
         parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / typical(one)))

@@ -6,16 +6,16 @@ from typing import final
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.penalized_fit import Fitted, Problem
-from robolaser.diagnosis.outliers import beyond, gross_rows, robust
 from robolaser.diagnosis.averaging import Observed, size
+from robolaser.diagnosis.outliers import beyond, gross_rows, robust
+from robolaser.diagnosis.penalized_fit import Fitted, Problem
 from robolaser.diagnosis.pose_noise import explicable
-from robolaser.model.effects.effect import Suspect
 from robolaser.estimation.jacobian import jacobian
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import disturbances
 from robolaser.parameters import Parameters
-from robolaser.model.forward_model import Model
 
 CALMER = 0.7
 """Share of the scatter taken for granted, below which what an effect leaves of it asks for another look."""
@@ -56,20 +56,20 @@ class Beginning:
             shots = NoiseModel(sources, noise.sigmas)
         return cls(dataset, sensor, shots, near), gross_rows(Fitted(Problem.of(model, shots, sensor), near))
 
-    def fitted(self, gross: Bools, suspects: Sequence[Suspect]) -> tuple[Observed, Fitted]:
+    def fitted(self, gross: Bools, candidate_effects: Sequence[CandidateEffect]) -> tuple[Observed, Fitted]:
         """The sensor's parameters fitted to averaged rows without gross errors.
 
         Args:
             gross: Marks them, (rows of points.csv,).
-            suspects: Effects that may explain what is left.
+            candidate_effects: Effects that may explain what is left.
         """
         observed = Observed.of(self.dataset, gross).thinned()
         model, x = Model(observed.dataset), self.near
         noise = observed.noise(model, x, jacobian(model, x), self.dataset)
         fitted = Problem.of(model, noise, self.sensor).fit(x)
-        if self.dataset.kind == "stripe" or not suspects:
+        if self.dataset.kind == "stripe" or not candidate_effects:
             return observed, fitted
-        noise = observed.scatter(model, fitted.x, explicable(fitted, suspects), self.dataset)
+        noise = observed.scatter(model, fitted.x, explicable(fitted, candidate_effects), self.dataset)
         return observed, Problem.of(model, noise, self.sensor).fit(fitted.x)
 
     def calmer(self, observed: Observed, start: Fitted, final: Fitted) -> Fitted | None:
@@ -77,7 +77,7 @@ class Beginning:
 
         Of few poses the whole library could explain anything: then what a single effect does passed for scatter.
         """
-        if self.dataset.kind == "stripe" or not final.suspects:
+        if self.dataset.kind == "stripe" or not final.effects:
             return None
         noise = observed.scatter(final.problem.model, final.x, explicable(final, ()), self.dataset)
         if size(noise) > CALMER * size(start.problem.noise):
@@ -86,5 +86,5 @@ class Beginning:
 
     def gross(self, final: Fitted) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
-        model = Model(self.dataset, final.suspects)
+        model = Model(self.dataset, final.effects)
         return beyond(Fitted(Problem.of(model, self.shots, self.sensor), final.x))

@@ -7,7 +7,7 @@ from typing import Any, final
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Lies
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 FORMAT = "robolaser-diagnosis/1"
@@ -29,12 +29,12 @@ class Rival:
     """An effect that these poses cannot tell from one that was found.
 
     Attributes:
-        suspect: Which, and where.
+        candidate_effect: Which, and where.
         numbers: Its numbers in the other's place, by name.
         gap_m: Held-out gap with it in the other's place.
     """
 
-    suspect: Suspect
+    candidate_effect: CandidateEffect
     numbers: Mapping[str, Number]
     gap_m: float
 
@@ -45,7 +45,7 @@ class Finding:
     """An effect that was found.
 
     Attributes:
-        suspect: Which, and where.
+        candidate_effect: Which, and where.
         probability: Of it, at this place, against every other candidate, none, and something unknown.
         numbers: By name.
         gap_before_m: Held-out gap with the effects found before it in the model.
@@ -54,7 +54,7 @@ class Finding:
         rivals: Effects that these poses cannot tell from it, the nearest first.
     """
 
-    suspect: Suspect
+    candidate_effect: CandidateEffect
     probability: float
     numbers: Mapping[str, Number]
     gap_before_m: float
@@ -81,13 +81,13 @@ class Limit:
     """The smallest size of an effect's principal number that these data would have shown nine times in ten.
 
     Attributes:
-        suspect: Which, and where.
+        candidate_effect: Which, and where.
         number: Name of its principal number.
         size: In its unit; None where no size shows.
         unit: SI.
     """
 
-    suspect: Suspect
+    candidate_effect: CandidateEffect
     number: str
     size: float | None
     unit: str
@@ -98,7 +98,7 @@ class Limit:
 class Choice:
     """A set of effects on the front of gap against complexity: none with fewer has a smaller held-out gap."""
 
-    suspects: tuple[Suspect, ...]
+    effects: tuple[CandidateEffect, ...]
     gap_m: float
 
 
@@ -174,11 +174,14 @@ class Diagnosis:
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
             "detection_limits": [
-                {**_place(limit.suspect), "number": limit.number, "size": limit.size, "unit": limit.unit}
+                {**_place(limit.candidate_effect), "number": limit.number, "size": limit.size, "unit": limit.unit}
                 for limit in self.limits
             ],
             "front": [
-                {"effects": [_pair(suspect) for suspect in choice.suspects], "gap_mm": _mm(choice.gap_m)}
+                {
+                    "effects": [_pair(candidate_effect) for candidate_effect in choice.effects],
+                    "gap_mm": _mm(choice.gap_m),
+                }
                 for choice in self.front
             ],
             "noise": dict(self.noise),
@@ -190,17 +193,17 @@ def _mm(metres: float) -> float:
     return 1e3 * metres
 
 
-def _place(suspect: Suspect) -> dict[str, str]:
-    return {"effect": suspect.kind.name, "where": suspect.where}
+def _place(candidate_effect: CandidateEffect) -> dict[str, str]:
+    return {"effect": candidate_effect.kind.name, "where": candidate_effect.where}
 
 
-def _pair(suspect: Suspect) -> list[str]:
-    return [suspect.kind.name, suspect.where]
+def _pair(candidate_effect: CandidateEffect) -> list[str]:
+    return [candidate_effect.kind.name, candidate_effect.where]
 
 
 def _finding(found: Finding) -> dict[str, Any]:
     return {
-        **_place(found.suspect),
+        **_place(found.candidate_effect),
         "probability": found.probability,
         "parameters": {
             name: {"value": number.value, "std": number.std, "unit": number.unit}
@@ -209,7 +212,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "gap_mm_before": _mm(found.gap_before_m),
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
-        "indistinguishable_from": [_pair(rival.suspect) for rival in found.rivals],
+        "indistinguishable_from": [_pair(rival.candidate_effect) for rival in found.rivals],
     }
 
 

@@ -11,8 +11,8 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.stage_derivatives import Probe
-from robolaser.model.effects.effect import Effect, Suspect, bend_with
-from robolaser.model.stages import Seam
+from robolaser.model.effects.effect import CandidateEffect, Effect, perturb_with
+from robolaser.model.stages import Stage
 
 STEP = 1e-3
 """Of a derivative by an effect's number, in units of its typical size."""
@@ -28,10 +28,10 @@ SEEN = 1e-8
 @final
 @dataclass(frozen=True)
 class Signature:
-    """A suspect, its shapes fixed, against a fitted model.
+    """A candidate_effect, its shapes fixed, against a fitted model.
 
     Attributes:
-        suspect: Which.
+        candidate_effect: Which.
         shapes: Its inner numbers, by name.
         white: Whitened residuals by its numbers in units of their typical sizes, (3m, k).
         columns: The same, the fitted parameters projected out, (3m + d, k).
@@ -39,7 +39,7 @@ class Signature:
         tried: Values of the shapes that were tried for this.
     """
 
-    suspect: Suspect
+    candidate_effect: CandidateEffect
     shapes: tuple[float, ...]
     white: Array
     columns: Array
@@ -92,9 +92,9 @@ def best_steps(columns: Array, rest: Array) -> Array:
     return steps
 
 
-def typical(suspect: Suspect) -> Array:
-    """Typical sizes of a suspect's numbers, (k,)."""
-    return np.array([size for *_, size in suspect.kind.declared()])
+def typical(candidate_effect: CandidateEffect) -> Array:
+    """Typical sizes of a candidate_effect's numbers, (k,)."""
+    return np.array([size for *_, size in candidate_effect.kind.declared()])
 
 
 @final
@@ -106,14 +106,14 @@ class Slopes:
     """
 
     def __init__(self) -> None:
-        self._of_suspect: dict[tuple[Suspect, bytes], Array] = {}
+        self._of_suspect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._of_joint: dict[str, Array] = {}
 
-    def suspect(self, fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
-        """By the suspect's numbers in units of their typical sizes, its shapes from a grid (g, s): (3m, g k)."""
-        key = suspect, grid.tobytes()
+    def candidate_effect(self, fitted: Fitted, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """By the candidate_effect's numbers in units of their typical sizes, its shapes from a grid (g, s): (3m, g k)."""
+        key = candidate_effect, grid.tobytes()
         if key not in self._of_suspect:
-            columns = slopes(fitted, suspect, grid)
+            columns = slopes(fitted, candidate_effect, grid)
             self._of_suspect[key] = fitted.problem.noise.whiten(columns.reshape(len(columns), -1)).T
         return self._of_suspect[key]
 
@@ -124,53 +124,55 @@ class Slopes:
         return self._of_joint[joint]
 
 
-def signatures(fitted: Fitted, suspects: Iterable[Suspect], known: Slopes | None = None) -> list[Signature]:
-    """The signature of each suspect with those shapes that explain the residuals best.
+def signatures(
+    fitted: Fitted, candidate_effects: Iterable[CandidateEffect], known: Slopes | None = None
+) -> list[Signature]:
+    """The signature of each candidate_effect with those shapes that explain the residuals best.
 
     Args:
-        fitted: The model that they are held against; suspects that it holds already are passed over.
-        suspects: To be tried.
+        fitted: The model that they are held against; candidate_effects that it holds already are passed over.
+        candidate_effects: To be tried.
         known: Slopes of models near by.
     """
     known = known or Slopes()
     motions = JointMotions(fitted, known)
     found = []
-    for suspect in suspects:
-        if suspect in fitted.suspects:
+    for candidate_effect in candidate_effects:
+        if candidate_effect in fitted.effects:
             continue
-        grid = suspect.kind.grid(fitted.problem.model.dataset, suspect.where)
+        grid = candidate_effect.kind.grid(fitted.problem.model.dataset, candidate_effect.where)
         tried = len(grid)
-        if tried > DENSE and suspect.kind.seam is Seam.JOINTS:
-            grid = motions.best(suspect, grid)
+        if tried > DENSE and candidate_effect.kind.stage is Stage.JOINTS:
+            grid = motions.best(candidate_effect, grid)
         elif tried > DENSE and grid.shape[1] == 1:
-            grid = _closing_in(fitted, suspect, grid, known)
-        found.append(_best(fitted, suspect, grid, tried, known))
+            grid = _closing_in(fitted, candidate_effect, grid, known)
+        found.append(_best(fitted, candidate_effect, grid, tried, known))
     return found
 
 
 def afresh(signature: Signature, fitted: Fitted) -> Signature:
     """The same effect with the same shapes, against another model."""
-    return _best(fitted, signature.suspect, np.array([signature.shapes]), signature.tried, Slopes())
+    return _best(fitted, signature.candidate_effect, np.array([signature.shapes]), signature.tried, Slopes())
 
 
-def _closing_in(fitted: Fitted, suspect: Suspect, grid: Array, known: Slopes) -> Array:
+def _closing_in(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, known: Slopes) -> Array:
     """Values of the one shape from a sorted grid (g, 1) of which the best is good: ever fewer, ever denser, (g', 1)."""
     while len(grid) > DENSE:
         step = -(-len(grid) // (DENSE // 2))
         coarse = grid[::step]
-        best = _best(fitted, suspect, coarse, len(grid), known).shapes[0]
+        best = _best(fitted, candidate_effect, coarse, len(grid), known).shapes[0]
         at = int(np.flatnonzero(coarse[:, 0] == best)[0]) * step
         grid = grid[max(0, at - step) : at + step + 1]
     return grid
 
 
-def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int, known: Slopes) -> Signature:
-    white = known.suspect(fitted, suspect, grid)
+def _best(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Slopes) -> Signature:
+    white = known.candidate_effect(fitted, candidate_effect, grid)
     projected = fitted.projected(white)
-    k = len(suspect.kind.declared())
+    k = len(candidate_effect.kind.declared())
     options = [
         Signature(
-            suspect,
+            candidate_effect,
             tuple(shapes),
             white[:, i * k : (i + 1) * k],
             projected[:, i * k : (i + 1) * k],
@@ -182,25 +184,25 @@ def _best(fitted: Fitted, suspect: Suspect, grid: Array, tried: int, known: Slop
     return max(options, key=lambda option: option.gain)
 
 
-def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
-    """Plain residuals by the suspect's numbers in units of their typical sizes, for each value of its shapes.
+def slopes(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    """Plain residuals by the candidate_effect's numbers in units of their typical sizes, for each value of its shapes.
 
     Args:
         fitted: Where.
-        suspect: Which.
+        candidate_effect: Which.
         grid: Values of its shapes, (g, s).
 
     Returns:
         (g k, m, 3) [m].
     """
     problem = fitted.problem
-    model = problem.model.with_suspects((*problem.model.suspects, suspect))
-    size = typical(suspect)
+    model = problem.model.with_effects((*problem.model.effects, candidate_effect))
+    size = typical(candidate_effect)
     k = len(size)
     steps = STEP * np.tile(np.diag(size), (len(grid), 1))
     shapes = np.repeat(grid, k, axis=0)
     base = np.repeat(fitted.x[None], len(steps), axis=0)
-    names = problem.parameters.names + suspect.parameters.names
+    names = problem.parameters.names + candidate_effect.parameters.names
     e = [model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)]
     found: Array = (e[0] - e[1]) / (2 * STEP)
     return found
@@ -208,7 +210,7 @@ def slopes(fitted: Fitted, suspect: Suspect, grid: Array) -> Array:
 
 @final
 class JointMotions:
-    """How free small motions of each joint, one for each pose, would show: any bend of a joint is made of them."""
+    """How free small motions of each joint, one for each pose, would show: any perturb of a joint is made of them."""
 
     def __init__(self, fitted: Fitted, known: Slopes) -> None:
         self._fitted, self._known = fitted, known
@@ -233,20 +235,20 @@ class JointMotions:
             self._of_joint[joint] = slope, own, shared
         return self._of_joint[joint]
 
-    def best(self, suspect: Suspect, grid: Array) -> Array:
+    def best(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising value of the shapes, (1, s)."""
-        slope, own, shared = self.free(suspect.where)
+        slope, own, shared = self.free(candidate_effect.where)
         scene = self._fitted.problem.model.scene
         assert scene.poses.q is not None
         assert scene.robot is not None
         q = scene.poses.q[None]
-        size, column = typical(suspect), scene.robot.joints.index(suspect.where)
+        size, column = typical(candidate_effect), scene.robot.joints.index(candidate_effect.where)
         k = len(size)
         gains = []
         for part in np.array_split(grid, max(1, len(grid) * k * q.size // 2_000_000)):
             numbers = np.hstack([np.tile(np.diag(size), (len(part), 1)), np.repeat(part, k, axis=0)])
-            effect = suspect.at(dict(zip(suspect.parameters.names, numbers.T, strict=True)))
-            bent = bend_with((effect,), scene)(Seam.JOINTS, q)
+            effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, numbers.T, strict=True)))
+            bent = perturb_with((effect,), scene)(Stage.JOINTS, q)
             F = (bent - q)[:, :, column].reshape(len(part), k, -1)
             b = F @ slope
             imitated = F @ shared
@@ -257,6 +259,6 @@ class JointMotions:
         return grid[[int(np.argmax(np.concatenate(gains)))]]
 
 
-def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[Suspect]:
+def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
     """Every effect at every place that the data set has for it."""
-    return [Suspect(kind, where) for kind in kinds for where in kind.places(dataset)]
+    return [CandidateEffect(kind, where) for kind in kinds for where in kind.places(dataset)]

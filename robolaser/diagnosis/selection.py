@@ -6,11 +6,11 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.localization import explained
 from robolaser.diagnosis.penalized_fit import Fitted, Problem
 from robolaser.diagnosis.score_tests import Signature, Slopes, afresh, best_steps, signatures, typical
 from robolaser.diagnosis.verdict import BELIEVED, PRIOR_UNKNOWN, dispersion, price
-from robolaser.diagnosis.localization import explained
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 
 LEADERS = 4
 """Effects whose gain is checked by a full fit before one of them is added."""
@@ -39,41 +39,44 @@ MOST = 8
 @final
 @dataclass
 class Search:
-    """Fits of all sets of suspects that were looked at.
+    """Fits of all sets of candidate_effects that were looked at.
 
     Attributes:
         start: The model without effects, fitted.
-        suspects: What may be added.
+        candidate_effects: What may be added.
     """
 
     start: Fitted
-    suspects: Sequence[Suspect]
+    effects: Sequence[CandidateEffect]
     tell: Callable[[str], None] = lambda what: None
-    _fits: dict[frozenset[Suspect], Fitted] = field(default_factory=dict)
-    _signatures: dict[frozenset[Suspect], list[Signature]] = field(default_factory=dict)
-    _begun: set[tuple[frozenset[Suspect], tuple[object, ...]]] = field(default_factory=set)
-    _unknown: dict[frozenset[Suspect], tuple[float, float]] = field(default_factory=dict)
+    _fits: dict[frozenset[CandidateEffect], Fitted] = field(default_factory=dict)
+    _signatures: dict[frozenset[CandidateEffect], list[Signature]] = field(default_factory=dict)
+    _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
+    _unknown: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _slopes: Slopes = field(default_factory=Slopes)
     _spread: float = np.inf
-    _found: dict[Suspect, Signature] = field(default_factory=dict)
+    _found: dict[CandidateEffect, Signature] = field(default_factory=dict)
 
-    def fit(self, near: Fitted, added: Sequence[Signature] = (), removed: Suspect | None = None) -> Fitted:
-        """Fit another set of suspects, starting from one that was fitted."""
-        kept = tuple(suspect for suspect in near.suspects if suspect != removed)
-        chosen = (*kept, *(signature.suspect for signature in added))
+    def fit(self, near: Fitted, added: Sequence[Signature] = (), removed: CandidateEffect | None = None) -> Fitted:
+        """Fit another set of candidate_effects, starting from one that was fitted."""
+        kept = tuple(candidate_effect for candidate_effect in near.effects if candidate_effect != removed)
+        chosen = (*kept, *(signature.candidate_effect for signature in added))
         key = frozenset(chosen)
         begun = tuple(
-            sorted((signature.suspect.kind.name, signature.suspect.where, signature.shapes) for signature in added)
+            sorted(
+                (signature.candidate_effect.kind.name, signature.candidate_effect.where, signature.shapes)
+                for signature in added
+            )
         )
         if key in self._fits and (not added or (key, begun) in self._begun):
             return self._fits[key]
         self._begun.add((key, begun))
-        self._found |= {signature.suspect: signature for signature in added}
+        self._found |= {signature.candidate_effect: signature for signature in added}
         values = dict(zip(near.problem.parameters.names, near.x, strict=True))
         if added:
             values |= _promised(near, added)
         sensor = self.start.problem.sensor
-        problem = Problem.of(self.start.problem.model.with_suspects(chosen), self.start.problem.noise, sensor)
+        problem = Problem.of(self.start.problem.model.with_effects(chosen), self.start.problem.noise, sensor)
         x = np.array([values[name] for name in problem.parameters.names])
         fitted = problem.fit(problem.within(x[None])[0])
         if key not in self._fits or fitted.misfit < self._fits[key].misfit:
@@ -82,29 +85,31 @@ class Search:
 
     def settled(self, state: Fitted) -> Fitted:
         """The same effects, the shapes of each sought anew now that the others are known."""
-        for suspect in state.suspects[:-1]:
-            if suspect.kind.shapes() and len(state.suspects) > 1:
-                less = self.fit(state, removed=suspect)
+        for candidate_effect in state.effects[:-1]:
+            if candidate_effect.kind.shapes() and len(state.effects) > 1:
+                less = self.fit(state, removed=candidate_effect)
                 state = min(
-                    state, self.fit(less, signatures(less, [suspect], self._slopes)), key=lambda fit: fit.misfit
+                    state,
+                    self.fit(less, signatures(less, [candidate_effect], self._slopes)),
+                    key=lambda fit: fit.misfit,
                 )
         return state
 
     def signatures(self, fitted: Fitted) -> list[Signature]:
-        """Of all suspects that it does not hold, best first."""
-        key = frozenset(fitted.suspects)
+        """Of all candidate_effects that it does not hold, best first."""
+        key = frozenset(fitted.effects)
         if key not in self._signatures:
-            found = signatures(fitted, self.suspects, self._slopes)
-            self._signatures[key] = sorted(found, key=lambda s: price(s.suspect, s.tried) - s.gain)
+            found = signatures(fitted, self.effects, self._slopes)
+            self._signatures[key] = sorted(found, key=lambda s: price(s.candidate_effect, s.tried) - s.gain)
         return self._signatures[key]
 
     def seen(self, fitted: Fitted) -> list[Signature]:
         """The signatures by which the effects of a fitted model were found, with its own shapes."""
-        return [self._found[suspect] for suspect in fitted.suspects]
+        return [self._found[candidate_effect] for candidate_effect in fitted.effects]
 
     def price(self, fitted: Fitted) -> float:
         """What its effects must have gained, in squared whitened misfit."""
-        return sum(price(suspect, self._found[suspect].tried) for suspect in fitted.suspects)
+        return sum(price(candidate_effect, self._found[candidate_effect].tried) for candidate_effect in fitted.effects)
 
     def cost(self, fitted: Fitted, spread: float) -> float:
         """Misfit, in units of how much whole poses scatter, and the price of the effects."""
@@ -122,18 +127,18 @@ class Search:
         return float(1.0 / (1.0 + np.exp(np.clip(0.5 * apart, -700.0, 700.0))))
 
     def _beside_unknown(self, fitted: Fitted) -> float:
-        key = frozenset(fitted.suspects)
+        key = frozenset(fitted.effects)
         if key not in self._unknown or self._unknown[key][0] != fitted.misfit:
             self._unknown[key] = fitted.misfit, self.cost(fitted, 1.0) - explained(fitted)
         return self._unknown[key][1]
 
     def again(self, earlier: Fitted, found: "Search") -> Fitted:
         """Fit the effects that a search on slightly other rows found."""
-        self._found |= {signature.suspect: afresh(signature, self.start) for signature in found.seen(earlier)}
-        model = self.start.problem.model.with_suspects(earlier.suspects)
+        self._found |= {signature.candidate_effect: afresh(signature, self.start) for signature in found.seen(earlier)}
+        model = self.start.problem.model.with_effects(earlier.effects)
         problem = Problem.of(model, self.start.problem.noise, self.start.problem.sensor)
         fitted = problem.fit(earlier.x)
-        self._fits[frozenset(earlier.suspects)] = fitted
+        self._fits[frozenset(earlier.effects)] = fitted
         return fitted
 
     def best(self, begin: Fitted | None = None, most: int = MOST) -> Fitted:
@@ -147,7 +152,7 @@ class Search:
         while True:
             likely = self._better(state, self._additions(state, most))[:LIKELIEST]
             chosen = next((fit for fit in map(self.settled, likely) if self.strange(fit, state) <= BELIEVED), None)
-            if chosen is None and len(state.suspects) <= MOST_EXCHANGED:
+            if chosen is None and len(state.effects) <= MOST_EXCHANGED:
                 chosen = next(map(self.settled, self._better(state, self._exchanges(state))), None)
             if chosen is None:
                 return state
@@ -163,19 +168,19 @@ class Search:
         )
 
     def _additions(self, state: Fitted, most_effects: int) -> list[Fitted]:
-        if len(state.suspects) >= most_effects:
+        if len(state.effects) >= most_effects:
             return []
-        self.tell(f"adding effects to {len(state.suspects)}")
+        self.tell(f"adding effects to {len(state.effects)}")
         found = self.signatures(state)
         most = max((s.gain for s in found), default=0.0)
         leaders = [s for s in found[:LEADERS] if s.gain > max(NEAR * most, LEAST_GAIN)]
         return [self.fit(state, [s]) for s in leaders] + [self.fit(state, pair) for pair in _pairs(found)]
 
     def _exchanges(self, state: Fitted) -> list[Fitted]:
-        self.tell(f"exchanging {len(state.suspects)} effects")
+        self.tell(f"exchanging {len(state.effects)} effects")
         options = []
-        for suspect in state.suspects:
-            less = self.fit(state, removed=suspect)
+        for candidate_effect in state.effects:
+            less = self.fit(state, removed=candidate_effect)
             lost = less.misfit - state.misfit
             options.append(less)
             rivals = [s for s in self.signatures(less)[:EXCHANGED] if s.gain > NEAR * lost]
@@ -192,9 +197,9 @@ def _promised(near: Fitted, added: Sequence[Signature]) -> dict[str, float]:
     values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
     at = 0
     for signature in added:
-        size = typical(signature.suspect)
+        size = typical(signature.candidate_effect)
         numbers = (*(amplitudes[at : at + len(size)] * size), *signature.shapes)
-        values |= dict(zip(signature.suspect.parameters.names, numbers, strict=True))
+        values |= dict(zip(signature.candidate_effect.parameters.names, numbers, strict=True))
         at += len(size)
     return values
 
@@ -204,13 +209,13 @@ def _pairs(found: Sequence[Signature]) -> list[tuple[Signature, Signature]]:
     some = found[:IN_PAIRS]
     if len(some) < 2:
         return []
-    alone = max(one.gain - price(one.suspect, one.tried) for one in some)
+    alone = max(one.gain - price(one.candidate_effect, one.tried) for one in some)
     options = []
     for i, one in enumerate(some):
         for other in some[:i]:
             U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
             gain = float(((U[:, s > SEEN_APART].T @ one.against.rest) ** 2).sum())
-            worth = gain - price(one.suspect, one.tried) - price(other.suspect, other.tried)
+            worth = gain - price(one.candidate_effect, one.tried) - price(other.candidate_effect, other.tried)
             if worth > max(alone, 0.0) + WORTH:
                 options.append((worth, i, one, other))
     options.sort(key=lambda option: option[:2], reverse=True)

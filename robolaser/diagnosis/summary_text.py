@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Ints
-from robolaser.diagnosis.result import Finding, Gap
 from robolaser.diagnosis.localization import Lies
-from robolaser.model.effects.effect import Suspect
+from robolaser.diagnosis.result import Finding, Gap
+from robolaser.model.effects.effect import CandidateEffect
 
 NAMED = 3
 """Effects that a sentence names; the rest are counted."""
@@ -57,10 +57,14 @@ def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Lies], g
     return f"{said} {rows}, listed and left out."
 
 
-def clause(suspect: Suspect) -> str:
+def clause(candidate_effect: CandidateEffect) -> str:
     """An effect at a place, as a clause."""
-    said = SAID.get(suspect.kind.name)
-    return said.format(where=suspect.where) if said else f"{suspect.where}: {suspect.kind.title}"
+    said = SAID.get(candidate_effect.kind.name)
+    return (
+        said.format(where=candidate_effect.where)
+        if said
+        else f"{candidate_effect.where}: {candidate_effect.kind.title}"
+    )
 
 
 def millimetres(length_m: float) -> str:
@@ -97,7 +101,7 @@ def _shrinks(gap: Gap) -> str:
 
 
 def _causes(findings: Sequence[Finding]) -> str:
-    clauses = [_perhaps(found) + clause(found.suspect) for found in findings[:NAMED]]
+    clauses = [_perhaps(found) + clause(found.candidate_effect) for found in findings[:NAMED]]
     more = len(findings) - len(clauses)
     if more:
         clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
@@ -111,15 +115,18 @@ def _perhaps(found: Finding) -> str:
 def _untold(findings: Sequence[Finding]) -> str:
     """What could as well be the cause; may be empty."""
     torn = [found for found in findings if found.rivals]
-    said = [f"{_at(found.suspect)} from {_one_of([rival.suspect for rival in found.rivals])}" for found in torn[:NAMED]]
+    said = [
+        f"{_at(found.candidate_effect)} from {_one_of([rival.candidate_effect for rival in found.rivals])}"
+        for found in torn[:NAMED]
+    ]
     more = len(torn) - len(said)
     others = f", nor {more} more from theirs" if more else ""
     return f" These poses do not tell {', nor '.join(said)}{others}." if said else ""
 
 
-def _one_of(rivals: Sequence[Suspect]) -> str:
+def _one_of(rivals: Sequence[CandidateEffect]) -> str:
     return _at(rivals[0]) + (f" and {len(rivals) - 1} more" if len(rivals) > 1 else "")
 
 
-def _at(suspect: Suspect) -> str:
-    return f"{suspect.kind.name} at {suspect.where}"
+def _at(candidate_effect: CandidateEffect) -> str:
+    return f"{candidate_effect.kind.name} at {candidate_effect.where}"

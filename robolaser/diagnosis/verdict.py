@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robolaser.diagnosis.averaging import size
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 
 if TYPE_CHECKING:
+    from robolaser.diagnosis.localization import Lies
     from robolaser.diagnosis.penalized_fit import Fitted
     from robolaser.diagnosis.result import Gap
-    from robolaser.diagnosis.localization import Lies
 
 ENTRY = 16.0
 """Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""
@@ -23,9 +23,9 @@ POSE_FREEDOMS = 4.0
 """What a pose as a whole can be off by, independently: errors that the model lacks rarely use all six freedoms."""
 
 
-def price(suspect: Suspect, tried: int) -> float:
+def price(candidate_effect: CandidateEffect, tried: int) -> float:
     """What an effect must gain in squared whitened misfit, its shapes chosen out of so many."""
-    numbers = len(suspect.kind.declared()) + len(suspect.kind.shapes())
+    numbers = len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())
     further = max(0, numbers - FEW)
     return ENTRY + PER_NUMBER * (numbers - further) + PER_FURTHER * further + 2.0 * float(np.log(tried))
 
@@ -94,7 +94,7 @@ def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"], gap: "Gap") 
     if size(final.problem.noise) > STRANGE * gap.noise_floor_m:
         return "unexplained"
     if not left and rest <= 0:
-        return "explained" if final.suspects else "no_gap"
-    if final.suspects and rest <= EXPLAINED * closed and gap.after_m <= AT_FLOOR * gap.noise_floor_m:
+        return "explained" if final.effects else "no_gap"
+    if final.effects and rest <= EXPLAINED * closed and gap.after_m <= AT_FLOOR * gap.noise_floor_m:
         return "explained"
     return "unexplained"

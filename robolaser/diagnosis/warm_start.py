@@ -1,9 +1,9 @@
 """How effects are sought: a few, one by one; and where that does not do, out of the geometry of a whole arm."""
 
+from robolaser.diagnosis.localization import explained
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import dispersion
-from robolaser.diagnosis.localization import explained
 from robolaser.model.effects.link_geometry import LinkGeometry
 
 FEW = 3
@@ -24,16 +24,19 @@ def sought(search: Search, begin: Fitted | None = None) -> Fitted:
     if begin is not None or search.start.problem.model.dataset.kind == "stripe":
         return search.best(begin)
     few = search.best(most=FEW)
-    geometry = [s for s in search.signatures(search.start) if s.suspect.kind is LinkGeometry]
-    if (len(few.suspects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0) or not geometry:
+    geometry = [s for s in search.signatures(search.start) if s.candidate_effect.kind is LinkGeometry]
+    if (len(few.effects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0) or not geometry:
         return few
     arm = search.fit(search.start, geometry)
     spread = min(map(dispersion, (few, arm)))
-    while arm.suspects:
-        less = min((search.fit(arm, removed=suspect) for suspect in arm.suspects), key=lambda f: search.cost(f, spread))
+    while arm.effects:
+        less = min(
+            (search.fit(arm, removed=candidate_effect) for candidate_effect in arm.effects),
+            key=lambda f: search.cost(f, spread),
+        )
         if search.cost(less, spread) > search.cost(arm, spread):
             break
         arm = less
-    arm = search.best(arm, most=len(arm.suspects) + BESIDE)
+    arm = search.best(arm, most=len(arm.effects) + BESIDE)
     spread = min(map(dispersion, (few, arm)))
     return min(few, arm, key=lambda fit: search.cost(fit, spread))

@@ -14,8 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
-from robolaser.errors import EmulatorSilent
 from robolaser.commands.argument_types import hurry, port, seed
+from robolaser.errors import EmulatorSilent
 
 STARTING_S = 60.0
 """Longest that an emulator may take to come up: numba may compile first."""

@@ -11,9 +11,9 @@ from typing import final
 import cv2
 import numpy as np
 
+from robolaser.emulator.camera_faults import Spoilt
 from robolaser.emulator.faults import Fault
 from robolaser.emulator.snapshot import Moment
-from robolaser.emulator.camera_faults import Spoilt
 from robolaser.emulator.world import World
 from robolaser.errors import CameraPortTaken
 

@@ -6,14 +6,14 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
 from robolaser.estimation.bounded_step import Linear
 from robolaser.estimation.gauss_newton import NOISE, bent
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.robust_loss import AXES
 from robolaser.estimation.rows import PROBE, bends_along
-from robolaser.arrays import Array, Ints
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.data.dataset import Dataset
-from robolaser.estimation.r_factor import triangle
 
 FOLDS = 10
 FEWEST = 3  # poses with points; below, what is left fits anything

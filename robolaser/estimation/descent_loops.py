@@ -8,15 +8,15 @@ Sethna 2012); the damping follows Nielsen 1999. It finds the valley and its floo
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.model.sensors.stripe_loops import Scanner, errors_of_one
 from robolaser.compiled.loops import compiled
+from robolaser.model.sensors.stripe_loops import Scanner, errors_of_one
 
 STEP = 1e-5
 """Of a central difference, in units of a variable's width."""
 PROBE = 0.1
-"""Share of a step at which its bend is measured."""
+"""Share of a step at which its perturb is measured."""
 BENT = 0.75
-"""Most that the bend may add to a step, as a share of its length."""
+"""Most that the perturb may add to a step, as a share of its length."""
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-15, 1e12
 PIVOT = 1e-14
 """Share of its diagonal entry below which a pivot is rounding: the step is damped more."""
@@ -57,7 +57,7 @@ def descend(
     width = upper - lower
     J, e, ahead, second = np.zeros((d, rows)), np.empty(rows), np.empty(rows), np.empty(rows)
     A, g, diagonal, free = np.empty((d, d)), np.empty(d), np.empty(d), np.empty(d, np.bool_)
-    L, straight, bend, right = np.empty((d, d)), np.empty(d), np.empty(d), np.empty(d)
+    L, straight, perturb, right = np.empty((d, d)), np.empty(d), np.empty(d), np.empty(d)
     x, trial = np.empty((1, d)), np.empty((1, d))
     for start in range(first, last):
         x[0], diagonal[:] = starts[start], 0.0
@@ -81,9 +81,9 @@ def descend(
             trial[0] = x[0] + PROBE * straight * width
             bends = np.isfinite(errors_of_one(trial, 0, scanner, ahead))
             _bend(J, e, ahead, straight, second, right)
-            _solved(L, free, right, bend)
-            if bends and _size(diagonal, bend) <= (2.0 * BENT) ** 2 * _size(diagonal, straight):
-                straight += 0.5 * bend
+            _solved(L, free, right, perturb)
+            if bends and _size(diagonal, perturb) <= (2.0 * BENT) ** 2 * _size(diagonal, straight):
+                straight += 0.5 * perturb
             trial[0] = np.minimum(np.maximum(x[0] + straight * width, lower), upper)
             there = errors_of_one(trial, 0, scanner, ahead)
             evaluated += 2
@@ -143,7 +143,7 @@ def _loosen(x: Array, g: Array, A: Array, lower: Array, upper: Array, diagonal: 
 
 @compiled
 def _bend(J: Array, e: Array, ahead: Array, step: Array, second: Array, right: Array) -> None:
-    """How the residuals bend along a step, `second`, and its product with their derivatives, `right`."""
+    """How the residuals perturb along a step, `second`, and its product with their derivatives, `right`."""
     for r in range(len(e)):
         straight = 0.0
         for j in range(len(J)):

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from functools import reduce
 from operator import add
 
-from robolaser.estimation.gauss_newton import SQUARE
 from robolaser.arrays import Array
-from robolaser.estimation.problem import Residuals
+from robolaser.estimation.gauss_newton import SQUARE
+from robolaser.estimation.identifiability import Information
 from robolaser.estimation.jacobian import jacobian
+from robolaser.estimation.problem import Residuals
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import disturbances
-from robolaser.estimation.identifiability import Information
 
 UNMOVED_M = 1e-10  # a parameter whose whole range moves points by less only moves the last digits: a step's moment does
 

@@ -11,11 +11,11 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array, Bools
 from robolaser.estimation.bounded_step import Linear
 from robolaser.estimation.differences import EPS, Around
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.rows import Rows
-from robolaser.arrays import Array, Bools
 
 NOISE = 10.0 * EPS ** (2 / 3)
 """Singular values of a Jacobian below this share of the largest are rounding errors of the differences."""

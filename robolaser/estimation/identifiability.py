@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.model.noise import NoiseModel
 from robolaser.estimation.r_factor import triangle
+from robolaser.model.noise import NoiseModel
 
 NULL = 1e-7
 """Singular values of the Jacobian, its columns of unit length, below this share of the largest are zero.

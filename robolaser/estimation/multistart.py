@@ -12,8 +12,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.estimation.problem import Box, Residuals
 from robolaser.compiled import available
+from robolaser.estimation.problem import Box, Residuals
 from robolaser.estimation.reduction import Reduction
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import Stripe
@@ -114,7 +114,7 @@ def optimum(
 def thinned(model: Model) -> Model:
     """The model of rows enough to search on; itself where it has no more."""
     few = model.dataset.thinned(SEARCH_POINTS)
-    return model if few is model.dataset else Model(few, model.suspects)
+    return model if few is model.dataset else Model(few, model.effects)
 
 
 def _screened(reduction: Reduction, rng: np.random.Generator) -> Array:
@@ -129,13 +129,13 @@ def _screened(reduction: Reduction, rng: np.random.Generator) -> Array:
 
 def _is_compiled(model: Model) -> bool:
     """Whether descents of a model are compiled."""
-    return isinstance(model.sensor, Stripe) and not model.suspects and available()
+    return isinstance(model.sensor, Stripe) and not model.effects and available()
 
 
 def _descended(model: Model, starts: Array) -> tuple[Array, Array, int]:
     """Where starts end (k, d), J there (k,), and the candidates evaluated."""
     box = Box.of(model)
-    held = np.array([model.with_gauge_held(start) for start in starts]).reshape(starts.shape)
+    held = np.array([model.fix_gauge(start) for start in starts]).reshape(starts.shape)
     starts = np.clip(held, box.lower, box.upper)
     sensor = model.sensor
     if isinstance(sensor, Stripe) and _is_compiled(model):

@@ -11,8 +11,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Suspect
 from robolaser.estimation.jacobian import jacobian
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 STEP = 1e-3
@@ -45,30 +45,30 @@ class Choice:
     gain: float
 
 
-def shaped(model: Model) -> tuple[Suspect, ...]:
+def shaped(model: Model) -> tuple[CandidateEffect, ...]:
     """The effects in a model with more than one value of their shapes to try."""
-    return tuple(one for one in model.suspects if len(one.kind.grid(model.dataset, one.where)) > 1)
+    return tuple(one for one in model.effects if len(one.kind.grid(model.dataset, one.where)) > 1)
 
 
-def with_shapes(plain: Model, x: Array, suspects: Sequence[Suspect]) -> dict[str, float]:
+def with_shapes(plain: Model, x: Array, candidate_effects: Sequence[CandidateEffect]) -> dict[str, float]:
     """Choose the shapes of effects that a fitted model lacks, and their numbers to start a fit from.
 
     Args:
         plain: The model without them.
         x: Its optimum, (d,).
-        suspects: The effects.
+        candidate_effects: The effects.
 
     Returns:
         Values by the names of the effects' parameters.
     """
     e = plain.residuals(x[None]).reshape(-1)
     known = jacobian(plain, x)
-    alone = {one: _best(plain, x, one, e, known) for one in suspects}
-    order = sorted(suspects, key=lambda one: -alone[one].gain)
+    alone = {one: _best(plain, x, one, e, known) for one in candidate_effects}
+    order = sorted(candidate_effects, key=lambda one: -alone[one].gain)
     chosen = {order[0]: alone[order[0]]}
-    for suspect in (order * AGAIN)[1:] if len(order) > 1 else ():
-        others = [choice.columns for one, choice in chosen.items() if one is not suspect]
-        chosen[suspect] = _best(plain, x, suspect, e, np.hstack([known, *others]))
+    for candidate_effect in (order * AGAIN)[1:] if len(order) > 1 else ():
+        others = [choice.columns for one, choice in chosen.items() if one is not candidate_effect]
+        chosen[candidate_effect] = _best(plain, x, candidate_effect, e, np.hstack([known, *others]))
     return {
         name: float(value)
         for one, choice in chosen.items()
@@ -76,25 +76,25 @@ def with_shapes(plain: Model, x: Array, suspects: Sequence[Suspect]) -> dict[str
     }
 
 
-def _best(plain: Model, x: Array, suspect: Suspect, e: Array, known: Array) -> Choice:
+def _best(plain: Model, x: Array, candidate_effect: CandidateEffect, e: Array, known: Array) -> Choice:
     """The value of the grid that lowers the squares of e most, beside what the known columns explain."""
-    grid = suspect.kind.grid(plain.dataset, suspect.where)
-    k = len(suspect.kind.declared())
+    grid = candidate_effect.kind.grid(plain.dataset, candidate_effect.where)
+    k = len(candidate_effect.kind.declared())
     Q = _basis(known)
     rest = e - Q @ (Q.T @ e)
     best: Choice | None = None
     for part in np.array_split(grid, -(-len(grid) * k // CANDIDATES)):
-        columns = _columns(plain, x, suspect, part, e)
-        choice = _best_of(columns, part, suspect, rest, Q)
+        columns = _columns(plain, x, candidate_effect, part, e)
+        choice = _best_of(columns, part, candidate_effect, rest, Q)
         best = choice if best is None or choice.gain > best.gain else best
     assert best is not None  # a grid has at least one value
     return best
 
 
-def _columns(plain: Model, x: Array, suspect: Suspect, grid: Array, e: Array) -> Array:
-    """Residuals by the suspect's numbers for each value of its shapes, (g, 3m, k)."""
-    model = plain.with_suspects((*plain.suspects, suspect))
-    step = STEP * np.array([typical for *_, typical in suspect.kind.declared()])
+def _columns(plain: Model, x: Array, candidate_effect: CandidateEffect, grid: Array, e: Array) -> Array:
+    """Residuals by the candidate_effect's numbers for each value of its shapes, (g, 3m, k)."""
+    model = plain.with_effects((*plain.effects, candidate_effect))
+    step = STEP * np.array([typical for *_, typical in candidate_effect.kind.declared()])
     k = len(step)
     numbers = np.tile(np.diag(step), (len(grid), 1))
     base = np.repeat(x[None], len(numbers), axis=0)
@@ -103,8 +103,8 @@ def _columns(plain: Model, x: Array, suspect: Suspect, grid: Array, e: Array) ->
     return slopes
 
 
-def _best_of(columns: Array, grid: Array, suspect: Suspect, rest: Array, Q: Array) -> Choice:
-    bound = np.array([bound for _, _, bound, _ in suspect.kind.declared()])
+def _best_of(columns: Array, grid: Array, candidate_effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
+    bound = np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
     scaled = columns * bound
     imitated = Q.T @ scaled
     whole = np.swapaxes(scaled, 1, 2) @ scaled

@@ -8,15 +8,15 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Board, Dataset, Points, Poses
-from robolaser.model.effects import suspects
 from robolaser.errors import CannotPlan, TargetPlaceUnknown, TooFewSights
 from robolaser.estimation.jacobian import jacobian
-from robolaser.geometry.visibility import TILT, View, anywhere
-from robolaser.geometry.kinematics import Robot
-from robolaser.model.forward_model import Model
-from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.model.sensors.sensor import SIX, motion
 from robolaser.geometry.inverse_kinematics import touching
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
+from robolaser.geometry.visibility import TILT, View, anywhere
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.sensor import SIX, motion
 
 SPARE = 4  # candidates for each posture wanted,
 LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted
@@ -205,7 +205,7 @@ def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str
     )
     poses = Poses(tuple(map(str, range(n))), time_s=np.arange(n, dtype=np.float64), q=q)
     dataset = replace(description, poses=poses, points=points, time_is_order=True)
-    model = Model(dataset, suspects(effects, dataset))
+    model = Model(dataset, candidate_effects(effects, dataset))
     x = np.array([item.nominal for item in model.parameters.items])
     free = ~np.isin(model.parameters.names, model.sensor.held)
     slopes = (jacobian(model, x) * model.parameters.width / ERROR_M)[:, free]

@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.differences import Around
 from robolaser.estimation.gauss_newton import SQUARE, Polished, gauss_newton
 from robolaser.estimation.robust_loss import AXES, Loss
-from robolaser.arrays import Array, Bools, Ints
-from robolaser.model.pose_blocks import blocks_of
-from robolaser.model.noise import NoiseModel
 from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.model.pose_blocks import blocks_of
 
 MOST_STEPS = 3000  # few points leave long bent valleys: 200 steps were needed along one, 20 are usual
 HALF = 0.5  # of a row's share: from here on a loss takes it for right rather than wrong

@@ -6,10 +6,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.forward_model import Model
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 AT_ONCE = 400_000  # candidates times rows: some tens of megabytes
-BREAKS_SCALE = (Seam.LIGHT, Seam.MOUNT)  # with effects here points do not grow with the baseline alone
+BREAKS_SCALE = (Stage.LIGHT, Stage.MOUNT)  # with effects here points do not grow with the baseline alone
 
 
 @final
@@ -27,7 +27,9 @@ class Reduction:
         sensor = model.sensor
         self.model = model
         self.parameters = model.parameters.without((*sensor.eliminated, *sensor.held))
-        self._rounds = 2 if any(suspect.kind.seam in BREAKS_SCALE for suspect in model.suspects) else 1
+        self._rounds = (
+            2 if any(candidate_effect.kind.stage in BREAKS_SCALE for candidate_effect in model.effects) else 1
+        )
 
     def completed(self, x: Array) -> Array:
         """Candidates (c, len(parameters)) as candidates of the whole model (c, d).
@@ -41,9 +43,9 @@ class Reduction:
         model, whole = self.model, self.model.parameters
         held = dict(zip(whole.names, np.tile(whole.nominal, (len(x), 1)).T, strict=True))
         values = {name: held[name] for name in model.sensor.held} | dict(self.parameters.values(x))
-        bend = model.bend(values)
-        T_base_flange = model.flange(values, bend)
+        perturb = model.perturb(values)
+        T_base_flange = model.flange(values, perturb)
         for _ in range(self._rounds):
-            values |= model.sensor.complete(values, T_base_flange, bend, whole)
+            values |= model.sensor.complete(values, T_base_flange, perturb, whole)
         stacked = np.stack([np.broadcast_to(values[name], len(x)) for name in whole.names], axis=-1)
         return np.asarray(np.clip(stacked, whole.lower, whole.upper))

@@ -15,7 +15,7 @@ from robolaser.errors import LossUnknown
 AXES = 3
 """Numbers of a row."""
 LEAST_CURVATURE = 0.01
-"""Of ρ along a residual, relative to its slope, at the least: beyond the scale both losses bend the other way there,
+"""Of ρ along a residual, relative to its slope, at the least: beyond the scale both losses perturb the other way there,
 and steps towards a saddle would be no steps down."""
 
 
@@ -97,8 +97,8 @@ class Loss:
         if rho is None:
             return rows
         lengths2 = self._lengths2(rows[-1:])[0]
-        _, slope, bend = rho(lengths2 / self.scale**2)
-        curvature = 1.0 + 2.0 * lengths2 / self.scale**2 * bend / slope
+        _, slope, perturb = rho(lengths2 / self.scale**2)
+        curvature = 1.0 + 2.0 * lengths2 / self.scale**2 * perturb / slope
         shrink = np.sqrt(np.maximum(curvature, LEAST_CURVATURE))  # 1 - α
         vectors = rows.reshape(len(rows), -1, AXES)
         away = vectors[-1] / np.sqrt(np.maximum(lengths2, np.finfo(np.float64).tiny))[:, None]

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from robolaser.estimation.robust_loss import Loss
 from robolaser.arrays import Array
-from robolaser.model.pose_blocks import with_rows
-from robolaser.estimation.problem import Box, Residuals
 from robolaser.data.dataset import some_of_each
-from robolaser.model.noise import noise_of
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.robust_loss import Loss
 from robolaser.model.forward_model import Model
+from robolaser.model.noise import noise_of
+from robolaser.model.pose_blocks import with_rows
 
 ROUNDS = 3  # weights depend on the estimate; a fourth round changes nothing any more
 

@@ -5,10 +5,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.estimation.differences import BATCH, EPS, Around, Residuals, evaluated
-from robolaser.estimation.robust_loss import AXES, Loss
 from robolaser.arrays import Array
+from robolaser.estimation.differences import BATCH, EPS, Around, Residuals, evaluated
 from robolaser.estimation.r_factor import triangle
+from robolaser.estimation.robust_loss import AXES, Loss
 
 KEPT = 4_000_000
 """Numbers that slopes may have to be kept: beyond the processor's cache they are worked out again as quickly."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Rigid motions, robots and their kinematics, the camera and the laser plane."""

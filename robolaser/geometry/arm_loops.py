@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.geometry.frame_loops import Frame, frame, times
 from robolaser.compiled.loops import compiled
+from robolaser.geometry.frame_loops import Frame, frame, times
 
 
 @compiled

@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import NothingReached
-from robolaser.geometry.visibility import PATCH, SPARE, anywhere, apart, limits
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.visibility import PATCH, SPARE, anywhere, apart, limits
 
 Forward = Callable[[Array], Array]
 """Joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm."""

@@ -8,11 +8,11 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from robolaser.geometry import rigid_motion as se3
-from robolaser.geometry import urdf
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import available, share_out
 from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry import urdf
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree
 
 POSES_AT_ONCE = 1000

@@ -6,9 +6,9 @@ from typing import final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import TargetOutOfSight
+from robolaser.geometry import camera as optics
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 

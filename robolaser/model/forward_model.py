@@ -1,4 +1,4 @@
-"""The model of a cell: the chain from encoder and image to points, with effects at its seams."""
+"""The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,11 +9,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Scene, Suspect, bend_with
 from robolaser.errors import NoPoints, NothingSeen
-from robolaser.parameters import Parameters, Values
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.effects.effect import CandidateEffect, Scene, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameters, Values
 
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
 
@@ -25,11 +25,11 @@ class Model:
 
     Attributes:
         dataset: What was measured.
-        suspects: Effects that are in the model; those at one seam act in this order.
+        effects: Effects that are in the model; those at one stage act in this order.
     """
 
     dataset: Dataset
-    suspects: tuple[Suspect, ...] = ()
+    effects: tuple[CandidateEffect, ...] = ()
 
     def __post_init__(self) -> None:
         if not len(self.dataset.points):
@@ -46,27 +46,27 @@ class Model:
         """What effects may look at."""
         return Scene.of(self.dataset)
 
-    def with_suspects(self, suspects: tuple[Suspect, ...]) -> "Model":
+    def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
-        other = Model(self.dataset, suspects)
+        other = Model(self.dataset, candidate_effects)
         other.__dict__.update(sensor=self.sensor, scene=self.scene, _nominal_flange=self._nominal_flange)
         return other
 
     @cached_property
     def effect_parameters(self) -> Parameters:
         """The numbers of the effects."""
-        return sum((suspect.parameters for suspect in self.suspects), start=Parameters(()))
+        return sum((candidate_effect.parameters for candidate_effect in self.effects), start=Parameters(()))
 
     @cached_property
     def parameters(self) -> Parameters:
         """The sensor's parameters, then those of the effects."""
         nominal = {item.name: np.array([item.nominal]) for item in self.effect_parameters.items}
-        bend = self.bend(nominal)
-        return self.sensor.parameters(self.flange(nominal, bend), bend) + self.effect_parameters
+        perturb = self.perturb(nominal)
+        return self.sensor.parameters(self.flange(nominal, perturb), perturb) + self.effect_parameters
 
-    def bend(self, values: Values) -> Bend:
+    def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""
-        return bend_with(tuple(suspect.at(values) for suspect in self.suspects), self.scene)
+        return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.scene)
 
     @cached_property
     def _nominal_flange(self) -> Array:
@@ -74,16 +74,16 @@ class Model:
 
     @cached_property
     def _robot_bends(self) -> bool:
-        return any(suspect.kind.seam in (Seam.JOINTS, Seam.LINKS) for suspect in self.suspects)
+        return any(candidate_effect.kind.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
-    def flange(self, values: Values, bend: Bend | None = None) -> Array:
+    def flange(self, values: Values, perturb: Perturbation | None = None) -> Array:
         """T_base_flange at every pose, (c or 1, n, 4, 4)."""
-        bend = bend or self.bend(values)
+        perturb = perturb or self.perturb(values)
         poses, robot = self.dataset.poses, self.dataset.robot
         if not self._robot_bends or robot is None or poses.q is None:
-            return bend(Seam.FLANGE, self._nominal_flange)
-        q = bend(Seam.JOINTS, poses.q[None])
-        return bend(Seam.FLANGE, robot.forward(q, bend(Seam.LINKS, robot.placements[None, None])))
+            return perturb(Stage.FLANGE, self._nominal_flange)
+        q = perturb(Stage.JOINTS, poses.q[None])
+        return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, robot.placements[None, None])))
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))
@@ -103,25 +103,25 @@ class Model:
 
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""
-        bend = self.bend(values)
-        return self.sensor.residuals(values, self.flange(values, bend), bend)
+        perturb = self.perturb(values)
+        return self.sensor.residuals(values, self.flange(values, perturb), perturb)
 
     def completed(self, values: Values) -> Values:
         """Values with those parameters added that follow from the others in closed form."""
-        bend = self.bend(values)
-        return {**values, **self.sensor.follow(values, self.flange(values, bend), bend)}
+        perturb = self.perturb(values)
+        return {**values, **self.sensor.follow(values, self.flange(values, perturb), perturb)}
 
-    def with_gauge_held(self, x: Array) -> Array:
+    def fix_gauge(self, x: Array) -> Array:
         """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""
-        values = self.sensor.with_gauge_held(self.parameters.values(x[None]))
+        values = self.sensor.fix_gauge(self.parameters.values(x[None]))
         return np.array([values[name][0] for name in self.parameters.names])
 
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
-        if not self.suspects:
+        if not self.effects:
             return self.sensor.costs(x, self._nominal_flange)
         return np.concatenate([self._squares(self.parameters.values(part)) for part in self._in_chunks(x)])
 
     def _squares(self, values: Values) -> Array:
-        bend = self.bend(values)
-        return self.sensor.squares(values, self.flange(values, bend), bend)
+        perturb = self.perturb(values)
+        return self.sensor.squares(values, self.flange(values, perturb), perturb)

@@ -31,20 +31,20 @@ class Block:
 def blocks_of(model: Model) -> tuple[Block, ...]:
     """A model in blocks; a single one where it is small, or where an effect looks at more than the pose it bends."""
     whole = np.arange(len(model.dataset.points))
-    if len(whole) <= ROWS or looks_around(model):
+    if len(whole) <= ROWS or depends_on_trajectory(model):
         return (Block(model, whole),)
     return tuple(_cut(model))
 
 
-def looks_around(model: Model) -> bool:
+def depends_on_trajectory(model: Model) -> bool:
     """Whether rows of a model depend on other poses than their own."""
-    return any(suspect.kind.looks_around for suspect in model.suspects)
+    return any(candidate_effect.kind.depends_on_trajectory for candidate_effect in model.effects)
 
 
 def with_rows(model: Model, rows: Ints) -> Model:
     """The model of some rows; where effects look around, they see no more than these and all poses."""
     points = model.dataset.points.take(rows)
-    return _like(model, Model(replace(model.dataset, points=points), model.suspects))
+    return _like(model, Model(replace(model.dataset, points=points), model.effects))
 
 
 def _cut(model: Model) -> Iterator[Block]:
@@ -63,7 +63,7 @@ def _cut(model: Model) -> Iterator[Block]:
                 poses=dataset.poses.take(np.arange(first, last)),
                 points=replace(points, pose=points.pose - first),
             )
-            yield Block(_like(model, Model(part, model.suspects)), rows)
+            yield Block(_like(model, Model(part, model.effects)), rows)
 
 
 def _like(model: Model, part: Model) -> Model:

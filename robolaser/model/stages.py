@@ -1,4 +1,4 @@
-"""The places at which an effect can bend what passes from encoder and image to a point."""
+"""The places at which an effect can perturb what passes from encoder and image to a point."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import final
 from robolaser.arrays import Array
 
 
-class Seam(Enum):
+class Stage(Enum):
     """The places a value passes on its way from encoder and image to a point, in this order.
 
     What passes, for c candidates, n poses, j joints and m rows of points:
@@ -27,22 +27,22 @@ class Seam(Enum):
 
 @final
 @dataclass(frozen=True)
-class Bend:
-    """Passes a value through all effects that sit at a seam; called with both.
+class Perturbation:
+    """Passes a value through all effects that sit at a stage; called with both.
 
     Attributes:
-        steps: What each effect does, and at which seam; those at one seam act in this order.
+        steps: What each effect does, and at which stage; those at one stage act in this order.
     """
 
-    steps: tuple[tuple[Seam, Callable[[Array], Array]], ...] = ()
+    steps: tuple[tuple[Stage, Callable[[Array], Array]], ...] = ()
 
-    def __call__(self, seam: Seam, passing: Array) -> Array:
-        """What comes out of a seam."""
+    def __call__(self, stage: Stage, value: Array) -> Array:
+        """What comes out of a stage."""
         for at, act in self.steps:
-            if at is seam:
-                passing = act(passing)
-        return passing
+            if at is stage:
+                value = act(value)
+        return value
 
-    def touches(self, *seams: Seam) -> bool:
-        """Whether any effect sits at one of these seams."""
-        return any(at in seams for at, _ in self.steps)
+    def touches(self, *stages: Stage) -> bool:
+        """Whether any effect sits at one of these stages."""
+        return any(at in stages for at, _ in self.steps)

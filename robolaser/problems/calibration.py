@@ -7,7 +7,7 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 
@@ -19,7 +19,7 @@ class ScannerCalibration(Problem):
     infinite at the model's poles. Vectorised: a population is one batch.
     """
 
-    def __init__(self, dataset: Dataset, effects: Sequence[Suspect] = ()) -> None:
+    def __init__(self, dataset: Dataset, effects: Sequence[CandidateEffect] = ()) -> None:
         """Ask for the parameters of a data set's sensor, and of the effects added to the model."""
         self.model = Model(dataset, tuple(effects))
         parameters = self.model.parameters

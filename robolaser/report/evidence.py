@@ -7,16 +7,16 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.model.pose_blocks import looks_around, with_rows
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import disturbances
-from robolaser.parameters import Values
-from robolaser.model.forward_model import Model
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 from robolaser.model.sensors.sensor import vector
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 ENOUGH_ROWS = 20_000
 """Rows that tell a root mean square to three digits."""
@@ -49,9 +49,9 @@ class Evidence:
         return self.calibration.model.parameters.values(self.calibration.x[None])
 
     @cached_property
-    def bend(self) -> Bend:
+    def perturb(self) -> Perturbation:
         """The effects in the model."""
-        return self.calibration.model.bend(self.values)
+        return self.calibration.model.perturb(self.values)
 
     @cached_property
     def fitted_mm(self) -> Array:
@@ -91,7 +91,7 @@ class Evidence:
     @cached_property
     def known(self) -> Array:
         """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
-        return known_points(self.calibration.model, self.values, self.bend)
+        return known_points(self.calibration.model, self.values, self.perturb)
 
     def per_pose(self, errors: Array) -> tuple[Ints, Array]:
         """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
@@ -103,20 +103,20 @@ class Evidence:
 
 def _thinned(model: Model) -> Model:
     """Some rows of each pose, where there are more than a figure needs."""
-    if len(model.dataset.points) <= ENOUGH_ROWS or looks_around(model):
+    if len(model.dataset.points) <= ENOUGH_ROWS or depends_on_trajectory(model):
         return model
     some = some_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses)))
     return with_rows(model, np.sort(some[some >= 0]))
 
 
-def known_points(model: Model, values: Values, bend: Bend) -> Array:
+def known_points(model: Model, values: Values, perturb: Perturbation) -> Array:
     """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
     points = model.dataset.points
     if isinstance(model.sensor, Stripe):
-        known: Array = model.sensor.target(values, bend)[0]
+        known: Array = model.sensor.target(values, perturb)[0]
         return known
     if points.xyz is not None:
-        measured: Array = bend(Seam.TARGET, points.xyz[None])[0]
+        measured: Array = perturb(Stage.TARGET, points.xyz[None])[0]
         return measured
     sockets = np.stack([vector(values, f"socket.{name}")[0] for name in dict.fromkeys(points.names)])
     return sockets[points.number]

@@ -8,11 +8,11 @@ import jinja2
 from markupsafe import Markup
 
 from robolaser.calibration.result import Calibration
+from robolaser.data.csv_tables import write_text
 from robolaser.report import words
 from robolaser.report.digits import millimetres
 from robolaser.report.evidence import Evidence
 from robolaser.report.rows import effect_rows, parameter_rows
-from robolaser.data.csv_tables import write_text
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away until asked for."""

@@ -113,15 +113,15 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
     """The numbers of the effects in the model."""
     names = calibration.model.parameters.names
     rows = []
-    for suspect in calibration.model.suspects:
-        for item in suspect.parameters.items:
+    for candidate_effect in calibration.model.effects:
+        for item in candidate_effect.parameters.items:
             i = names.index(item.name)
             value, std = float(calibration.x[i]), float(calibration.std[i])
             rows.append(
                 EffectRow(
-                    effect=suspect.kind.name,
-                    where=suspect.where,
-                    meaning=effect_meaning(suspect.kind.name),
+                    effect=candidate_effect.kind.name,
+                    where=candidate_effect.where,
+                    meaning=effect_meaning(candidate_effect.kind.name),
                     number=item.name.rpartition(".")[2],
                     value=measured(value, std, item.unit),
                     away=f"{abs(value) / std:.1f}" if np.isfinite(std) and std > 0 else "",

@@ -36,7 +36,7 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
         out.print(line + Text(figure.remark, style="dim"))
     out.print(Text(words.judgement(evidence)))
     out.print(_parameters(calibration))
-    if calibration.model.suspects:
+    if calibration.model.effects:
         out.print(_effects(calibration))
     for direction in calibration.unidentifiable:
         what = "do not tell apart" if len(direction.parameters) > 1 else "hardly fix"

@@ -3,19 +3,19 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.scan.lens_loops import RADIAL, TANGENTIAL
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect
 from robolaser.model.effects.laser_curvature import LaserCurvature
 from robolaser.model.effects.radial_distortion import RadialDistortion
 from robolaser.model.effects.tangential_distortion import TangentialDistortion
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
+from robolaser.scan.lens_loops import RADIAL, TANGENTIAL
 
-SEAMS = (Seam.PIXELS, Seam.IMAGE, Seam.LIGHT)  # where each middle is bent by itself
+SEAMS = (Stage.PIXELS, Stage.IMAGE, Stage.LIGHT)  # where each middle is bent by itself
 
 
 def bent(effects: tuple[Effect, ...], dataset: Dataset) -> tuple[Array, Array] | None:
-    """What `compiled.cloud.vertices` takes as `lens` and `light`; None where it cannot bend what these effects do.
+    """What `compiled.cloud.vertices` takes as `lens` and `light`; None where it cannot perturb what these effects do.
 
     Args:
         effects: In their order.
@@ -31,6 +31,6 @@ def bent(effects: tuple[Effect, ...], dataset: Dataset) -> tuple[Array, Array] |
         elif isinstance(effect, LaserCurvature):
             theta = dataset.parameters["theta"].nominal
             light.append((effect.curvature[0], np.tan(effect.cone[0]), np.cos(theta), np.sin(theta)))
-        elif effect.seam in SEAMS:
+        elif effect.stage in SEAMS:
             return None
     return np.array(lens).reshape(-1, 3), np.array(light).reshape(-1, 4)

@@ -9,18 +9,18 @@ from typing import final
 import numpy as np
 
 from robolaser.calibration.result import FORMAT
-from robolaser.data.dataset import Dataset, Poses
-from robolaser.model.effects.effect import Effect, Suspect
-from robolaser.model.effects.run import Run
-from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
-from robolaser.data.loading import GRAVITY, QUATERNION_SLACK, inside
-from robolaser.parameters import Parameter, Values
-from robolaser.geometry.kinematics import Robot
-from robolaser.scan.entries import Entries
-from robolaser.scan.found import suspects_of
-from robolaser.model.sensors.compiled_stripe import SCANNER
-from robolaser.data.toml_schema import POSITIVE, unit_of
 from robolaser.data.csv_tables import read_text
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.loading import GRAVITY, QUATERNION_SLACK, inside
+from robolaser.data.toml_schema import POSITIVE, unit_of
+from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.run import Run
+from robolaser.model.sensors.compiled_stripe import SCANNER
+from robolaser.parameters import Parameter, Values
+from robolaser.scan.entries import Entries
+from robolaser.scan.found import effects_in_file
 
 FILE = "calibration.json"
 
@@ -35,7 +35,7 @@ class Calibrated:
         origin: Where its numbers come from, in words.
         parameters: The paper's fourteen, as they were before the calibration.
         values: The fourteen and the numbers of the effects as they were found, (1,) each.
-        suspects: The effects, in their order.
+        located: The effects, in their order.
         robot: The nominal arm; None where flange poses were measured.
         stripe_axis: Image axis that the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
@@ -50,7 +50,7 @@ class Calibrated:
     origin: str
     parameters: Mapping[str, Parameter]
     values: Values
-    suspects: tuple[Suspect, ...]
+    located: tuple[CandidateEffect, ...]
     robot: Robot | None
     stripe_axis: str
     bracket_quat: tuple[float, float, float, float]
@@ -63,14 +63,14 @@ class Calibrated:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The effects with their numbers."""
-        return tuple(suspect.at(self.values) for suspect in self.suspects)
+        return tuple(candidate_effect.at(self.values) for candidate_effect in self.located)
 
     def as_drawn(self) -> "Calibrated":
         """The nominal scanner: before anything was fitted, and without effects."""
         nominal = {name: np.array([item.nominal]) for name, item in self.parameters.items()}
         origin = f"by the nominal model of {self.name}"
         noise = {key: sigma for key, sigma in self.noise.items() if key == "pixel"}
-        return replace(self, origin=origin, values=nominal, suspects=(), noise=noise, rms_m=None)
+        return replace(self, origin=origin, values=nominal, located=(), noise=noise, rms_m=None)
 
     def fitted_to(self, recording: Dataset) -> Dataset:
         """The recording as if the calibrated scanner and its arm were described in it.
@@ -132,9 +132,9 @@ def read_calibration(path: Path) -> Calibrated:
         raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
     robot = _robot(path, model)
     values = {name: np.array([_value(name, numbers.part(name))]) for name in SCANNER}
-    suspects = suspects_of(file.parts("effects"), robot)
-    for suspect, part in zip(suspects, file.parts("effects"), strict=True):
-        for key in suspect.parameters.names:
+    candidate_effects = effects_in_file(file.parts("effects"), robot)
+    for candidate_effect, part in zip(candidate_effects, file.parts("effects"), strict=True):
+        for key in candidate_effect.parameters.names:
             values[key] = np.array([part.part("parameters").part(key.rsplit(".", 1)[-1]).number("value")])
     quat, size = model.numbers("bracket_quat", 4), model.counts("image", 2)
     norm = float(np.linalg.norm(quat))
@@ -146,7 +146,7 @@ def read_calibration(path: Path) -> Calibrated:
         origin=f"calibrated from {file.text('dataset')}",
         parameters={name: _parameter(name, numbers.part(name)) for name in SCANNER},
         values=values,
-        suspects=suspects,
+        located=candidate_effects,
         robot=robot,
         stripe_axis=model.one_of("stripe_axis", ("u", "v")),
         bracket_quat=(quat[0], quat[1], quat[2], quat[3]),

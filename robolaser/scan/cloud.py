@@ -16,18 +16,18 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.calibration.pymoo_search import Progress
 from robolaser.compiled import available, cores, share_out
+from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.errors import NoMiddles, NothingMet
+from robolaser.geometry.rigid_motion import apply
+from robolaser.model.stages import Stage
 from robolaser.scan.bent_sheets import bent
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.sensitivity import levers
 from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.scanner_model import FARTHEST_M, Sight
+from robolaser.scan.sensitivity import levers
 from robolaser.scan.sources import Source, as_points, check_poses
-from robolaser.geometry.rigid_motion import apply
-from robolaser.model.stages import Seam
-from robolaser.calibration.pymoo_search import Progress
-from robolaser.data.stripe_file import STRIPE, Stripes
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
 CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
@@ -144,7 +144,7 @@ def arm_scatter(sight: Sight, calibrated: Calibrated) -> Array:
     if robot is None or poses.q is None:
         return np.full(len(poses), np.sqrt(3.0) * calibrated.noise.get("flange", 0.0))
     sigma = calibrated.noise.get("joint", 0.0)
-    axis = replace(sight, effects=tuple(one for one in sight.effects if one.seam is not Seam.PIXELS))
+    axis = replace(sight, effects=tuple(one for one in sight.effects if one.stage is not Stage.PIXELS))
     seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's place
     arms = levers(robot, poses.q, apply(sight.camera, seen))
     return np.asarray(sigma * np.linalg.norm(arms, axis=1))

@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.scan.lens_loops import RADIAL
 from robolaser.compiled.loops import compiled
+from robolaser.scan.lens_loops import RADIAL
 
 
 @compiled

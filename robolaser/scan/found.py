@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser.model import effects as library
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.model.effects.course import TEMPERATURE
-from robolaser.model.effects.effect import Suspect
-from robolaser.model.effects.weight import PAYLOAD
 from robolaser.errors import CalibrationUnreadable, EffectForeign
 from robolaser.geometry.kinematics import Robot
+from robolaser.model import effects as library
+from robolaser.model.effects.course import TEMPERATURE
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.weight import PAYLOAD
 from robolaser.scan.entries import Entries
 
 SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")
@@ -18,7 +18,7 @@ POSES = 25  # more than any effect asks for
 SIDE = 5  # points along a side of the target: enough for a plane
 
 
-def suspects_of(parts: Sequence[Entries], robot: Robot | None) -> tuple[Suspect, ...]:
+def effects_in_file(parts: Sequence[Entries], robot: Robot | None) -> tuple[CandidateEffect, ...]:
     """The effects that a file names.
 
     Args:
@@ -32,7 +32,7 @@ def suspects_of(parts: Sequence[Entries], robot: Robot | None) -> tuple[Suspect,
     kinds = {kind.name: kind for kind in library.EFFECTS}
     cell = complete(robot)
     joints = () if robot is None else robot.joints
-    found: list[Suspect] = []
+    found: list[CandidateEffect] = []
     for part in parts:
         name, where = part.text("effect"), part.text("where")
         if name not in kinds:
@@ -43,10 +43,10 @@ def suspects_of(parts: Sequence[Entries], robot: Robot | None) -> tuple[Suspect,
         if where not in places:
             which = f"it can at {', '.join(places)}" if places else kinds[name].missing(cell)
             raise CalibrationUnreadable(part.path, f"its {name} sits at '{where}', where it cannot: {which}")
-        suspect = Suspect(kinds[name], where)
-        if suspect in found:
+        candidate_effect = CandidateEffect(kinds[name], where)
+        if candidate_effect in found:
             raise CalibrationUnreadable(part.path, f"it has {name} at {where} twice")
-        found.append(suspect)
+        found.append(candidate_effect)
     return tuple(found)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
-from robolaser.errors import CloudUnreadable
 from robolaser.data.record_stream import write_streamed
+from robolaser.errors import CloudUnreadable
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""

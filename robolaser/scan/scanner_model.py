@@ -7,14 +7,14 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
-from robolaser.model.effects.effect import Effect, Scene, bend_with
-from robolaser.parameters import Values
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.effects.effect import Effect, Scene, perturb_with
 from robolaser.model.sensors.scanner_geometry import in_camera, mount
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 FARTHEST_M = 10.0  # from the camera: no scanner on a flange tells places beyond, where rays run along the sheet
 STEP_PX = 0.25  # far above rounding, far below the lens's curvature
@@ -28,7 +28,7 @@ class Sight:
     Attributes:
         dataset: The recording, with the calibrated scanner and its arm.
         values: The fourteen parameters, (1,) each.
-        effects: Those that bend what passes, in their order.
+        effects: Those that perturb what passes, in their order.
         course: What the effects' scene is to say of the run instead of what the recording says, by name.
     """
 
@@ -37,11 +37,11 @@ class Sight:
     effects: tuple[Effect, ...] = ()
     course: Mapping[str, Any] = field(default_factory=dict)
 
-    def bend(self, points: Points) -> Bend:
+    def perturb(self, points: Points) -> Perturbation:
         """The effects as they act on some points of the recording."""
         scene = Scene.of(replace(self.dataset, points=points))
         scene.__dict__.update(self.course)
-        return bend_with(self.effects, scene)
+        return perturb_with(self.effects, scene)
 
     @cached_property
     def at_poses(self) -> Points:
@@ -53,34 +53,34 @@ class Sight:
     @cached_property
     def arm(self) -> tuple[Array, Array]:
         """Joint angles and the joints' placements on the links before them, (1, n, j) and (1, n or 1, j, 4, 4)."""
-        bend, poses, robot = self.bend(self.at_poses), self.dataset.poses, self.dataset.robot
+        perturb, poses, robot = self.perturb(self.at_poses), self.dataset.poses, self.dataset.robot
         assert robot is not None  # else there is none to ask for
         assert poses.q is not None
-        return bend(Seam.JOINTS, poses.q[None]), bend(Seam.LINKS, robot.placements[None, None])
+        return perturb(Stage.JOINTS, poses.q[None]), perturb(Stage.LINKS, robot.placements[None, None])
 
     @cached_property
     def flange(self) -> Array:
         """T_base_flange at each pose, (n, 4, 4)."""
         robot = self.dataset.robot
         T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
-        bent: Array = self.bend(self.at_poses)(Seam.FLANGE, T_base_flange)[0]
+        bent: Array = self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0]
         return bent
 
     @cached_property
     def camera(self) -> Array:
         """T_base_camera at each pose, (n, 4, 4)."""
-        T: Array = self.flange @ mount(self.dataset, self.values, self.bend(self.at_poses))[0]
+        T: Array = self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0]
         return T
 
     @cached_property
     def sheet(self) -> Array:
         """The light sheet at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
-        bent = self.bend(self.at_poses)(Seam.SHEET, optics.sheet(self.values))[0]
+        bent = self.perturb(self.at_poses)(Stage.SHEET, optics.sheet(self.values))[0]
         return np.ascontiguousarray(np.broadcast_to(bent, (len(self.dataset.poses), 4)))
 
-    def bends(self, *seams: Seam) -> bool:
-        """Whether any effect sits at one of these seams."""
-        return any(effect.seam in seams for effect in self.effects)
+    def bends(self, *stages: Stage) -> bool:
+        """Whether any effect sits at one of these stages."""
+        return any(effect.stage in stages for effect in self.effects)
 
     def in_camera(self, points: Points) -> Array:
         """Where the pixels of some points show the sheet, in the camera frame, (m, 3) [m].
@@ -88,7 +88,7 @@ class Sight:
         NaN where the ray does not meet it in front of the camera, within FARTHEST_M.
         """
         assert points.pixel is not None  # stripes have pixels
-        seen = in_camera(points.pixel[None], self.values, self.bend(points), self.dataset.stripe_axis)[0]
+        seen = in_camera(points.pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
         in_front = (seen[:, 2] > 0) & (seen[:, 2] < FARTHEST_M)
         return np.where(in_front[:, None], seen, np.nan)
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.errors import FileUnreadable, NoMiddles, NothingToScan, StripesStray
 from robolaser.data.image_list import Shots, shots_of
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
+from robolaser.errors import FileUnreadable, NoMiddles, NothingToScan, StripesStray
 
 AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
 PROBES = 2000  # middles by which the sizes of doubts are told

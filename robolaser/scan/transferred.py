@@ -19,6 +19,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
+from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.model.effects.backlash import Backlash
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.course import temperature
@@ -29,11 +30,10 @@ from robolaser.model.effects.laser_drift import LaserDrift
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.effects.thermal_drift import ThermalDrift
+from robolaser.model.stages import Stage
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.sensitivity import levers
 from robolaser.scan.scanner_model import Sight
-from robolaser.geometry.rigid_motion import exp_so3
-from robolaser.model.stages import Seam
+from robolaser.scan.sensitivity import levers
 
 TILT_RAD = np.radians(30.0)  # of an ordinary surface: sizes of what depends on the tilt are told for it
 TELLING_M = 1e-6  # below this nothing moves that anybody would see
@@ -79,13 +79,13 @@ def _acting(effects: tuple[Effect, ...], recording: Dataset) -> tuple[tuple[Effe
     acting: list[Effect] = []
     doubts: list[tuple[Effect, str]] = []
     for effect in effects:
-        if effect.seam is Seam.TARGET:
+        if effect.stage is Stage.TARGET:
             continue
         why = ""
         if isinstance(effect, StripeBias):
             known = recording.points.xyz is not None and not effect.missing(recording)
             why = "" if known else "the tilt of the surface is not known"
-        elif effect.seam is Seam.JOINTS:
+        elif effect.stage is Stage.JOINTS:
             why = effect.missing(recording)
         if why:
             doubts.append((effect, why))

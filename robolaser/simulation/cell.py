@@ -8,18 +8,18 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.model.effects.effect import Suspect
 from robolaser.errors import BentOutOfSight, DemandSenseless
-from robolaser.geometry.visibility import View, anywhere, limits, looking_down
+from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
+from robolaser.geometry.visibility import View, anywhere, limits, looking_down
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.sensors import SENSORS
 from robolaser.model.sensors.sensor import SIX
-from robolaser.simulation.exact import seated, stripe_points, tracker_points
-from robolaser.simulation.outliers import share_of, spoil
-from robolaser.simulation.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
-from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.simulation.effect_specs import numbers_of
+from robolaser.simulation.exact import seated, stripe_points, tracker_points
+from robolaser.simulation.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
+from robolaser.simulation.outliers import share_of, spoil
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
@@ -40,13 +40,13 @@ class Simulated:
     Attributes:
         dataset: As the cell would give it.
         truth: Every parameter of the sensor, and the numbers of the effects, by name.
-        suspects: The effects that are in it.
+        effects: The effects that are in it.
         gross: Rows with gross errors.
     """
 
     dataset: Dataset
     truth: Mapping[str, float]
-    suspects: tuple[Suspect, ...] = ()
+    effects: tuple[CandidateEffect, ...] = ()
     gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
@@ -76,7 +76,7 @@ class _World:
 
     truth: Mapping[str, float]
     candidates: Array
-    measure: Callable[[Mapping[str, Array], Sequence[Suspect]], _Measure]
+    measure: Callable[[Mapping[str, Array], Sequence[CandidateEffect]], _Measure]
 
 
 def simulate(
@@ -165,7 +165,7 @@ def simulate(
     asked = dict(effects or {})
     gross = share_of(asked)
     inside, numbers = numbers_of(asked, moving)
-    if not speed and not (speed is None and any(suspect.where == "timing" for suspect in inside)):
+    if not speed and not (speed is None and any(candidate_effect.where == "timing" for candidate_effect in inside)):
         moving = replace(moving, poses=replace(moving.poses, qd=None))
     truth = {**world.truth, **numbers}
     values = {key: np.array([value]) for key, value in truth.items()}
@@ -222,7 +222,7 @@ def _stripe(blank: Dataset, points: int, level: float | None, chances: _Chances)
         truth |= {f"target.{part}": float(value) for part, value in zip(SIX, (*middle, height, *askew), strict=True)}
         height = 0.0
 
-    def measure(values: Mapping[str, Array], inside: Sequence[Suspect]) -> _Measure:
+    def measure(values: Mapping[str, Array], inside: Sequence[CandidateEffect]) -> _Measure:
         return lambda _, standing: stripe_points(standing, inside, values, view=view, at=at, level=height)
 
     return _World(truth, candidates, measure)
@@ -257,7 +257,7 @@ def _sockets(blank: Dataset, points: int, chances: _Chances) -> _World:
         truth |= {f"socket.{i}.{part}": float(value) for part, value in zip("xyz", socket, strict=True)}
     known = tuple((str(i), str(i + 1), float(np.linalg.norm(sockets[i + 1] - sockets[i]))) for i in range(points - 1))
 
-    def measure(values: Mapping[str, Array], inside: Sequence[Suspect]) -> _Measure:
+    def measure(values: Mapping[str, Array], inside: Sequence[CandidateEffect]) -> _Measure:
         return lambda chosen, standing: seated(
             replace(standing, distances_m=known), inside, values, sockets=sockets, of=goals[chosen].tolist()
         )

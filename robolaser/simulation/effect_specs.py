@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects import suspects
-from robolaser.model.effects.effect import Effect, Suspect
 from robolaser.errors import EffectSizeUnclear, EffectTooLarge, PlaceUnknown, ShapeOutside
+from robolaser.model.effects import candidate_effects
+from robolaser.model.effects.effect import CandidateEffect, Effect
 
 
 def sizes_of(texts: Iterable[str]) -> dict[str, float]:
@@ -29,7 +29,7 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
     return sizes
 
 
-def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Suspect, ...], dict[str, float]]:
+def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
     """The effects asked for, and all their numbers by name: what is not asked for is nominal.
 
     Args:
@@ -40,26 +40,26 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Susp
         EffectUnknown, EffectSenseless, PlaceUnknown: The cell cannot have the effect.
         EffectTooLarge, ShapeOutside: It cannot have this size.
     """
-    chosen: dict[Suspect, None] = {}
+    chosen: dict[CandidateEffect, None] = {}
     numbers: dict[str, float] = {}
     for key, size in sizes.items():
         name, _, where = key.partition(":")
-        everywhere = suspects([name], dataset)
+        everywhere = candidate_effects([name], dataset)
         kind = everywhere[0].kind
         known = [number for number, *_ in kind.declared()] + [number for number, *_ in kind.shapes()]
         number = known[0]
-        if where not in {suspect.where for suspect in everywhere}:
+        if where not in {candidate_effect.where for candidate_effect in everywhere}:
             place, _, last = where.rpartition(".")
             where, number = (place, last) if place and last in known else (where, number)
-        there = [suspect for suspect in everywhere if not where or suspect.where == where]
+        there = [candidate_effect for candidate_effect in everywhere if not where or candidate_effect.where == where]
         if not there:
-            raise PlaceUnknown(name, where, [suspect.where for suspect in everywhere])
+            raise PlaceUnknown(name, where, [candidate_effect.where for candidate_effect in everywhere])
         _check(kind, number, size)
-        for suspect in there:
-            if suspect not in chosen:
-                chosen[suspect] = None
-                numbers |= {item.name: item.nominal for item in suspect.parameters.items}
-            numbers[suspect.key(number)] = float(size)
+        for candidate_effect in there:
+            if candidate_effect not in chosen:
+                chosen[candidate_effect] = None
+                numbers |= {item.name: item.nominal for item in candidate_effect.parameters.items}
+            numbers[candidate_effect.key(number)] = float(size)
     return tuple(chosen), numbers
 
 

@@ -7,32 +7,38 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
-from robolaser.model.effects.effect import Suspect
-from robolaser.parameters import Values
-from robolaser.geometry.visibility import View
-from robolaser.model.forward_model import Model
+from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.stages import Bend, Seam
+from robolaser.geometry.visibility import View
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion, vector
 from robolaser.model.sensors.stripe import Stripe
-from robolaser.geometry.inverse_kinematics import touching
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 EXACT_M = 1e-12
 SECANT_STEPS = 40
 FIRST_STRIDE_PX = 0.5
-ROUNDS = 8  # effects may look at the points that they bend: repeat until nothing moves
+ROUNDS = 8  # effects may look at the points that they perturb: repeat until nothing moves
 INVERSION_STEPS = 60
 IMAGE_MARGIN = 0.02  # of the image, so that noise does not carry a pixel out of it
 
 
 def stripe_points(
-    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, view: View, at: Array, level: float
+    dataset: Dataset,
+    candidate_effects: Sequence[CandidateEffect],
+    values: Values,
+    *,
+    view: View,
+    at: Array,
+    level: float,
 ) -> tuple[Dataset, Bools]:
     """Follow the stripe along the target: for each place along it, the pixel that shows the target.
 
     Args:
         dataset: Poses, without points.
-        suspects: The effects of the cell.
+        candidate_effects: The effects of the cell.
         values: All parameters and the effects' numbers, one candidate.
         view: The scanner.
         at: Pixel coordinates along the stripe, (n, k).
@@ -53,19 +59,19 @@ def stripe_points(
     points = Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.zeros((n * k, 3)))
     dataset = replace(dataset, points=points)
     plain = Model(dataset)
-    shown = _sensor(plain).in_base(values, plain.flange(values), plain.bend(values))[0]
+    shown = _sensor(plain).in_base(values, plain.flange(values), plain.perturb(values))[0]
     given = apply(inverse(T_base_target), shown)
     for _ in range(ROUNDS):
         dataset = replace(dataset, points=replace(points, pixel=pixel, xyz=given))
-        model = Model(dataset, tuple(suspects))
-        bend = model.bend(values)
-        T = model.flange(values, bend)
-        left = np.abs(model.sensor.residuals(values, T, bend))[0].max(axis=-1)
+        model = Model(dataset, tuple(candidate_effects))
+        perturb = model.perturb(values)
+        T = model.flange(values, perturb)
+        left = np.abs(model.sensor.residuals(values, T, perturb))[0].max(axis=-1)
         left = np.maximum(left, np.abs(given[:, 2] - level))
         if (left < EXACT_M).all():
             break
-        pixel, given = _on_target(_sensor(model), values, T, bend, pixel, 1 - along, T_base_target, level)
-    shown = _sensor(model).in_camera(values, bend)[0]
+        pixel, given = _on_target(_sensor(model), values, T, perturb, pixel, 1 - along, T_base_target, level)
+    shown = _sensor(model).in_camera(values, perturb)[0]
     good = (left < EXACT_M) & view.holds(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
     return dataset, np.asarray(good.reshape(n, k).all(axis=1))
 
@@ -79,7 +85,7 @@ def _on_target(
     sensor: Stripe,
     values: Values,
     T_base_flange: Array,
-    bend: Bend,
+    perturb: Perturbation,
     pixel: Array,
     across: int,
     T_base_target: Array,
@@ -91,8 +97,8 @@ def _on_target(
     def off(moved: Array) -> tuple[Array, Array]:
         there = pixel.copy()
         there[:, across] = moved
-        shown = sensor.in_base(values, T_base_flange, bend, pixel=there[None])[0]
-        given = as_given(apply(T_target_base, shown), bend)
+        shown = sensor.in_base(values, T_base_flange, perturb, pixel=there[None])[0]
+        given = as_given(apply(T_target_base, shown), perturb)
         return given[:, 2] - level, given
 
     before = pixel[:, across]
@@ -114,11 +120,11 @@ def _on_target(
     return found, given
 
 
-def as_given(there: Array, bend: Bend) -> Array:
-    """The target points that bend to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
+def as_given(there: Array, perturb: Perturbation) -> Array:
+    """The target points that perturb to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
     given = there
     for _ in range(INVERSION_STEPS):
-        missing = there - bend(Seam.TARGET, given[None])[0]
+        missing = there - perturb(Stage.TARGET, given[None])[0]
         given = given + missing
         if not (np.abs(missing) > EXACT_M / 1000).any():
             break
@@ -126,7 +132,7 @@ def as_given(there: Array, bend: Bend) -> Array:
 
 
 def tracker_points(
-    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, names: Sequence[str]
+    dataset: Dataset, candidate_effects: Sequence[CandidateEffect], values: Values, *, names: Sequence[str]
 ) -> tuple[Dataset, Bools]:
     """See every reflector from where the tracker stands; as for `stripe_points`."""
     n = len(dataset.poses)
@@ -135,10 +141,10 @@ def tracker_points(
     points = Points(rows, tuple(names) * n, xyz=np.zeros((len(rows), 3)))
     for _ in range(ROUNDS):
         dataset = replace(dataset, points=points)
-        model = Model(dataset, tuple(suspects))
-        bend = model.bend(values)
-        T_world_flange = motion(values, "base")[0] @ model.flange(values, bend)[0]
-        seen = as_given(apply(T_world_flange[rows], np.tile(tools, (n, 1))), bend)
+        model = Model(dataset, tuple(candidate_effects))
+        perturb = model.perturb(values)
+        T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
+        seen = as_given(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
         assert points.xyz is not None
         settled = (np.abs(seen - points.xyz) < EXACT_M).all()
         points = replace(points, xyz=seen)
@@ -148,13 +154,13 @@ def tracker_points(
 
 
 def seated(
-    dataset: Dataset, suspects: Sequence[Suspect], values: Values, *, sockets: Array, of: Sequence[int]
+    dataset: Dataset, candidate_effects: Sequence[CandidateEffect], values: Values, *, sockets: Array, of: Sequence[int]
 ) -> tuple[Dataset, Bools]:
     """Move each posture until the ball really sits in its socket; as for `stripe_points`.
 
     Args:
         dataset: Poses in which the nominal arm would reach.
-        suspects: The effects of the cell.
+        candidate_effects: The effects of the cell.
         values: All parameters and the effects' numbers, one candidate.
         sockets: In the base frame, (s, 3) [m].
         of: The socket of each pose, (n,).
@@ -168,7 +174,7 @@ def seated(
         return replace(dataset, poses=replace(dataset.poses, q=q))
 
     def forward(q: Array) -> Array:
-        T: Array = Model(standing(q), tuple(suspects)).flange(values)[0]
+        T: Array = Model(standing(q), tuple(candidate_effects)).flange(values)[0]
         return T
 
     q, good = touching(robot, forward, vector(values, "tool.ball")[0], sockets[np.array(of)], q)

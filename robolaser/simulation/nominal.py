@@ -6,10 +6,10 @@ from itertools import product
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.parameters import Parameter
+from robolaser.data.toml_schema import unit_of
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion
-from robolaser.data.toml_schema import unit_of
+from robolaser.parameters import Parameter
 
 Quaternion = tuple[float, float, float, float]
 

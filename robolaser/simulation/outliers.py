@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.outliers import NAME, WHERE
 from robolaser.errors import DemandSenseless
+from robolaser.model.effects.outliers import NAME, WHERE
 
 MOST = 0.5  # of the rows: beyond, the gross ones are the rule
 STRAY_PX = (10.0, 60.0)  # across the stripe

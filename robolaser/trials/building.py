@@ -6,15 +6,15 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.visibility import TILT, View, apart, limits, looking_down
+from robolaser.parameters import Parameter
+from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.worlds.arm import Arm
 from robolaser.trials.worlds.cell import Cell, Target
-from robolaser.trials.worlds.scanner import Eye
 from robolaser.trials.worlds.run import Run
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.parameters import Parameter
-from robolaser.geometry.visibility import TILT, View, apart, limits, looking_down
-from robolaser.geometry.kinematics import Robot
-from robolaser.simulation.nominal import facing_outward, scanner
+from robolaser.trials.worlds.scanner import Eye
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {

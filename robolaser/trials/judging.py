@@ -7,14 +7,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.estimation.problem import Box, Residuals
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.effect import Suspect
 from robolaser.estimation.jacobian import jacobian
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import disturbances
-from robolaser.model.forward_model import Model
 
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
 AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
@@ -47,7 +47,7 @@ class Judge:
     @cached_property
     def _start(self) -> Array:
         model = self._model
-        return model.with_gauge_held(np.array([self.truth[name] for name in model.parameters.names]))
+        return model.fix_gauge(np.array([self.truth[name] for name in model.parameters.names]))
 
     @cached_property
     def _noise(self) -> NoiseModel:
@@ -70,12 +70,12 @@ class Judge:
         """Root-mean-square 3-D error that the noise alone makes."""
         return float(np.sqrt(np.trace(self._noise.covariances, axis1=1, axis2=2).mean()))
 
-    def left_by(self, suspect: Suspect) -> float:
+    def left_by(self, candidate_effect: CandidateEffect) -> float:
         """What is left once one effect of the library is fitted together with the ordinary parameters."""
         x, cost = self._fit
-        model = Model(self.dataset, (suspect,))
+        model = Model(self.dataset, (candidate_effect,))
         box = Box.of(model)
-        start = np.concatenate([x, suspect.parameters.nominal])
+        start = np.concatenate([x, candidate_effect.parameters.nominal])
         ordinary = len(x)
         J = self._whitened(jacobian(model, start))[:, ~box.held]
         r = self._noise.whiten(self._model.residuals(x[None]))[0]
@@ -98,7 +98,7 @@ class Judge:
             for kind in EFFECTS
             if sizes[kind.name] <= most
             for place in kind.places(self.dataset)
-            if (kind.name, place) != (effect, where) and self.left_by(Suspect(kind, place)) <= AS_WELL
+            if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
         ]
 
     def _whitened(self, J: Array) -> Array:

@@ -6,15 +6,15 @@ from typing import Any, final
 
 import numpy as np
 
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Built, Ranges, build
-from robolaser.trials.resampling import Model, build_like
 from robolaser.trials.judging import DETECTABLE, Judge
 from robolaser.trials.reading import exact, read
+from robolaser.trials.resampling import Model, build_like
 from robolaser.trials.worlds.departure import Departure
 from robolaser.trials.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
 from robolaser.trials.worlds.families.warming import Warming
-from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry.kinematics import Robot
 
 KINDS = ("none", "single", "pair", "triple", "unknown", "outliers")
 USUAL = {"none": 0.14, "single": 0.5, "pair": 0.14, "triple": 0.04, "unknown": 0.1, "outliers": 0.08}

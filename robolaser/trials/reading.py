@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.arrays import Bools, Ints
+from robolaser.data.dataset import Dataset, Points
 from robolaser.trials.building import Built
 from robolaser.trials.worlds.departure import Departure
-from robolaser.data.dataset import Dataset, Points
 
 
 def exact(built: Built, departures: Sequence[Departure]) -> Dataset:

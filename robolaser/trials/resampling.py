@@ -7,17 +7,17 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.options import Plan
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import NotToImitate
+from robolaser.model.noise import pixel_from_repeats
+from robolaser.parameters import Parameter
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Built, Ranges, in_sight, rounded
 from robolaser.trials.worlds.arm import Arm
 from robolaser.trials.worlds.cell import Cell, Target
-from robolaser.trials.worlds.scanner import Eye
 from robolaser.trials.worlds.run import Run
-from robolaser.data.dataset import Dataset, Noise
-from robolaser.errors import NotToImitate
-from robolaser.calibration.calibrate import calibrate
-from robolaser.model.noise import pixel_from_repeats
-from robolaser.parameters import Parameter
-from robolaser.calibration.options import Plan
+from robolaser.trials.worlds.scanner import Eye
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.errors import NotAChallenge, SealBroken
 from robolaser.data.csv_tables import write_text
+from robolaser.errors import NotAChallenge, SealBroken
 
 FORMAT = "robolaser-seal/1"
 TRUTH = "truth.sealed"

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 import robolaser
+from robolaser.data.csv_tables import write_text
+from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.errors import DiagnosisUnreadable, KindUnknown, OutputExists
+from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.resampling import model_of
 from robolaser.trials.making import KINDS, make
 from robolaser.trials.outcome import outcome
-from robolaser.trials.sealed_truth import TRUTH, seal, unseal
+from robolaser.trials.resampling import model_of
 from robolaser.trials.score import tally
-from robolaser.data.dataset import Dataset
-from robolaser.errors import DiagnosisUnreadable, KindUnknown, OutputExists
-from robolaser.data.loading import load
-from robolaser.geometry.kinematics import Robot
-from robolaser.data.writing import save
-from robolaser.data.csv_tables import write_text
+from robolaser.trials.sealed_truth import TRUTH, seal, unseal
 
 DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"

@@ -9,12 +9,12 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.image_list import Shots
 from robolaser.vision.board import Board, find_board
-from robolaser.vision.centres import Axis, Centres, every
-from robolaser.vision.line_centers import DEFAULT, SMOOTHING
-from robolaser.vision.images import ambient, lights
 from robolaser.vision.board_orientation import settle_by_robot, settle_by_sight
-from robolaser.vision.lens import Lens, View, find_lens, view_board
 from robolaser.vision.board_placement import jumps, on_plane
+from robolaser.vision.centres import Axis, Centres, every
+from robolaser.vision.images import ambient, lights
+from robolaser.vision.lens import Lens, View, find_lens, view_board
+from robolaser.vision.line_centers import DEFAULT, SMOOTHING
 from robolaser.vision.stripe import stripe_centres
 
 POINTS_PER_IMAGE = 170

@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.scan.light_loops import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.compiled.loops import compiled
+from robolaser.scan.light_loops import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
 
 
 @compiled

@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robolaser.scan.light_loops import FULL
-from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.data.image_list import Shots
+from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.scan.light_loops import FULL
 from robolaser.vision.board import Image
 
 PEDESTAL = 16

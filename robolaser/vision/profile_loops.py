@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.compiled.loops import compiled
+from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
 
 
 @compiled

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Points
-from robolaser.errors import NoStripes, NotARecording, NothingExtracted
 from robolaser.calibration.pymoo_search import Progress
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import Shots, repeats_of, shots_of
 from robolaser.data.stripe_file import Stripes
+from robolaser.errors import NoStripes, NotARecording, NothingExtracted
 from robolaser.vision.centres import Axis, every
-from robolaser.vision.line_centers import DEFAULT
 from robolaser.vision.extract import Extraction, extract_points
+from robolaser.vision.line_centers import DEFAULT
 from robolaser.vision.traced import traces
 
 

@@ -8,9 +8,9 @@ from robolaser.data.image_list import Shots
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
 from robolaser.vision.centres import Axis
+from robolaser.vision.images import ambient, laser_alone, lights
 from robolaser.vision.line_centers import DEFAULT
 from robolaser.vision.line_tracking import one_stripe
-from robolaser.vision.images import ambient, laser_alone, lights
 from robolaser.vision.stripe import stripe_centres
 
 

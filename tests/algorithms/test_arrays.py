@@ -20,8 +20,8 @@ from pymoo.util.archive import SingleObjectiveArchive
 from stock import composed
 
 from robolaser.algorithms import RCGA, CostReached, Stalled, rcga
-from robolaser.algorithms.offspring import brood
 from robolaser.algorithms.checkpoint import load, save
+from robolaser.algorithms.offspring import brood
 
 SETTINGS = [
     {"pop_size": 20, "n_elites": 2},

@@ -5,17 +5,17 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.problems import get_problem
 
 from robolaser import find_robot
-from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
+from robolaser.algorithms.algorithm_spec import Request
 from robolaser.algorithms.operator_specs import PARTS, settings_of_parts
 from robolaser.algorithms.rcga import RCGA
-from robolaser.algorithms.algorithm_spec import Request
-from robolaser.errors import AlgorithmUnknown, SettingSenseless, SettingUnknown, WrongUsage
-from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
-from robolaser.calibration.options import Plan
-from robolaser.model.forward_model import Model
-from robolaser.calibration.pymoo_search import search
-from robolaser.simulation import paper
+from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
 from robolaser.calibration.initialization import start_of
+from robolaser.calibration.options import Plan
+from robolaser.calibration.pymoo_search import search
+from robolaser.errors import AlgorithmUnknown, SettingSenseless, SettingUnknown, WrongUsage
+from robolaser.model.forward_model import Model
+from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
+from robolaser.simulation import paper
 
 WORDS = [f"ga:{place}={word}" for place, words in PARTS.items() for word in words]
 

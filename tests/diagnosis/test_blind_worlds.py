@@ -18,7 +18,7 @@ def test_one_departure_is_named_with_its_place_first_and_alone(robot: str, seed:
     diagnosis = seen(robot, "single", seed)
     assert diagnosis.verdict == "explained"
     assert named(diagnosis) == true_effects(robot, "single", seed)
-    assert diagnosis.where[0].site == diagnosis.findings[0].suspect.where
+    assert diagnosis.where[0].site == diagnosis.findings[0].candidate_effect.where
 
 
 @pytest.mark.parametrize(("robot", "seed"), [("ur5", 100), ("xarm7", 101)])

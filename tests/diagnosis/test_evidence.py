@@ -12,20 +12,20 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.preparation import Beginning
-from robolaser.diagnosis.penalized_fit import Fitted, Problem
-from robolaser.diagnosis.held_out_gap import folds, held_out
-from robolaser.diagnosis.detection_limits import limits
 from robolaser.diagnosis.averaging import Observed
-from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.score_tests import library, signatures
-from robolaser.diagnosis.verdict import dispersion
+from robolaser.diagnosis.detection_limits import limits
+from robolaser.diagnosis.held_out_gap import folds, held_out
 from robolaser.diagnosis.localization import where
-from robolaser.model.effects import EFFECTS, suspects
-from robolaser.model.effects.effect import Effect, Scene, parameter
+from robolaser.diagnosis.penalized_fit import Fitted, Problem
+from robolaser.diagnosis.preparation import Beginning
+from robolaser.diagnosis.score_tests import library, signatures
+from robolaser.diagnosis.selection import Search
+from robolaser.diagnosis.verdict import dispersion
 from robolaser.errors import EffectUnknown
 from robolaser.geometry.robots import find_robot
-from robolaser.model.stages import Seam
+from robolaser.model.effects import EFFECTS, candidate_effects
+from robolaser.model.effects.effect import Effect, Scene, parameter
+from robolaser.model.stages import Stage
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
@@ -72,8 +72,8 @@ def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[Observed
 
 def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
     _, fitted = begun(cell({"joint_offset:joint_3": 1e-3}))
-    (signature,) = signatures(fitted, suspects(["joint_offset:joint_3"], fitted.problem.model.dataset))
-    search = Search(fitted, [signature.suspect])
+    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    search = Search(fitted, [signature.candidate_effect])
     gained = fitted.misfit - search.fit(fitted, [signature]).misfit
     assert gained > 500
     assert signature.gain == pytest.approx(gained, rel=0.02)
@@ -82,7 +82,7 @@ def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
 
 def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean: tuple[Observed, Fitted]) -> None:
     _, fitted = clean
-    (signature,) = signatures(fitted, suspects(["joint_offset:joint_5"], fitted.problem.model.dataset))
+    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_5"], fitted.problem.model.dataset))
     own = np.linalg.norm(signature.white)
     assert np.linalg.norm(signature.columns) < 0.02 * own
 
@@ -136,17 +136,17 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
     diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
     assert set(diagnosis.gross) == set(spoilt)
-    assert [found.suspect.kind.name for found in diagnosis.findings] == ["joint_offset"]
+    assert [found.candidate_effect.kind.name for found in diagnosis.findings] == ["joint_offset"]
 
 
 def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[Observed, Fitted]) -> None:
     _, fitted = clean
-    (signature,) = signatures(fitted, suspects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
     (limit,) = limits([signature], 1.0)
     assert limit.size is not None
     found = {
         factor: [
-            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).suspects)
+            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).effects)
             for seed in (2, 11, 12)
         ]
         for factor in (1.8, 0.3)
@@ -157,7 +157,7 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[Observed, Fi
 
 def _search(dataset: Dataset) -> Fitted:
     _, fitted = begun(dataset)
-    return Search(fitted, suspects(["joint_offset", "encoder_scale"], fitted.problem.model.dataset)).best()
+    return Search(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.problem.model.dataset)).best()
 
 
 def test_next_poses_keep_the_limits_and_see_the_target() -> None:
@@ -191,17 +191,17 @@ class SaggingShelf(Effect):
     name: ClassVar[str] = "sagging_shelf"
     title: ClassVar[str] = "errs with the square of the angle"
     reference: ClassVar[str] = "made up"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    sag: Array = parameter(unit="1/rad", bound=0.1, typical=1e-3)
+    sag: Array = parameter(unit="1/rad", bound=0.1, prior_scale=1e-3)
 
     @classmethod
     def places(cls, dataset: Dataset) -> tuple[str, ...]:
         return ("joint_3",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
-        bent = np.repeat(passing, len(self.sag), axis=0) if len(passing) == 1 else passing.copy()
-        bent[:, :, 2] += self.sag[:, None] * passing[:, :, 2] ** 2
+    def apply(self, value: Array, scene: Scene) -> Array:
+        bent = np.repeat(value, len(self.sag), axis=0) if len(value) == 1 else value.copy()
+        bent[:, :, 2] += self.sag[:, None] * value[:, :, 2] ** 2
         return bent
 
 
@@ -223,7 +223,7 @@ def _sagged(dataset: Dataset) -> Array:
 
 def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
     dataset = cell({"latency:timing": 0.01})
-    assert {suspect.kind for suspect in library(EFFECTS, dataset)} == set(EFFECTS)
+    assert {candidate_effect.kind for candidate_effect in library(EFFECTS, dataset)} == set(EFFECTS)
 
 
 def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[Observed, Fitted]) -> None:

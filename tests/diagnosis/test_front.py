@@ -7,15 +7,15 @@ import pytest
 
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Noise
-from robolaser.diagnosis.penalized_fit import Problem
-from robolaser.diagnosis.pareto_front import front, question, searched, stepwise, undominated
-from robolaser.diagnosis.held_out_gap import folds, held_out
 from robolaser.diagnosis.averaging import Observed
+from robolaser.diagnosis.held_out_gap import folds, held_out
+from robolaser.diagnosis.pareto_front import front, question, searched, stepwise, undominated
+from robolaser.diagnosis.penalized_fit import Problem
 from robolaser.diagnosis.score_tests import library, signatures
 from robolaser.diagnosis.verdict import price
-from robolaser.model.effects import EFFECTS
 from robolaser.estimation.jacobian import jacobian
 from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 
@@ -70,8 +70,8 @@ def stripe():
 
 def test_the_front_falls_with_every_effect_and_starts_without_any(bent):
     found = bent.front
-    assert found[0].suspects == ()
-    counts, gaps = [len(choice.suspects) for choice in found], [choice.gap_m for choice in found]
+    assert found[0].effects == ()
+    counts, gaps = [len(choice.effects) for choice in found], [choice.gap_m for choice in found]
     assert counts == sorted(set(counts))
     assert (np.diff(gaps) < 0).all()
 
@@ -82,11 +82,11 @@ def test_without_effects_the_gap_is_that_of_refitted_folds(bent):
 
 
 def test_the_true_effects_or_as_good_ones_are_on_the_front(bent):
-    true = bent.simulated.suspects
-    chosen = next(choice for choice in bent.front if len(choice.suspects) == len(true))
+    true = bent.simulated.effects
+    chosen = next(choice for choice in bent.front if len(choice.effects) == len(true))
     assert chosen.gap_m < 0.5 * bent.front[0].gap_m
     if bent.simulated.dataset.kind != "socket":
-        assert set(chosen.suspects) == set(true)
+        assert set(chosen.effects) == set(true)
 
 
 def test_the_front_is_nowhere_worse_than_adding_one_effect_after_the_other(bent):
@@ -94,7 +94,7 @@ def test_the_front_is_nowhere_worse_than_adding_one_effect_after_the_other(bent)
     greedy = bent.problem.unseen(np.tri(n + 1, n, -1, dtype=bool))
     found = bent.front
     for count, gap in enumerate(greedy):
-        assert min(choice.gap_m for choice in found if len(choice.suspects) <= count) <= gap * (1 + 1e-12)
+        assert min(choice.gap_m for choice in found if len(choice.effects) <= count) <= gap * (1 + 1e-12)
 
 
 def test_the_search_misses_hardly_anything_of_what_all_sets_offer(stripe):
@@ -120,14 +120,14 @@ def test_where_nothing_departs_no_effect_buys_much():
 
 def test_without_suspects_the_front_is_one_point(stripe):
     (only,) = front(stripe.fitted, [], stripe.folds, 1)
-    assert only.suspects == ()
+    assert only.effects == ()
     assert only.gap_m == pytest.approx(rms(held_out(stripe.fitted, stripe.folds)))
 
 
 def test_few_suspects_are_no_less_tried(stripe):
-    two = [one for one in stripe.signatures if one.suspect in stripe.simulated.suspects]
+    two = [one for one in stripe.signatures if one.candidate_effect in stripe.simulated.effects]
     found = front(stripe.fitted, two, stripe.folds, 1)
-    assert set(found[-1].suspects) == {one.suspect for one in two}
+    assert set(found[-1].effects) == {one.candidate_effect for one in two}
 
 
 def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before(stripe):
@@ -138,7 +138,7 @@ def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before(str
 
         def worth(one, before=before):
             columns = np.hstack([*before, one.basis])
-            return -left(columns, one.against.rest) - price(one.suspect, one.tried)
+            return -left(columns, one.against.rest) - price(one.candidate_effect, one.tried)
 
         others = [one for j, one in enumerate(stripe.signatures) if j not in order[:i]]
         assert worth(stripe.signatures[order[i]]) >= max(map(worth, others)) - 1e-2

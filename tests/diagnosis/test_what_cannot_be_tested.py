@@ -10,8 +10,8 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.subsampling import MOST_POSES, telling
-from robolaser.model.effects import EFFECTS
 from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)

@@ -2,9 +2,9 @@
 
 from functools import cache
 
-from robolaser.trials.making import World, make
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.geometry.robots import find_robot
+from robolaser.trials.making import World, make
 
 
 @cache

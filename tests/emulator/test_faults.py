@@ -8,10 +8,10 @@ import pytest
 from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
+from robolaser.emulator.camera_faults import Spoilt
 from robolaser.emulator.faults import KINDS, Fault, read_fault
 from robolaser.emulator.faulty import Faulty
 from robolaser.emulator.running import Running, controller_of
-from robolaser.emulator.camera_faults import Spoilt
 from robolaser.errors import AxisMissing, FaultSenseless, FaultUnknown
 
 ASK = b"LISTPV POSITION\r"

@@ -9,15 +9,15 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Dataset
+from robolaser.data.loading import describe
 from robolaser.emulator.physics import DEPARTURES, Departure
 from robolaser.emulator.physics.backlash import Play
 from robolaser.emulator.world import World, load_world
 from robolaser.errors import RobolaserError
-from robolaser.data.loading import describe
+from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
 from robolaser.model.sensors.sensor import motion
 from robolaser.vision.board import find_board
-from robolaser.estimation.optimal_poses import planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"

@@ -9,10 +9,10 @@ from scipy.optimize import least_squares
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.parameters import Parameter
-from robolaser.problems import ReducedCalibration
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.parameters import Parameter
+from robolaser.problems import ReducedCalibration
 from robolaser.simulation import Simulated, simulate
 
 CELLS: dict[str, dict[str, Any]] = {
@@ -44,7 +44,7 @@ def made_in(cell: dict[str, Any], noise: Noise | None = None) -> Simulated:
 def truth_of(made: Simulated, problem: ReducedCalibration) -> tuple[Array, Array]:
     """The truth as the whole model's candidate with its gauge held, and as the reduced problem's, (1, d) both."""
     whole = problem.model.parameters
-    x = problem.model.with_gauge_held(np.array([made.truth[name] for name in whole.names]))[None]
+    x = problem.model.fix_gauge(np.array([made.truth[name] for name in whole.names]))[None]
     return x, x[:, whole.columns(problem.names)]
 
 
@@ -59,7 +59,7 @@ def with_bounds(dataset: Dataset, **bounds: tuple[float, float]) -> Dataset:
 @pytest.mark.parametrize("cell", list(CELLS))
 def test_at_the_truth_of_a_world_without_noise_nothing_is_left(cell: str) -> None:
     made = made_in(CELLS[cell])
-    problem = ReducedCalibration(Model(made.dataset, made.suspects))
+    problem = ReducedCalibration(Model(made.dataset, made.effects))
     whole, x = truth_of(made, problem)
     assert problem.model.cost(problem.completed(x))[0] < 1e-16
     np.testing.assert_allclose(problem.completed(x)[0], whole[0], rtol=1e-5, atol=1e-6)
@@ -68,7 +68,7 @@ def test_at_the_truth_of_a_world_without_noise_nothing_is_left(cell: str) -> Non
 @pytest.mark.parametrize("cell", list(APPROXIMATE))
 def test_where_points_do_not_grow_with_the_baseline_next_to_nothing_is_left(cell: str) -> None:
     made = made_in(APPROXIMATE[cell])
-    problem = ReducedCalibration(Model(made.dataset, made.suspects))
+    problem = ReducedCalibration(Model(made.dataset, made.effects))
     _, x = truth_of(made, problem)
     assert np.sqrt(problem.model.cost(problem.completed(x))[0] / len(made.dataset.points)) < 1e-8
 
@@ -80,7 +80,7 @@ def test_a_scanner_leaves_six_numbers_and_others_none() -> None:
 
 def test_the_focal_length_is_held_and_numbers_of_effects_are_free() -> None:
     made = made_in({"effects": {"laser_roll": 0.05}})
-    problem = ReducedCalibration(Model(made.dataset, made.suspects))
+    problem = ReducedCalibration(Model(made.dataset, made.effects))
     assert problem.names == ("s_u", "s_v", "u_0", "v_0", "k", "theta", "laser_roll.laser.angle")
     completed = problem.completed(np.random.default_rng(0).uniform(problem.xl, problem.xu, (5, problem.n_var)))
     np.testing.assert_array_equal(completed[:, 0], made.dataset.parameters["f"].nominal)
@@ -93,7 +93,7 @@ NOISY = Noise(pixel_px=0.3, joint_rad=1e-4)
 def test_no_other_values_within_the_bounds_do_better(cell: str) -> None:
     rng = np.random.default_rng(5)
     made = made_in(CELLS[cell], None if "kind" in CELLS[cell] else NOISY)
-    problem = ReducedCalibration(Model(made.dataset, made.suspects))
+    problem = ReducedCalibration(Model(made.dataset, made.effects))
     model, whole = problem.model, problem.model.parameters
     columns = whole.columns(model.sensor.eliminated)
     for x in rng.uniform(problem.xl, problem.xu, (4, problem.n_var)):
@@ -168,7 +168,7 @@ def test_a_bound_that_shuts_the_truth_out_is_where_the_parameter_ends(name: str,
 @pytest.mark.parametrize("cell", ["stripe", "unplaced", "tracker, bent arm", "sockets, bent arm"])
 def test_a_population_is_completed_as_its_members_are(cell: str) -> None:
     made = made_in(CELLS[cell])
-    problem = ReducedCalibration(Model(made.dataset, made.suspects))
+    problem = ReducedCalibration(Model(made.dataset, made.effects))
     x = np.random.default_rng(1).uniform(problem.xl, problem.xu, (12, problem.n_var))
     alone = np.concatenate([problem.completed(x[i : i + 1]) for i in range(len(x))])
     cost = problem.model.cost

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison, Contested, Effort
 from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.result import Comparison, Contested, Effort
 from robolaser.benchmark.single_run import DONE, FAILED, Run
 from robolaser.benchmark.standings import standings
 

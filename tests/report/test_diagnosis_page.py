@@ -11,12 +11,12 @@ from diagnosed import MADE, of
 from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
 
 from robolaser.diagnosis.result import Limit
+from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.pictures.cell import accused
 from robolaser.report.diagnosis.pictures.posture import Posture
 from robolaser.report.diagnosis.pictures.waterfall import steps
 from robolaser.report.diagnosis.rows import limit_rows, percent
-from robolaser.geometry.rigid_motion import inverse
 
 
 @pytest.fixture(scope="module")
@@ -81,8 +81,8 @@ def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagno
     rows = table[0].split("<tr ")[2:]
     assert len(rows) == len(diagnosis.findings)
     for row, found in zip(rows, diagnosis.findings, strict=True):
-        assert found.suspect.kind.name in row
-        assert f" at {found.suspect.where}" in row
+        assert found.candidate_effect.kind.name in row
+        assert f" at {found.candidate_effect.where}" in row
         assert row.count("±") == len([one for one in found.numbers.values() if one.std is not None])
         assert percent(found.probability) in row
         assert row.count(" mm") >= 3
@@ -91,7 +91,7 @@ def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagno
 
 def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
     words = said(pages["explained"])
-    assert "encoder_scale at bend" in words
+    assert "encoder_scale at perturb" in words
     assert "latency" in words
     assert "no joint velocities in the data" in words
     dataset = made["explained"].dataset
@@ -103,10 +103,10 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     diagnosis = made["explained"]
     one = replace(diagnosis.limits[0], size=np.radians(0.01))
-    rows = list(limit_rows(replace(diagnosis, limits=(one, Limit(one.suspect, one.number, None, "rad")))))
+    rows = list(limit_rows(replace(diagnosis, limits=(one, Limit(one.candidate_effect, one.number, None, "rad")))))
     assert len(rows) == 1
-    assert rows[0][0] == one.suspect.kind.name
-    assert rows[0][2].startswith(f"{one.suspect.where} < 0.01°")
+    assert rows[0][0] == one.candidate_effect.kind.name
+    assert rows[0][2].startswith(f"{one.candidate_effect.where} < 0.01°")
 
 
 def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
@@ -121,16 +121,16 @@ def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
 
 def test_every_guilty_place_is_marked_and_without_a_gap_none(diagnosis):
     marked = accused(diagnosis)
-    assert {found.suspect.where for found in diagnosis.findings} <= set(marked)
+    assert {found.candidate_effect.where for found in diagnosis.findings} <= set(marked)
     assert bool(marked) == (diagnosis.verdict != "no_gap")
 
 
 def test_the_drawn_scanner_hangs_on_the_drawn_flange():
-    diagnosis = of(stripe(robot=arm(), effects=("joint_offset:bend",)))
+    diagnosis = of(stripe(robot=arm(), effects=("joint_offset:perturb",)))
     posture = Posture.of(diagnosis)
     model = diagnosis.model
     values = model.parameters.values(diagnosis.x[None])
-    mount = model.sensor.mount(values, model.bend(values))[0, 0]
+    mount = model.sensor.mount(values, model.perturb(values))[0, 0]
     flange = model.flange(values)[0, model.dataset.poses.names.index(posture.name)]
     np.testing.assert_allclose(posture.line[-1], flange[:3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ np.append(posture.camera, 1.0))[:3], mount[:3, 3], atol=1e-12)

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from robolaser.diagnosis.summary_text import SAID, clause, sentence
 from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.report.diagnosis import print_diagnosis
 from robolaser.report.diagnosis.advice import CAVEATS, REMEDIES, to_do
 from robolaser.report.diagnosis.rows import percent
@@ -36,7 +36,7 @@ def test_words_are_only_about_effects_that_there_are():
 
 @pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
 def test_every_effect_can_be_said_in_a_clause(kind):
-    said = clause(Suspect(kind, "joint_3"))
+    said = clause(CandidateEffect(kind, "joint_3"))
     assert len(said) > 15
     assert "{" not in said
 
@@ -46,7 +46,7 @@ def test_an_effect_that_nobody_has_words_for_is_said_by_its_title():
         name = "unheard"
         title = "the floor gives way"
 
-    assert clause(Suspect(Unheard, "base")) == "base: the floor gives way"
+    assert clause(CandidateEffect(Unheard, "base")) == "base: the floor gives way"
 
 
 def test_a_verdict_says_millimetres_and_what_noise_gives(diagnosis):
@@ -61,14 +61,16 @@ def test_gross_errors_are_counted_in_the_verdict():
 
 
 def test_what_poses_cannot_tell_is_admitted():
-    assert "do not tell joint_offset at bend from encoder_scale at bend" in MADE["explained"]().sentence
+    assert "do not tell joint_offset at perturb from encoder_scale at perturb" in MADE["explained"]().sentence
 
 
 def test_every_verdict_leads_to_something_to_do(diagnosis):
     said = to_do(diagnosis)
     assert said
     for found in diagnosis.findings:
-        assert any(one.startswith(f"{found.suspect.kind.name} at {found.suspect.where}") for one in said)
+        assert any(
+            one.startswith(f"{found.candidate_effect.kind.name} at {found.candidate_effect.where}") for one in said
+        )
 
 
 def test_what_is_unlikely_is_said_so_and_not_to_be_mended():
@@ -76,7 +78,7 @@ def test_what_is_unlikely_is_said_so_and_not_to_be_mended():
     (found,) = diagnosis.findings
     doubtful = replace(found, probability=0.01)
     said = sentence("unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.gross)
-    assert "perhaps the zero of bend is off" in said
+    assert "perhaps the zero of perturb is off" in said
     assert "perhaps" not in diagnosis.sentence
     assert "Do not mend it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]
 
@@ -87,7 +89,7 @@ def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path)
     assert len(text.splitlines()) <= 24
     assert str(tmp_path / "report.html") in text.replace("\n", "")
     for found in diagnosis.findings:
-        assert f"{found.suspect.kind.name}:{found.suspect.where}" in text
+        assert f"{found.candidate_effect.kind.name}:{found.candidate_effect.where}" in text
 
 
 def test_names_are_not_taken_for_markup():

@@ -113,4 +113,6 @@ def test_reporting_leaves_the_global_state_of_pyplot_alone():
 def test_the_command_that_repeats_a_run_names_its_effects_and_its_length():
     everywhere = command(Evidence(stripe(robot=arm(), effects=("joint_offset", "laser_roll"))))
     assert everywhere.endswith("--generations 20 --with joint_offset --with laser_roll")
-    assert command(Evidence(stripe(robot=arm(), effects=("joint_offset:bend",)))).endswith("--with joint_offset:bend")
+    assert command(Evidence(stripe(robot=arm(), effects=("joint_offset:perturb",)))).endswith(
+        "--with joint_offset:perturb"
+    )

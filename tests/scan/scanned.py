@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
+from robolaser.calibration.export import robot_urdf
 from robolaser.calibration.result import Calibration, json_text
 from robolaser.data.dataset import Noise, Points
-from robolaser.model.effects import suspects
-from robolaser.calibration.export import robot_urdf
 from robolaser.data.loading import load
-from robolaser.geometry.robots import find_robot
+from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 from robolaser.data.writing import save
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
-from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 
 ROBOT = "scorbot_er7"
 
@@ -30,7 +30,7 @@ def dataset(*, poses=20, points=8, seed=1, robot=ROBOT):
 
 def calibrated(data, effects=(), numbers=None):
     """A calibration of a data set: nominal values but for what `numbers` says by name."""
-    model = Model(data, suspects(effects, data))
+    model = Model(data, candidate_effects(effects, data))
     names, x = model.parameters.names, model.parameters.nominal.copy()
     for name, value in (numbers or {}).items():
         x[names.index(name)] = value

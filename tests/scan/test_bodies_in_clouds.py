@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from robolaser.commands.scan import LEAST_STEP_M
+from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
-from robolaser.geometry.rigid_motion import exp_so3
 
 STEP, RADIUS = 0.01, 0.018
 

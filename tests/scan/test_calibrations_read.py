@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
+from robolaser.errors import CalibrationUnreadable, EffectForeign, FileUnreadable, FormatUnknown, PathLeaves
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.run import Run
-from robolaser.errors import CalibrationUnreadable, EffectForeign, FileUnreadable, FormatUnknown, PathLeaves
 from robolaser.scan import read_calibration
 from robolaser.scan.found import complete
 
@@ -107,8 +107,8 @@ def test_every_effect_is_read_at_every_place_that_it_was_found_at(robot, data, t
     assert len(names) > (12 if robot else 5)
     calibration = calibrated(data, names)
     read = read_calibration(written(calibration, tmp_path))
-    assert read.suspects == calibration.model.suspects
-    assert len(read.suspects) > len(names) or not robot
+    assert read.effects == calibration.model.effects
+    assert len(read.effects) > len(names) or not robot
 
 
 def test_where_there_are_no_joints_nothing_sits_in_one(data, tmp_path):

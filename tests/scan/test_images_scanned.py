@@ -10,9 +10,9 @@ from scanned import calibrated, dataset, written
 
 from robolaser.cli import main
 from robolaser.data.dataset import Points
-from robolaser.errors import NoMiddles
 from robolaser.data.loading import load
 from robolaser.data.writing import save
+from robolaser.errors import NoMiddles
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.ply import map_ply
 

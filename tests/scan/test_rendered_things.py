@@ -10,9 +10,9 @@ from scanned import calibrated, dataset, written
 
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Points
-from robolaser.emulator.world import load_world
 from robolaser.data.loading import load
 from robolaser.data.writing import save
+from robolaser.emulator.world import load_world
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.quality import measure
 from robolaser.scan.subsample import Survey

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
-from robolaser.model.effects import suspects
-from robolaser.model.effects.effect import Effect, parameter
 from robolaser.errors import NothingMet, NothingToScan, ScannerDiffers, StripesStray
+from robolaser.model.effects import candidate_effects
+from robolaser.model.effects.effect import Effect, parameter
+from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
 from robolaser.scan import prepare, read_calibration, sources
 from robolaser.scan.ply import VERTEX, places_of
 from robolaser.scan.subsample import Survey
-from robolaser.model.forward_model import Model
-from robolaser.model.stages import Seam
 
 EFFECTS = {
     "none": ([], {}),
@@ -84,11 +84,11 @@ def test_the_calibrated_data_set_is_scanned_to_where_its_model_sees_it(data, eff
     names, numbers = effects
     calibration = calibrated(data, names, numbers)
     scan = scan_of(calibration, recorded(data, tmp_path / "data"), tmp_path)
-    model = Model(data, suspects([name for name in names if not name.startswith("target")], data))
+    model = Model(data, candidate_effects([name for name in names if not name.startswith("target")], data))
     kept = calibration.model.parameters.columns(model.parameters.names)
     values = model.parameters.values(calibration.x[None, kept])
-    bend = model.bend(values)
-    seen = model.sensor.in_base(values, model.flange(values, bend), bend)[0]
+    perturb = model.perturb(values)
+    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
     np.testing.assert_allclose(places(scan), seen, atol=2e-7)
     assert scan.warnings == ()
 
@@ -115,16 +115,16 @@ class Smudge(Effect):
     name: ClassVar[str] = "smudge"
     title: ClassVar[str] = "a smudge"
     reference: ClassVar[str] = "made up"
-    seam: ClassVar[Seam] = Seam.IMAGE
+    stage: ClassVar[Stage] = Stage.IMAGE
 
-    size: np.ndarray = parameter(unit="m", bound=1e-3, typical=1e-5)
+    size: np.ndarray = parameter(unit="m", bound=1e-3, prior_scale=1e-5)
 
     @classmethod
     def places(cls, dataset):
         return ("camera",)
 
-    def bend(self, passing, scene):
-        return passing + self.size[:, None, None] * np.sin(1e3 * passing)
+    def apply(self, value, scene):
+        return value + self.size[:, None, None] * np.sin(1e3 * value)
 
 
 def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tmp_path):

@@ -9,8 +9,8 @@ import pytest
 from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
-from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.data.image_list import Shots
+from robolaser.errors import ImageSize, ImageUnreadable
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
 

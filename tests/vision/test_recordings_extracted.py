@@ -11,12 +11,12 @@ from painted import HEIGHT, SQUARE, session
 
 from robolaser.cli import main, parser
 from robolaser.commands.extract import CENTRES
-from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
 from robolaser.data.loading import load
-from robolaser.vision.recordings import points_from_images, stripes_from_images
 from robolaser.data.stripe_file import open_stripes
+from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
 from robolaser.vision.board import find_board
 from robolaser.vision.line_centers import CENTRINGS, DEFAULT
+from robolaser.vision.recordings import points_from_images, stripes_from_images
 from robolaser.vision.traced import trace
 
 BOARD = f"[board]\ncolumns = 7\nrows = 6\nsquare_m = {SQUARE}\n"

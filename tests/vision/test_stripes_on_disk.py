@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
 from robolaser.data.stripe_file import STRIPE, open_stripes, write_stripes
+from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
 
 
 def block(count, seed=0):

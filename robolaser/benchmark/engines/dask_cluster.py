@@ -13,8 +13,8 @@ from typing import Any, TypeVar, final
 
 from robolaser.benchmark.engines.engine import Engine, Parcel, digest
 from robolaser.benchmark.isolation import Origin, end, guarded
-from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.payload import Task
+from robolaser.benchmark.single_run import Run
 from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
 
 ANSWER_S = 3.0

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, final
 
-from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.payload import Task
+from robolaser.benchmark.single_run import Run
 
 
 @final

@@ -17,8 +17,8 @@ from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 
 from robolaser.benchmark.engines.engine import Engine, Parcel, digest
 from robolaser.benchmark.isolation import Origin, guarded
-from robolaser.benchmark.single_run import Run
 from robolaser.benchmark.payload import Task
+from robolaser.benchmark.single_run import Run
 
 LIVES = 5
 """So often a run begins anew because its worker was killed from outside."""

@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from robolaser.algorithms.registry import ALGORITHMS
 from robolaser.algorithms.algorithm_spec import Request
+from robolaser.algorithms.registry import ALGORITHMS
 from robolaser.algorithms.settings import check
-from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.solvers.least_squares import LeastSquares
 from robolaser.benchmark.solvers.own import own
 from robolaser.benchmark.solvers.pycma import Pycma
@@ -14,6 +13,7 @@ from robolaser.benchmark.solvers.pymoo_algorithm import PymooAlgorithm
 from robolaser.benchmark.solvers.random_search import RandomSearch
 from robolaser.benchmark.solvers.scipy_evolution import ScipyEvolution
 from robolaser.benchmark.solvers.screening import Screening
+from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.errors import AlgorithmUnknown, RequestUnreadable
 
 _OURS: Mapping[str, type[Screening | Pycma | LeastSquares | ScipyEvolution | RandomSearch]] = {

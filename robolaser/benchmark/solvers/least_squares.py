@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, word
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.problem import Question
 from robolaser.benchmark.evaluator import Watch
+from robolaser.benchmark.problem import Question
+from robolaser.benchmark.solvers.solver import Contestant
 
 TIGHT = 1e-12
 """SciPy stops at 1e-8 otherwise, in a flat valley before the optimum."""

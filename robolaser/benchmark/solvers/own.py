@@ -8,12 +8,12 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.algorithms.imported import EXPECTED, imported, keywords, made_with, nothing
 from robolaser.algorithms.algorithm_spec import Request
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.solvers.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm
-from robolaser.benchmark.problem import Question
+from robolaser.algorithms.imported import EXPECTED, imported, keywords, made_with, nothing
 from robolaser.benchmark.evaluator import Watch
+from robolaser.benchmark.problem import Question
+from robolaser.benchmark.solvers.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm
+from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.errors import NotAnAlgorithm, NothingAsked, SettingUnknown
 
 SEARCHES = 2

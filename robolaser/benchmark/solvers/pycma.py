@@ -7,9 +7,9 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, switch, whole
 from robolaser.arrays import Array
+from robolaser.benchmark.evaluator import Watch
 from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.solvers.within import from_unit_box
-from robolaser.benchmark.evaluator import Watch
 
 SILENT = -9
 """pycma's word for: neither prints nor files."""

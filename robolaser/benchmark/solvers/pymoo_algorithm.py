@@ -6,9 +6,9 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.benchmark.evaluator import Watch
 from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.solvers.within import within
-from robolaser.benchmark.evaluator import Watch
 from robolaser.errors import NothingAsked
 
 IDLE_ROUNDS = 1000

@@ -5,8 +5,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.algorithms.settings import Setting
-from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.evaluator import Watch
+from robolaser.benchmark.solvers.solver import Contestant
 
 AT_ONCE = 100
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, share, switch, whole, word
 from robolaser.arrays import Array
+from robolaser.benchmark.evaluator import Watch
 from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.solvers.within import within
-from robolaser.benchmark.evaluator import Watch
 
 STRATEGIES = tuple(
     f"{parents}1{crossover}"

@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.algorithms.registry import SCREENING
 from robolaser.algorithms.settings import Setting
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.problem import Question
 from robolaser.benchmark.evaluator import Watch
+from robolaser.benchmark.problem import Question
+from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.estimation.multistart import SoFar, optimum
 
 

@@ -2,8 +2,8 @@
 
 from abc import ABC, abstractmethod
 
-from robolaser.benchmark.problem import Question
 from robolaser.benchmark.evaluator import Watch
+from robolaser.benchmark.problem import Question
 
 
 class Contestant(ABC):

@@ -6,13 +6,13 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.benchmark.results_array import HEADLINE, Tally
 from robolaser.benchmark.standings.table import Measure
 from robolaser.benchmark.statistics import difference, running_time
 from robolaser.benchmark.statistics.bounded import Bounded
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.statistics.success import successes
 from robolaser.benchmark.statistics.superiority import superiority
-from robolaser.benchmark.results_array import HEADLINE, Tally
 
 
 @final

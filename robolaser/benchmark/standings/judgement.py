@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.results_array import HEADLINE, Tally
 from robolaser.benchmark.standings import judge
 from robolaser.benchmark.standings.estimates import estimate, quality
 from robolaser.benchmark.standings.evidence import Evidence
@@ -12,7 +13,6 @@ from robolaser.benchmark.standings.ordering import order
 from robolaser.benchmark.standings.table import OnProblem, Reached, Result, Standings
 from robolaser.benchmark.statistics import running_time
 from robolaser.benchmark.statistics.success import successes, wilson
-from robolaser.benchmark.results_array import HEADLINE, Tally
 
 
 def standings(comparison: Comparison, family: str, *, seed: int = 1) -> Standings:

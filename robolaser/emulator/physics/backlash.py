@@ -6,8 +6,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.arm import Arm
 from robolaser.emulator.physics.effect import Departure, shifted
+from robolaser.trials.worlds.arm import Arm
 
 
 @final

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.arm import Arm
 from robolaser.emulator.rendering import Sheet
+from robolaser.trials.worlds.arm import Arm
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.arm import Arm
 from robolaser.emulator.physics.effect import Departure, shifted
+from robolaser.trials.worlds.arm import Arm
 
 
 @final

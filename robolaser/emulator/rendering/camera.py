@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.scanner import Eye as Built
 from robolaser.emulator.rendering.vectors import unit
+from robolaser.trials.worlds.scanner import Eye as Built
 
 TURNS = 30  # of the fixed point that takes the lens's distortion off: far below a millionth of a pixel
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.emulator.rendering import shading
-from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.inter_reflections import second_lines
+from robolaser.emulator.rendering.light import Sheet
 from robolaser.emulator.rendering.vectors import unit
 from robolaser.emulator.rendering.view import Hits, View
 

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.arm import Arm
+from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Board, Dataset
+from robolaser.data.toml_schema import Settings
 from robolaser.emulator.physics import DEPARTURES, Departure
 from robolaser.emulator.rendering import Block, Checkerboard, Eye, Floor, Scene, Sheet, Solid, Sphere
 from robolaser.emulator.world.world import Sensor, World
@@ -26,8 +27,7 @@ from robolaser.errors import (
     SettingWrong,
     WorldKeyUnknown,
 )
-from robolaser.data.toml_schema import Settings
-from robolaser.data.csv_tables import read_text
+from robolaser.trials.worlds.arm import Arm
 
 FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")

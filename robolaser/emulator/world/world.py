@@ -9,12 +9,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.trials.worlds.arm import Arm
 from robolaser.emulator.physics import Departure
 from robolaser.emulator.rendering import Checkerboard, Eye, Photograph, Scene, Sheet
-from robolaser.emulator.rendering.radiance_image import Painting, paint
 from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_GREY, expose
+from robolaser.emulator.rendering.radiance_image import Painting, paint
 from robolaser.emulator.rendering.view import View
+from robolaser.trials.worlds.arm import Arm
 
 SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which speckle stays the same
 

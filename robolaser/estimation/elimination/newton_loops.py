@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.estimation.elimination.closures_loops import desk, objective
 from robolaser.compiled.loops import compiled
+from robolaser.estimation.elimination.closures_loops import desk, objective
 from robolaser.estimation.elimination.patience import CALM, DONE, FIRM, FIRST, HOPELESS, LOOSE, PIVOTS, STEPS, WORTH
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import available, share_out
-from robolaser.estimation.elimination.patience import WIDE
 from robolaser.estimation.elimination.newton import minimise
+from robolaser.estimation.elimination.patience import WIDE
 from robolaser.estimation.elimination.turns import along, angles_within, turn
 from robolaser.geometry.rigid_motion import nearest_rotation
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.estimation.elimination.closures_loops import SIMILARITY, desk
 from robolaser.compiled.loops import compiled
+from robolaser.estimation.elimination.closures_loops import SIMILARITY, desk
 from robolaser.estimation.elimination.newton_loops import descend, stairs
 from robolaser.estimation.elimination.patience import WIDE
 from robolaser.estimation.elimination.turns_loops import angles_within, turn

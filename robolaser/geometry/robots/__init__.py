@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.geometry import urdf
 from robolaser.errors import FlangeNotSaid, RobotNotInstalled, RobotUnknown
+from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
 
 _HERE = Path(__file__).parent

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.geometry import rigid_motion as se3
 from robolaser.arrays import Array
 from robolaser.errors import (
     FileUnreadable,
@@ -28,6 +27,7 @@ from robolaser.errors import (
     UrdfUnexpandedXacro,
     UrdfUnnamed,
 )
+from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.urdf import markup
 from robolaser.geometry.urdf.tree import KINDS, MOVING, Joint, Link, Tree
 

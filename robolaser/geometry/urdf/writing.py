@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from robolaser.geometry import rigid_motion as se3
 from robolaser.arrays import Array
 from robolaser.errors import FrameExists, UnknownFrame, UnknownJoint
+from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.urdf.parsing import parse, read_xml
 from robolaser.geometry.urdf.tree import Tree
 

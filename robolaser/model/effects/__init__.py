@@ -7,10 +7,10 @@ from functools import cache
 from typing import Any
 
 from robolaser.data.dataset import Dataset
+from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
 from robolaser.model.effects import outliers
 from robolaser.model.effects.announced import announced
-from robolaser.model.effects.effect import Effect, Suspect
-from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
+from robolaser.model.effects.effect import CandidateEffect, Effect
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name."""
@@ -35,7 +35,7 @@ def __getattr__(name: str) -> Any:
     return _library()
 
 
-def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
+def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[CandidateEffect, ...]:
     """Read `EFFECT[:WHERE]`; without WHERE it is meant at every place that the data set has for it.
 
     Raises:
@@ -46,7 +46,7 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
         AnnouncementUnusable, AnnouncedTwice: What an installed package announces cannot be used.
     """
     by_name = {kind.name: kind for kind in _library()}
-    chosen: list[Suspect] = []
+    chosen: list[CandidateEffect] = []
     for text in wanted:
         name, _, where = text.partition(":")
         if name == outliers.NAME:
@@ -59,5 +59,5 @@ def suspects(wanted: Sequence[str], dataset: Dataset) -> tuple[Suspect, ...]:
             raise EffectSenseless(name, kind.missing(dataset))
         if where and where not in places:
             raise PlaceUnknown(name, where, places)
-        chosen += [Suspect(kind, place) for place in ([where] if where else places)]
+        chosen += [CandidateEffect(kind, place) for place in ([where] if where else places)]
     return tuple(dict.fromkeys(chosen))

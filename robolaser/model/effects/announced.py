@@ -5,11 +5,11 @@ from collections.abc import Iterable
 from importlib.metadata import EntryPoint, entry_points
 from typing import Final
 
-from robolaser.model.effects.effect import Effect
 from robolaser.errors import AnnouncedTwice, AnnouncementUnusable
+from robolaser.model.effects.effect import Effect
 
 GROUP: Final = "robolaser.model.effects"
-SAID: Final = ("name", "title", "reference", "seam")
+SAID: Final = ("name", "title", "reference", "stage")
 
 
 def announced(ours: Iterable[type[Effect]]) -> tuple[type[Effect], ...]:

@@ -11,7 +11,7 @@ from robolaser.model.effects.course import played
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_path
 from robolaser.model.effects.places import joint_column, moved, moving_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -27,10 +27,10 @@ class Backlash(Effect):
     name: ClassVar[str] = "backlash"
     title: ClassVar[str] = "lost motion: depends on the direction it came from"
     reference: ClassVar[str] = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
-    seam: ClassVar[Seam] = Seam.JOINTS
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.JOINTS
+    depends_on_trajectory: ClassVar[bool] = True
 
-    lost_motion: Array = parameter(unit="rad", bound=0.02, typical=6e-4)
+    lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4)
     start: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
@@ -48,10 +48,10 @@ class Backlash(Effect):
         """Both ends and the middle of the play."""
         return np.array([[-1.0], [0.0], [1.0]])
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Drive the joint through the play; a negative width pushes ahead instead of hanging back."""
         half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        moves = np.diff(passing[:, scene.order, joint_column(scene, self.where)], axis=1)
+        moves = np.diff(value[:, scene.order, joint_column(scene, self.where)], axis=1)
         ahead = np.empty((len(half), len(scene.order)))
         ahead[:, scene.order] = sign[:, None] * played(half * self.start, moves, half)
-        return moved(passing, scene, self.where, ahead)
+        return moved(value, scene, self.where, ahead)

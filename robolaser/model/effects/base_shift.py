@@ -7,10 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_order
-from robolaser.geometry.rigid_motion import exp_so3
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 LEAST = 3  # poses before and after: fewer are fitted by any six numbers
 
@@ -29,15 +29,15 @@ class BaseShift(Effect):
     reference: ClassVar[str] = (
         "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
     )
-    seam: ClassVar[Seam] = Seam.FLANGE
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.FLANGE
+    depends_on_trajectory: ClassVar[bool] = True
 
-    x: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    y: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    z: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    turn_x: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
-    turn_y: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
-    turn_z: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
+    x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    y: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    z: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    turn_x: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
+    turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
+    turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     moment: Array = shape(unit="", lower=0.0, upper=1.0, nominal=0.5)
 
     @classmethod
@@ -60,16 +60,16 @@ class BaseShift(Effect):
         moments = (at[LEAST - 1 : -LEAST] + at[LEAST : len(at) - LEAST + 1]) / 2
         return np.unique(moments if len(moments) else [0.5])[:, None]
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Move the flange in the poses that came later."""
         later = scene.progress > self.moment[:, None]
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         shift = np.stack([self.x, self.y, self.z], axis=-1)
         turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
         middle = scene.flange[:, :3, 3].mean(axis=0)
-        moved = np.broadcast_to(passing, (len(shift), *passing.shape[1:])).copy()
-        moved[..., :3, :3] += turned @ passing[..., :3, :3]
-        arm = passing[..., :3, 3] - middle
+        moved = np.broadcast_to(value, (len(shift), *value.shape[1:])).copy()
+        moved[..., :3, :3] += turned @ value[..., :3, :3]
+        arm = value[..., :3, 3] - middle
         moved[..., :3, 3] += np.einsum("cnij,cnj->cni", turned, np.broadcast_to(arm, (len(shift), *arm.shape[1:])))
         moved[..., :3, 3] += later[..., None] * shift[:, None]
         return moved

@@ -1,4 +1,4 @@
-"""What a departure from the nominal model is: a seam, a place, a few numbers, and how they bend what passes."""
+"""What a departure from the nominal model is: a stage, a place, a few numbers, and how they perturb what passes."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields
@@ -10,15 +10,15 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.scene import Scene
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
-from robolaser.model.stages import Bend, Seam
 
-__all__ = ["Effect", "Scene", "Suspect", "bend_with", "parameter", "shape"]
+__all__ = ["CandidateEffect", "Effect", "Scene", "parameter", "perturb_with", "shape"]
 
 
-def parameter(*, unit: str, bound: float, typical: float) -> Any:
+def parameter(*, unit: str, bound: float, prior_scale: float) -> Any:
     """Declare one number of an effect: zero when nominal, within ±bound, `typical` in industry."""
-    return field(metadata={"unit": unit, "bound": bound, "typical": typical})
+    return field(metadata={"unit": unit, "bound": bound, "prior_scale": prior_scale})
 
 
 def shape(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
@@ -33,20 +33,20 @@ def shape(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
 class Effect(ABC):
     """A departure from the nominal model, at one place, with one value of its numbers for each candidate.
 
-    A subclass declares `name`, `seam`, `title`, `reference` and its parameters, the principal one first, and bends
+    A subclass declares `name`, `stage`, `title`, `reference` and its parameters, the principal one first, and bends
     what passes. With all parameters at zero it bends nothing, exactly, whatever its shapes. What comes out is smooth in
     the parameters, but need not be in the shapes.
 
     Attributes:
-        looks_around: Whether it looks at other poses or points than the one that it bends.
+        depends_on_trajectory: Whether it looks at other poses or points than the one that it bends.
         where: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     reference: ClassVar[str]
-    seam: ClassVar[Seam]
-    looks_around: ClassVar[bool] = False
+    stage: ClassVar[Stage]
+    depends_on_trajectory: ClassVar[bool] = False
 
     where: str
 
@@ -69,14 +69,14 @@ class Effect(ABC):
         return np.array([[nominal for *_, nominal in cls.shapes()]])
 
     @abstractmethod
-    def bend(self, passing: Array, scene: Scene) -> Array:
-        """What comes out of the seam; the shape may only grow from 1 to n or m."""
+    def apply(self, value: Array, scene: Scene) -> Array:
+        """What comes out of the stage; the shape may only grow from 1 to n or m."""
 
     @classmethod
     def declared(cls) -> tuple[tuple[str, str, float, float], ...]:
         """Its numbers: (name, unit, bound, typical size), the principal one first."""
         return tuple(
-            (f.name, f.metadata["unit"], f.metadata["bound"], f.metadata["typical"])
+            (f.name, f.metadata["unit"], f.metadata["bound"], f.metadata["prior_scale"])
             for f in fields(cls)
             if "bound" in f.metadata
         )
@@ -89,7 +89,7 @@ class Effect(ABC):
 
 @final
 @dataclass(frozen=True)
-class Suspect:
+class CandidateEffect:
     """An effect at a place, its numbers still open."""
 
     kind: type[Effect]
@@ -116,6 +116,6 @@ class Suspect:
         return self.kind(where=self.where, **numbers)
 
 
-def bend_with(effects: tuple[Effect, ...], scene: Scene) -> Bend:
-    """The effects of a model, each at its seam; at a shared seam they act in the order of the list."""
-    return Bend(tuple((effect.seam, partial(effect.bend, scene=scene)) for effect in effects))
+def perturb_with(effects: tuple[Effect, ...], scene: Scene) -> Perturbation:
+    """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
+    return Perturbation(tuple((effect.stage, partial(effect.apply, scene=scene)) for effect in effects))

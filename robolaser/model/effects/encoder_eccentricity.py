@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_robot
 from robolaser.model.effects.places import joint_column, moved, turning_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -24,10 +24,10 @@ class EncoderEccentricity(Effect):
     name: ClassVar[str] = "encoder_eccentricity"
     title: ClassVar[str] = "error of the joint's reading, once a joint turn"
     reference: ClassVar[str] = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    sine: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
-    cosine: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
+    sine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
+    cosine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -39,7 +39,7 @@ class EncoderEccentricity(Effect):
         """Every joint that turns the flange."""
         return turning_joints(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Add the wave."""
-        q = passing[:, :, joint_column(scene, self.where)]
-        return moved(passing, scene, self.where, self.sine[:, None] * np.sin(q) + self.cosine[:, None] * np.cos(q))
+        q = value[:, :, joint_column(scene, self.where)]
+        return moved(value, scene, self.where, self.sine[:, None] * np.sin(q) + self.cosine[:, None] * np.cos(q))

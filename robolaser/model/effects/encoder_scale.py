@@ -8,7 +8,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_robot
 from robolaser.model.effects.places import joint_column, moved, moving_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -19,9 +19,9 @@ class EncoderScale(Effect):
     name: ClassVar[str] = "encoder_scale"
     title: ClassVar[str] = "gain error of the joint's reading"
     reference: ClassVar[str] = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    scale: Array = parameter(unit="", bound=0.05, typical=1e-3)
+    scale: Array = parameter(unit="", bound=0.05, prior_scale=1e-3)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -33,7 +33,7 @@ class EncoderScale(Effect):
         """Every joint that moves the flange."""
         return moving_joints(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Stretch the joint's column."""
-        q = passing[:, :, joint_column(scene, self.where)]
-        return moved(passing, scene, self.where, self.scale[:, None] * q)
+        q = value[:, :, joint_column(scene, self.where)]
+        return moved(value, scene, self.where, self.scale[:, None] * q)

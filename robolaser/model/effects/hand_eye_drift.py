@@ -7,10 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_order, no_stripe
-from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 SHARPEST = 8.0  # by then the bracket has settled in the first third of the run
 
@@ -27,15 +27,15 @@ class HandEyeDrift(Effect):
     name: ClassVar[str] = "hand_eye_drift"
     title: ClassVar[str] = "the bracket creeps during the run"
     reference: ClassVar[str] = "Findley, Lai, Onaran 1976, Creep and Relaxation of Nonlinear Viscoelastic Materials"
-    seam: ClassVar[Seam] = Seam.MOUNT
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.MOUNT
+    depends_on_trajectory: ClassVar[bool] = True
 
-    x: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    y: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    z: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    turn_x: Array = parameter(unit="rad", bound=0.1, typical=2e-3)
-    turn_y: Array = parameter(unit="rad", bound=0.1, typical=2e-3)
-    turn_z: Array = parameter(unit="rad", bound=0.1, typical=2e-3)
+    x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    y: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    z: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    turn_x: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
+    turn_y: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
+    turn_z: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     settling: Array = shape(unit="", lower=0.0, upper=SHARPEST, nominal=0.0)
 
     @classmethod
@@ -53,12 +53,12 @@ class HandEyeDrift(Effect):
         """From even creep to one that soon settles."""
         return np.array([[0.0], [1.5], [3.5], [SHARPEST]])
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Carry the camera on."""
         share = crept(scene.progress, self.settling)[..., None]
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)[:, None]
         shift = np.stack([self.x, self.y, self.z], axis=-1)[:, None]
-        return passing @ pose(exp_so3(share * turn), share * shift)
+        return value @ pose(exp_so3(share * turn), share * shift)
 
 
 def crept(progress: Array, settling: Array) -> Array:

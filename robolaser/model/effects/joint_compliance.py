@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_weight
 from robolaser.model.effects.places import joint_column, moved, moving_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -27,11 +27,11 @@ class JointCompliance(Effect):
     name: ClassVar[str] = "joint_compliance"
     title: ClassVar[str] = "gives way under the gravity torque of the URDF's masses"
     reference: ClassVar[str] = "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad"
-    seam: ClassVar[Seam] = Seam.JOINTS
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.JOINTS
+    depends_on_trajectory: ClassVar[bool] = True
 
-    compliance: Array = parameter(unit="rad/Nm", bound=2e-3, typical=1e-4)
-    payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, typical=1e-4)
+    compliance: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=1e-4)
+    payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, prior_scale=1e-4)
     hardening: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
@@ -44,11 +44,11 @@ class JointCompliance(Effect):
         """Every joint that moves the flange."""
         return () if cls.missing(dataset) else moving_joints(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Let the joint sink."""
         column = joint_column(scene, self.where)
         g, of_one_kg = scene.gravity_torques[:, column], scene.torques_of_one_kg[:, column]
         wound = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
         most = np.abs(wound).max(axis=1, keepdims=True)
         share = np.abs(wound) / np.where(most > 0, most, 1.0)
-        return moved(passing, scene, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+        return moved(value, scene, self.where, -wound * (1.0 - self.hardening[:, None] * share))

@@ -8,7 +8,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_robot
 from robolaser.model.effects.places import moved, moving_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -19,9 +19,9 @@ class JointOffset(Effect):
     name: ClassVar[str] = "joint_offset"
     title: ClassVar[str] = "constant error of the joint's zero"
     reference: ClassVar[str] = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration; homing leaves 0.1°"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    offset: Array = parameter(unit="rad", bound=0.1, typical=1.7e-3)
+    offset: Array = parameter(unit="rad", bound=0.1, prior_scale=1.7e-3)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -33,6 +33,6 @@ class JointOffset(Effect):
         """Every joint that moves the flange."""
         return moving_joints(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Add the offset to the joint's column."""
-        return moved(passing, scene, self.where, self.offset[:, None])
+        return moved(value, scene, self.where, self.offset[:, None])

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_stripe
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -26,10 +26,10 @@ class LaserCurvature(Effect):
     name: ClassVar[str] = "laser_curvature"
     title: ClassVar[str] = "the sheet is not flat"
     reference: ClassVar[str] = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device; 0.1 mm"
-    seam: ClassVar[Seam] = Seam.LIGHT
+    stage: ClassVar[Stage] = Stage.LIGHT
 
-    curvature: Array = parameter(unit="1/m", bound=1.0, typical=0.04)
-    cone: Array = parameter(unit="rad", bound=0.3, typical=0.01)
+    curvature: Array = parameter(unit="1/m", bound=1.0, prior_scale=0.04)
+    cone: Array = parameter(unit="rad", bound=0.3, prior_scale=0.01)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -41,14 +41,14 @@ class LaserCurvature(Effect):
         """The projector of a stripe scanner."""
         return () if cls.missing(dataset) else ("laser",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Slide each point P along its ray to σ P, with σ (1 - t (r - s) / n · P) = 1 + κ (σ y)² / (2 n · P)."""
         theta = scene.dataset.parameters["theta"].nominal
-        x, y, z = np.moveaxis(passing, -1, 0)
+        x, y, z = np.moveaxis(value, -1, 0)
         away = np.cos(theta) * x + np.sin(theta) * z
         ahead = np.abs(z / np.cos(theta))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             less = 1.0 - np.tan(self.cone)[:, None] * (np.hypot(ahead, y) - ahead) / away
             bulge = self.curvature[:, None] * y**2 / (2 * away)
             slide = 2.0 / (less + np.sqrt(np.maximum(less**2 - 4.0 * bulge, 0.0)))
-        return np.asarray(passing * slide[..., None])
+        return np.asarray(value * slide[..., None])

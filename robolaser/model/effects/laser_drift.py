@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_stripe, no_warming
 from robolaser.model.effects.warming import LONGEST, SHORTEST, USUAL, time_constants, warmed
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -25,10 +25,10 @@ class LaserDrift(Effect):
     name: ClassVar[str] = "laser_drift"
     title: ClassVar[str] = "the projector's angle changes as it warms up"
     reference: ClassVar[str] = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device"
-    seam: ClassVar[Seam] = Seam.SHEET
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.SHEET
+    depends_on_trajectory: ClassVar[bool] = True
 
-    angle: Array = parameter(unit="rad", bound=0.05, typical=1e-3)
+    angle: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     tau: Array = shape(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
 
     @classmethod
@@ -46,11 +46,11 @@ class LaserDrift(Effect):
         """Time constants from a twentieth of the run to three runs."""
         return time_constants(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Turn each row's plane about the camera's y axis, its place on the x axis kept."""
         turn = (self.angle[:, None] * warmed(scene, self.tau))[:, scene.points.pose]
         cos, sin = np.cos(turn), np.sin(turn)
-        x, y, z, d = np.moveaxis(passing, -1, 0)
+        x, y, z, d = np.moveaxis(value, -1, 0)
         turned = x * cos - z * sin
         with np.errstate(divide="ignore", invalid="ignore"):
             kept = d * (turned / x)

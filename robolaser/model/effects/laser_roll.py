@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_stripe
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -20,9 +20,9 @@ class LaserRoll(Effect):
     name: ClassVar[str] = "laser_roll"
     title: ClassVar[str] = "the sheet is not parallel to the image's axis"
     reference: ClassVar[str] = "Lee et al. 2004, eqs. 5-6, which take γ = 0"
-    seam: ClassVar[Seam] = Seam.SHEET
+    stage: ClassVar[Stage] = Stage.SHEET
 
-    angle: Array = parameter(unit="rad", bound=0.5, typical=0.02)
+    angle: Array = parameter(unit="rad", bound=0.5, prior_scale=0.02)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -34,8 +34,8 @@ class LaserRoll(Effect):
         """The projector of a stripe scanner."""
         return () if cls.missing(dataset) else ("laser",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Turn each plane's normal about the camera's z axis."""
         cos, sin = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
-        x, y, z, d = np.moveaxis(passing, -1, 0)
+        x, y, z, d = np.moveaxis(value, -1, 0)
         return np.stack([x * cos - y * sin, x * sin + y * cos, z, d], axis=-1)

@@ -7,7 +7,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_velocities
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -18,9 +18,9 @@ class Latency(Effect):
     name: ClassVar[str] = "latency"
     title: ClassVar[str] = "the exposure is later (or earlier) than the reading of the joint angles"
     reference: ClassVar[str] = "Furgale, Rehder, Siegwart 2013, Unified temporal and spatial calibration; 20-200 ms"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    delay: Array = parameter(unit="s", bound=0.5, typical=0.02)
+    delay: Array = parameter(unit="s", bound=0.5, prior_scale=0.02)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -32,7 +32,7 @@ class Latency(Effect):
         """The timing of sensor and robot."""
         return () if cls.missing(dataset) else ("timing",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Let every joint move on."""
         assert scene.poses.qd is not None  # `missing` says so
-        return passing + self.delay[:, None, None] * scene.poses.qd
+        return value + self.delay[:, None, None] * scene.poses.qd

@@ -7,11 +7,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_robot
 from robolaser.model.effects.places import joint_column, moving_joints, spread
-from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -26,14 +26,14 @@ class LinkGeometry(Effect):
     name: ClassVar[str] = "link_geometry"
     title: ClassVar[str] = "the joint's placement on the link before it is off"
     reference: ClassVar[str] = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
-    seam: ClassVar[Seam] = Seam.LINKS
+    stage: ClassVar[Stage] = Stage.LINKS
 
-    x: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    y: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    z: Array = parameter(unit="m", bound=0.02, typical=1e-3)
-    turn_x: Array = parameter(unit="rad", bound=0.05, typical=2e-3)
-    turn_y: Array = parameter(unit="rad", bound=0.05, typical=2e-3)
-    turn_z: Array = parameter(unit="rad", bound=0.05, typical=2e-3)
+    x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    y: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    z: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
+    turn_x: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
+    turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
+    turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -45,11 +45,11 @@ class LinkGeometry(Effect):
         """Every joint that moves the flange."""
         return moving_joints(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Carry the joint's placement on by the small motion."""
         column = joint_column(scene, self.where)
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
-        bent = spread(passing, len(self.x))
+        bent = spread(value, len(self.x))
         bent[:, :, column] = bent[:, :, column] @ motion[:, None]
         return bent

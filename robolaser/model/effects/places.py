@@ -23,13 +23,13 @@ def joint_column(scene: Scene, joint: str) -> int:
     return scene.robot.joints.index(joint)
 
 
-def moved(passing: Array, scene: Scene, joint: str, by: Array) -> Array:
+def moved(value: Array, scene: Scene, joint: str, by: Array) -> Array:
     """Joint values (c or 1, n, j) with one joint moved by (c, n or 1) [rad or m], (c, n, j)."""
-    bent = spread(passing, len(by))
+    bent = spread(value, len(by))
     bent[:, :, joint_column(scene, joint)] += by
     return bent
 
 
-def spread(passing: Array, candidates: int) -> Array:
+def spread(value: Array, candidates: int) -> Array:
     """A copy of what passes that may be written into, with an entry for each candidate, (c or 1, ...) -> (c, ...)."""
-    return passing.repeat(candidates, axis=0) if len(passing) == 1 else passing.copy()
+    return value.repeat(candidates, axis=0) if len(value) == 1 else value.copy()

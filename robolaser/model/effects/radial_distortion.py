@@ -7,7 +7,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_stripe
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -18,9 +18,9 @@ class RadialDistortion(Effect):
     name: ClassVar[str] = "radial_distortion"
     title: ClassVar[str] = "a higher radial term than the model's k"
     reference: ClassVar[str] = "Tsai 1987, A versatile camera calibration technique, eq. 5; Brown 1971"
-    seam: ClassVar[Seam] = Seam.IMAGE
+    stage: ClassVar[Stage] = Stage.IMAGE
 
-    k_2: Array = parameter(unit="1/m⁴", bound=3e8, typical=1e7)
+    k_2: Array = parameter(unit="1/m⁴", bound=3e8, prior_scale=1e7)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -32,7 +32,7 @@ class RadialDistortion(Effect):
         """The camera."""
         return () if cls.missing(dataset) else ("camera",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Stretch the image, most at its corners: 0.3 px at 3 mm for the typical size and pixels of 7.4 µm."""
-        r2 = passing[..., :1] ** 2 + passing[..., 1:] ** 2
-        return passing * (1.0 + self.k_2[:, None, None] * r2**2)
+        r2 = value[..., :1] ** 2 + value[..., 1:] ** 2
+        return value * (1.0 + self.k_2[:, None, None] * r2**2)

@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.course import approached, progress, rise
 from robolaser.model.effects.surface import Plane, plane_of, tilt_of
 from robolaser.model.effects.weight import of_one_kg, torques
-from robolaser.geometry.kinematics import Robot
 
 
 @final

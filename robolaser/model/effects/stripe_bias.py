@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_flat_target
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -26,10 +26,10 @@ class StripeBias(Effect):
     reference: ClassVar[str] = (
         "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
     )
-    seam: ClassVar[Seam] = Seam.PIXELS
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.PIXELS
+    depends_on_trajectory: ClassVar[bool] = True
 
-    slope: Array = parameter(unit="px", bound=5.0, typical=0.2)
+    slope: Array = parameter(unit="px", bound=5.0, prior_scale=0.2)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -41,8 +41,8 @@ class StripeBias(Effect):
         """The projector of a stripe scanner."""
         return () if cls.missing(dataset) else ("laser",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Shift the coordinate across the stripe."""
         shift = self.slope[:, None] * scene.tilt
         across = np.array([0.0, 1.0] if scene.stripe_axis == "u" else [1.0, 0.0])
-        return np.asarray(passing + shift[..., None] * across)
+        return np.asarray(value + shift[..., None] * across)

@@ -5,9 +5,9 @@ from typing import final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose, rigid_fit
 
 THIN = 0.05  # a target is flat where its planes are less thick than this share of their breadth

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_stripe
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -24,10 +24,10 @@ class TangentialDistortion(Effect):
     name: ClassVar[str] = "tangential_distortion"
     title: ClassVar[str] = "decentred lens"
     reference: ClassVar[str] = "Brown 1966, Decentering distortion of lenses"
-    seam: ClassVar[Seam] = Seam.IMAGE
+    stage: ClassVar[Stage] = Stage.IMAGE
 
-    p_1: Array = parameter(unit="1/m", bound=5.0, typical=0.1)
-    p_2: Array = parameter(unit="1/m", bound=5.0, typical=0.1)
+    p_1: Array = parameter(unit="1/m", bound=5.0, prior_scale=0.1)
+    p_2: Array = parameter(unit="1/m", bound=5.0, prior_scale=0.1)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -39,10 +39,10 @@ class TangentialDistortion(Effect):
         """The camera."""
         return () if cls.missing(dataset) else ("camera",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Shift every image point: 0.4 px at 3 mm for the typical size and pixels of 7.4 µm."""
-        u, v = passing[..., 0], passing[..., 1]
+        u, v = value[..., 0], value[..., 1]
         p_1, p_2 = self.p_1[:, None], self.p_2[:, None]
         r2, uv = u**2 + v**2, 2 * u * v
         shift = [p_1 * uv + p_2 * (r2 + 2 * u**2), p_1 * (r2 + 2 * v**2) + p_2 * uv]
-        return passing + np.stack(shift, axis=-1)
+        return value + np.stack(shift, axis=-1)

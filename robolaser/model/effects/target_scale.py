@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.centres import centres
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_flat_target
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 
 @final
@@ -25,10 +25,10 @@ class TargetScale(Effect):
     name: ClassVar[str] = "target_scale"
     title: ClassVar[str] = "the printed grid's scale"
     reference: ClassVar[str] = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"
-    seam: ClassVar[Seam] = Seam.TARGET
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.TARGET
+    depends_on_trajectory: ClassVar[bool] = True
 
-    scale: Array = parameter(unit="", bound=0.05, typical=5e-3)
+    scale: Array = parameter(unit="", bound=0.05, prior_scale=5e-3)
     centre_x: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
     centre_y: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
 
@@ -47,9 +47,9 @@ class TargetScale(Effect):
         """The middle and places around it."""
         return centres(Scene.of(dataset).target.half)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Stretch the target in its plane."""
         plane = scene.target
         flat = plane.axes[:, :2]
         centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
-        return np.asarray(passing + self.scale[:, None, None] * (((passing - plane.centre) @ flat - centre) @ flat.T))
+        return np.asarray(value + self.scale[:, None, None] * (((value - plane.centre) @ flat - centre) @ flat.T))

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter
 from robolaser.model.effects.lacking import no_flat_target
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 FIELD = 1.2
 """Half the extent of the field of waves over that of the points: beyond the points a wave need not be even."""
@@ -31,31 +31,31 @@ class TargetWarp(Effect):
     reference: ClassVar[str] = (
         "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
     )
-    seam: ClassVar[Seam] = Seam.TARGET
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.TARGET
+    depends_on_trajectory: ClassVar[bool] = True
 
-    xx: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    xy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    yy: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    z: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    x: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    y: Array = parameter(unit="m", bound=0.02, typical=5e-4)
-    wave_0_2: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_0_3: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_0_4: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_1_1: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_1_2: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_1_3: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_1_4: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_2_0: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_2_1: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_2_2: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_2_3: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_3_0: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_3_1: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_3_2: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_4_0: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
-    wave_4_1: Array = parameter(unit="m", bound=3e-3, typical=2e-4)
+    xx: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    xy: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    yy: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    z: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    y: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
+    wave_0_2: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_0_3: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_0_4: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_1_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_1_2: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_1_3: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_1_4: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_2_0: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_2_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_2_2: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_2_3: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_3_0: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_3_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_3_2: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_4_0: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
+    wave_4_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
@@ -67,10 +67,10 @@ class TargetWarp(Effect):
         """The target of a stripe scanner."""
         return () if cls.missing(dataset) else ("target",)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Lift each point along the normal."""
         plane = scene.target
-        xi, eta = np.moveaxis((passing - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
+        xi, eta = np.moveaxis((value - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         lift = bow + self.z[:, None] + self.x[:, None] * xi + self.y[:, None] * eta
         along, across = (np.pi * (place / FIELD + 1.0) / 2.0 for place in (xi, eta))
@@ -78,4 +78,4 @@ class TargetWarp(Effect):
             if name.startswith("wave_"):
                 i, j = map(int, name.split("_")[1:])
                 lift = lift + getattr(self, name)[:, None] * np.cos(i * along) * np.cos(j * across)
-        return np.asarray(passing + lift[..., None] * plane.axes[:, 2])
+        return np.asarray(value + lift[..., None] * plane.axes[:, 2])

@@ -11,7 +11,7 @@ from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_robot, no_warming
 from robolaser.model.effects.places import joint_column, moving_joints
 from robolaser.model.effects.warming import LONGEST, SHORTEST, USUAL, time_constants, warmed
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 SHORTEST_LINK_M = 1e-3
 
@@ -28,10 +28,10 @@ class ThermalDrift(Effect):
     name: ClassVar[str] = "thermal_drift"
     title: ClassVar[str] = "the link before the joint grows as the arm warms up"
     reference: ClassVar[str] = "Heisel, Richter, Wurst 1997, Thermal behaviour of industrial robots, CIRP Annals 46"
-    seam: ClassVar[Seam] = Seam.LINKS
-    looks_around: ClassVar[bool] = True
+    stage: ClassVar[Stage] = Stage.LINKS
+    depends_on_trajectory: ClassVar[bool] = True
 
-    growth: Array = parameter(unit="", bound=0.02, typical=5e-4)
+    growth: Array = parameter(unit="", bound=0.02, prior_scale=5e-4)
     tau: Array = shape(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
 
     @classmethod
@@ -53,10 +53,10 @@ class ThermalDrift(Effect):
         """Time constants from a twentieth of the run to three runs."""
         return time_constants(dataset)
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Stretch the joint's placement in each pose."""
         column = joint_column(scene, self.where)
         strain = self.growth[:, None] * warmed(scene, self.tau)
-        bent = np.broadcast_to(passing, (*strain.shape, *passing.shape[2:])).copy()
+        bent = np.broadcast_to(value, (*strain.shape, *value.shape[2:])).copy()
         bent[:, :, column, :3, 3] *= 1.0 + strain[..., None]
         return bent

@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Scene, parameter, shape
 from robolaser.model.effects.lacking import no_robot
 from robolaser.model.effects.places import joint_column, moved, turning_joints
-from robolaser.model.stages import Seam
+from robolaser.model.stages import Stage
 
 FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: two is a bearing's, twice the 160 of a harmonic drive is most
 STEP = 2.0  # of the phase over the joint's range [rad]: half a step from its best, a wave still fits 92 % of itself
@@ -27,12 +27,12 @@ class TransmissionError(Effect):
     name: ClassVar[str] = "transmission_error"
     title: ClassVar[str] = "periodic in the motor's angle: several cycles a joint turn"
     reference: ClassVar[str] = "Tuttle, Seering 1996, A nonlinear model of a harmonic drive; 0.5-2 arcmin"
-    seam: ClassVar[Seam] = Seam.JOINTS
+    stage: ClassVar[Stage] = Stage.JOINTS
 
-    sine: Array = parameter(unit="rad", bound=0.01, typical=3e-4)
-    cosine: Array = parameter(unit="rad", bound=0.01, typical=3e-4)
-    sine_2: Array = parameter(unit="rad", bound=0.01, typical=1e-4)
-    cosine_2: Array = parameter(unit="rad", bound=0.01, typical=1e-4)
+    sine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)
+    cosine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)
+    sine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
+    cosine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
     cycles: Array = shape(unit="", lower=FEWEST, upper=MOST, nominal=20.0)
 
     @classmethod
@@ -55,10 +55,10 @@ class TransmissionError(Effect):
         count = max(2, int(np.ceil((MOST - FEWEST) * span / STEP)) + 1)
         return np.linspace(FEWEST, MOST, count)[:, None]
 
-    def bend(self, passing: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, scene: Scene) -> Array:
         """Add the two waves."""
-        phase = self.cycles[:, None] * passing[:, :, joint_column(scene, self.where)]
+        phase = self.cycles[:, None] * value[:, :, joint_column(scene, self.where)]
         sin, cos = np.sin(phase), np.cos(phase)
         once = self.sine[:, None] * sin + self.cosine[:, None] * cos
         twice = self.sine_2[:, None] * 2 * sin * cos + self.cosine_2[:, None] * (1 - 2 * sin**2)
-        return moved(passing, scene, self.where, once + twice)
+        return moved(value, scene, self.where, once + twice)

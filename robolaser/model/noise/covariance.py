@@ -8,13 +8,13 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.model.pose_blocks import looks_around, with_rows
 from robolaser.data.dataset import Dataset, some_of_each
 from robolaser.estimation.jacobian import jacobian
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
 from robolaser.model.noise.sources import Disturbance, disturbances
 from robolaser.model.noise.whitening import Whitener, group_sums
-from robolaser.model.forward_model import Model
+from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
 FLOOR_M = 1e-6
 """Of every row and axis, added to all: no cell is better, and no covariance becomes singular."""
@@ -153,7 +153,7 @@ def _telling(model: Model, kept: Bools | None) -> Model:
     rows = rows[_spread(points.pose[rows], MOST_POSES)]
     table = some_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))
     rows = rows[np.sort(table[table >= 0])]
-    return model if len(rows) == len(points) or looks_around(model) else with_rows(model, rows)
+    return model if len(rows) == len(points) or depends_on_trajectory(model) else with_rows(model, rows)
 
 
 def _spread(group: Ints, most: int) -> Bools:

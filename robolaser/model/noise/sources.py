@@ -12,12 +12,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Poses
-from robolaser.model.noise.whitening import group_sums
-from robolaser.parameters import Values
-from robolaser.model.forward_model import Model
 from robolaser.geometry.rigid_motion import skew
+from robolaser.model.forward_model import Model
+from robolaser.model.noise.whitening import group_sums
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.parameters import Values
 
 PIXEL_STEP_PX = 0.25  # far above rounding, far below the lens's curvature
 JOINT_STEP = 1e-5  # [rad or m]
@@ -98,8 +98,8 @@ def pixel_effect(model: Model, sensor: Stripe, values: Values) -> Array:
     (λ_b − λ_s) r, and near the optimum, where λ_b ≈ λ_s, its derivative is r (∂λ_b − ∂λ_s). The board is z = 0 of
     the target's frame where the parameters place it, else the plane through all target points.
     """
-    bend = model.bend(values)
-    T_base_flange = model.flange(values, bend)
+    perturb = model.perturb(values)
+    T_base_flange = model.flange(values, perturb)
     pixel = model.dataset.points.pixel
     assert pixel is not None  # the sensor sees to it
 
@@ -108,17 +108,17 @@ def pixel_effect(model: Model, sensor: Stripe, values: Values) -> Array:
             yield (of_pixel(pixel[None] + shift) - of_pixel(pixel[None] - shift)) / (2 * PIXEL_STEP_PX)
 
     def predicted(at: Array) -> Array:
-        seen: Array = sensor.in_base(values, T_base_flange, bend, pixel=at)[0]
+        seen: Array = sensor.in_base(values, T_base_flange, perturb, pixel=at)[0]
         return seen
 
     if model.dataset.board is None:
         moved: Array = -np.stack(list(slopes(predicted)), axis=-1)
         return moved
 
-    centre = (T_base_flange @ sensor.mount(values, bend))[0, :, :3, 3]
+    centre = (T_base_flange @ sensor.mount(values, perturb))[0, :, :3, 3]
     centre = np.broadcast_to(centre, (len(model.dataset.poses), 3))[model.dataset.points.pose]
     if model.dataset.placed:
-        known = sensor.target(values, bend)[0]
+        known = sensor.target(values, perturb)[0]
         origin, normal = known.mean(axis=0), np.linalg.svd(known - known.mean(axis=0), full_matrices=False)[2][2]
     else:
         T_base_target = motion(values, "target")[0]
@@ -139,13 +139,13 @@ def pixel_effect(model: Model, sensor: Stripe, values: Values) -> Array:
 
 
 def _joint_effect(model: Model, values: Values) -> Array:
-    robot, poses, bend = model.dataset.robot, model.dataset.poses, model.bend(values)
+    robot, poses, perturb = model.dataset.robot, model.dataset.poses, model.perturb(values)
     assert robot is not None
     assert poses.q is not None
 
     def residuals(poses: Poses) -> Array:
-        shaken = Model(replace(model.dataset, poses=poses), model.suspects)
-        e: Array = model.sensor.residuals(values, shaken.flange(values), bend)[0]
+        shaken = Model(replace(model.dataset, poses=poses), model.effects)
+        e: Array = model.sensor.residuals(values, shaken.flange(values), perturb)[0]
         return e
 
     slopes: list[Array] = []
@@ -159,7 +159,7 @@ def arms(model: Model, values: Values) -> Array:
     """Give the way from the middle of each pose's points to each point, (m, 3) [m]."""
     of_pose = model.dataset.points.pose
     if isinstance(model.sensor, Stripe):
-        points: Array = model.sensor.target(values, model.bend(values))[0]
+        points: Array = model.sensor.target(values, model.perturb(values))[0]
     else:
         assert model.dataset.points.xyz is not None  # sockets have one row a pose, and nothing turns
         points = model.dataset.points.xyz

@@ -6,13 +6,13 @@ from typing import final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array, Ints
 from robolaser.compiled import share_out
 from robolaser.data.dataset import Dataset
-from robolaser.parameters import Values
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import carry, common_length, from_quaternion, inverse
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
@@ -60,7 +60,7 @@ class Chain:
         known, costs = self._in_flange(T_base_flange), self._costs
         c, m = len(own), known.shape[2]
         if m > ROWS_AT_ONCE:
-            return self._run(dict(zip(SCANNER, own.T, strict=True)), ARM_STANDS, Bend(), known, store=False)[1]
+            return self._run(dict(zip(SCANNER, own.T, strict=True)), ARM_STANDS, Perturbation(), known, store=False)[1]
         J = np.empty(c)
         given = np.ascontiguousarray(own), self._bracket, self._zyz, self._along_u, self._image, known, J
         if c * m <= AT_ONCE:
@@ -98,23 +98,23 @@ class Chain:
         )
         return ends, np.where(np.isfinite(J), J, np.inf), int(evaluations.sum())
 
-    def residuals(self, values: Values, T_base_flange: Array, bend: Bend, known: Array) -> Array:
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation, known: Array) -> Array:
         """Known points less predicted ones in the base frame, (c, m, 3) [m].
 
         Args:
             values: The fourteen, one for each candidate or one for all.
             T_base_flange: (c or 1, n, 4, 4).
-            bend: Effects; none of them at the light.
+            perturb: Effects; none of them at the light.
             known: Target points in the base frame, (c or 1, m, 3) [m].
         """
-        return self._run(values, T_base_flange, bend, _by_axis(known), store=True)[0]
+        return self._run(values, T_base_flange, perturb, _by_axis(known), store=True)[0]
 
-    def squares(self, values: Values, T_base_flange: Array, bend: Bend, known: Array) -> Array:
+    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation, known: Array) -> Array:
         """J for the same, (c,) [m²]; residuals are not kept."""
-        return self._run(values, T_base_flange, bend, _by_axis(known), store=False)[1]
+        return self._run(values, T_base_flange, perturb, _by_axis(known), store=False)[1]
 
     def _run(
-        self, values: Values, T_base_flange: Array, bend: Bend, known: Array, *, store: bool
+        self, values: Values, T_base_flange: Array, perturb: Perturbation, known: Array, *, store: bool
     ) -> tuple[Array, Array]:
         from robolaser.model.sensors.stripe_loops import residuals, unpacked  # noqa: PLC0415 - likewise
 
@@ -122,10 +122,10 @@ class Chain:
         for column, name in enumerate(SCANNER):
             own[:, column] = values[name]
         camera, sheet, mount = unpacked(own, self._bracket, self._zyz, self._along_u)
-        sheet, mount = bend(Seam.SHEET, sheet), bend(Seam.MOUNT, mount)
+        sheet, mount = perturb(Stage.SHEET, sheet), perturb(Stage.MOUNT, mount)
         image = self._image
-        if bend.touches(Seam.PIXELS, Seam.IMAGE):
-            image = self._along_axes(self._flat(values, bend))
+        if perturb.touches(Stage.PIXELS, Stage.IMAGE):
+            image = self._along_axes(self._flat(values, perturb))
             camera[:, :5] = 0.0, 0.0, 1.0, -1.0 if self._along_u else 1.0, 0.0  # takes metric points as they are
         c, m = common_length(camera, sheet, mount, T_base_flange), known.shape[2]
         E = np.empty((c, m, 3) if store else (0, 0, 0))
@@ -140,10 +140,10 @@ class Chain:
         )
         return E, J.sum(axis=0)
 
-    def _flat(self, values: Values, bend: Bend) -> Array:
+    def _flat(self, values: Values, perturb: Perturbation) -> Array:
         """Metric image points without distortion, (c, m, 2) [m]."""
-        pixel = bend(Seam.PIXELS, self._pixel)
-        return bend(Seam.IMAGE, optics.undistort(optics.metric(pixel, values), values["k"]))
+        pixel = perturb(Stage.PIXELS, self._pixel)
+        return perturb(Stage.IMAGE, optics.undistort(optics.metric(pixel, values), values["k"]))
 
     def _along_axes(self, image: Array) -> Array:
         """Image points (c, m, 2) in the order of the camera's x and y, (2, c, m)."""

@@ -9,9 +9,9 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.elimination import placement, similarity
 from robolaser.estimation.elimination.loop import Loops
-from robolaser.parameters import Parameters, Values
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameters, Values
 
 SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """What a similarity fit gives: how large the scanner sees, how it is turned, and where it sits."""
@@ -39,7 +39,7 @@ class Mounting:
         b = np.broadcast_to(values.get("b", np.array([usual])), len(values["theta"]))
         return np.where(b != 0, b, usual)
 
-    def found(self, seen: Array, reference: Array, T_base_flange: Array, bend: Bend) -> Values:
+    def found(self, seen: Array, reference: Array, T_base_flange: Array, perturb: Perturbation) -> Values:
         """What fits best within bounds, nominal values for candidates with a point at a pole.
 
         Points grow with the baseline, as they do exactly where the sheet is flat.
@@ -48,16 +48,16 @@ class Mounting:
             seen: Points in the camera frame, the baseline being `reference`, (c, m, 3) [m].
             reference: (c,) [m].
             T_base_flange: (c or 1, n, 4, 4).
-            bend: Effects; those of the mount are taken as if the camera's frame were the flange's.
+            perturb: Effects; those of the mount are taken as if the camera's frame were the flange's.
         """
         pose, (lower, upper) = self.dataset.points.pose, (self.bounds.lower, self.bounds.upper)
-        if bend.touches(Seam.MOUNT):
-            moved = bend(Seam.MOUNT, np.eye(4)[None, None])
+        if perturb.touches(Stage.MOUNT):
+            moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
             seen = apply(np.broadcast_to(moved, (len(moved), len(self.dataset.poses), 4, 4))[:, pose], seen)
         scale = np.sort(np.outer(1.0 / reference, [lower[0], upper[0]]), axis=1)
         found = np.tile(self.bounds.nominal, (len(seen), 1))
         assert self.dataset.points.xyz is not None  # the folder's reader sees to it
-        known = bend(Seam.TARGET, self.dataset.points.xyz[None])
+        known = perturb(Stage.TARGET, self.dataset.points.xyz[None])
         good = np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3))
         if np.any(good):
             T, known = (_some(batch, np.asarray(good)) for batch in (T_base_flange, known))

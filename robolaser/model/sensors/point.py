@@ -8,10 +8,10 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.elimination.loop import Loops
 from robolaser.estimation.elimination.tracker import Room, follow
-from robolaser.parameters import Parameters, Values
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.stages import Bend, Seam
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, vector
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameters, Values
 
 TURN = ("base.w", "base.phi", "base.psi")
 HALF_TURN = np.pi
@@ -46,19 +46,19 @@ class Point(Sensor):
         """Each axis of the tool points."""
         return tuple((tuple(f"tool.{name}.{axis}" for name in self._tools), self._tool) for axis in "xyz")
 
-    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
         everywhere = np.full(len(self.following), np.inf)
         everywhere[[self.following.index(name) for name in TURN]] = HALF_TURN
-        return self._fitted(T_base_flange, bend, -everywhere, everywhere)
+        return self._fitted(T_base_flange, perturb, -everywhere, everywhere)
 
-    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
         """The best within bounds."""
         columns = bounds.columns(self.following)
-        return self._fitted(T_base_flange, bend, bounds.lower[columns], bounds.upper[columns])
+        return self._fitted(T_base_flange, perturb, bounds.lower[columns], bounds.upper[columns])
 
-    def _fitted(self, T_base_flange: Array, bend: Bend, lower: Array, upper: Array) -> Values:
-        measured = bend(Seam.TARGET, self._measured)
+    def _fitted(self, T_base_flange: Array, perturb: Perturbation, lower: Array, upper: Array) -> Values:
+        measured = perturb(Stage.TARGET, self._measured)
         middle = measured.mean(axis=(0, 1))
         T = T_base_flange[:, self.dataset.points.pose]
         chi = np.concatenate([measured - middle, np.ones((*measured.shape[:2], 1))], axis=-1)
@@ -68,9 +68,9 @@ class Point(Sensor):
         found = (follow(loops, Room(lower[swap] - offset, upper[swap] - offset)) + offset)[:, swap]
         return dict(zip(self.following, np.clip(found, lower, upper).T, strict=True))
 
-    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
         tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
         seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
-        return bend(Seam.TARGET, self._measured) - seen
+        return perturb(Stage.TARGET, self._measured) - seen

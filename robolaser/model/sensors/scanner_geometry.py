@@ -2,29 +2,29 @@
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.parameters import Values
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.model.stages import Bend, Seam
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 
 
-def in_image(pixel: Array, values: Values, bend: Bend) -> Array:
+def in_image(pixel: Array, values: Values, perturb: Perturbation) -> Array:
     """Metric image points of pixels (c or 1, m, 2), distortion taken off, (c, m, 2) [m]. Eqs. 2-4."""
-    read = bend(Seam.PIXELS, pixel)
-    return bend(Seam.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
+    read = perturb(Stage.PIXELS, pixel)
+    return perturb(Stage.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
 
 
-def in_camera(pixel: Array, values: Values, bend: Bend, stripe_axis: str) -> Array:
+def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: str) -> Array:
     """Points on the sheet that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
-    ray = optics.rays(in_image(pixel, values, bend), values["f"], stripe_axis)
-    return bend(Seam.LIGHT, optics.cut(ray, bend(Seam.SHEET, optics.sheet(values))))
+    ray = optics.rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
+    return perturb(Stage.LIGHT, optics.cut(ray, perturb(Stage.SHEET, optics.sheet(values))))
 
 
-def mount(dataset: Dataset, values: Values, bend: Bend) -> Array:
+def mount(dataset: Dataset, values: Values, perturb: Perturbation) -> Array:
     """T_flange_camera, (c, n or 1, 4, 4). Eqs. 9-10."""
     bracket = from_quaternion(np.array(dataset.bracket_quat))
     turn = from_angles(values["w"], values["phi"], values["psi"], order=dataset.angles)
     shift = np.stack([values["t_x"], values["t_y"], values["t_z"]], axis=-1)
-    return bend(Seam.MOUNT, pose(bracket @ turn, shift)[:, None])
+    return perturb(Stage.MOUNT, pose(bracket @ turn, shift)[:, None])

@@ -7,11 +7,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.errors import ParameterMissing, ParameterUnknown
-from robolaser.parameters import Parameter, Parameters, Values
-from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
-from robolaser.model.stages import Bend
 from robolaser.data.toml_schema import unit_of
+from robolaser.errors import ParameterMissing, ParameterUnknown
+from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
@@ -46,18 +46,18 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
-    def with_gauge_held(self, values: Values) -> Values:
+    def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the held parameters at their nominal values."""
         return values
 
     @abstractmethod
-    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The following parameters that fit best, for each candidate, as (c,) by name.
 
         Args:
             values: The own parameters.
             T_base_flange: (c or 1, n, 4, 4).
-            bend: The effects of the model.
+            perturb: The effects of the model.
         """
 
     @property
@@ -66,30 +66,30 @@ class Sensor(ABC):
         return self.following
 
     @abstractmethod
-    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
         """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name.
 
         Args:
             values: All others. Eliminated ones among them say where to take effects that depend on them.
             T_base_flange: (c or 1, n, 4, 4).
-            bend: The effects of the model.
+            perturb: The effects of the model.
             bounds: Has the eliminated parameters; candidates at a pole get their nominal values.
         """
 
     @abstractmethod
-    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Known or measured point less predicted point, (c, m, 3) [m]; not finite at the model's poles."""
 
-    def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """J of eq. 18, the sum of squared residuals, (c,) [m²]; infinite at the model's poles."""
-        return sum_of_squares(self.residuals(values, T_base_flange, bend))
+        return sum_of_squares(self.residuals(values, T_base_flange, perturb))
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
         """The same for the unbent model and candidates in the order of `own`, then `following`, (c, d) -> (c,)."""
         names = self.own + self.following
-        return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Bend())
+        return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
-    def parameters(self, T_base_flange: Array, bend: Bend) -> Parameters:
+    def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
         """All parameters: as given, and where nothing is given from the closed form at the nominal values.
 
         Raises:
@@ -106,7 +106,7 @@ class Sensor(ABC):
         items = [given[name] for name in self.own]
         if self.following:
             nominal = {item.name: np.array([item.nominal]) for item in items}
-            closed = self.follow(nominal, T_base_flange, bend)
+            closed = self.follow(nominal, T_base_flange, perturb)
             for name in self.following:
                 span = ANGLE_SPAN_RAD if unit_of(name) == "rad" else LENGTH_SPAN_M
                 at = float(closed[name][0])

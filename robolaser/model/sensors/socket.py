@@ -7,10 +7,10 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.elimination.seats import seat
-from robolaser.parameters import Parameters, Values
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.stages import Bend
 from robolaser.model.sensors.sensor import Sensor, vector
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Parameters, Values
 
 
 @final
@@ -40,12 +40,12 @@ class Socket(Sensor):
         """Each axis of the sockets."""
         return tuple((tuple(f"socket.{name}.{axis}" for name in self._sockets), self._socket) for axis in "xyz")
 
-    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row, exact in one step."""
         everywhere = np.full(len(self.following), np.inf)
         return self._seated(T_base_flange, -everywhere, everywhere)
 
-    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
         """The same within bounds."""
         columns = bounds.columns(self.following)
         return self._seated(T_base_flange, bounds.lower[columns], bounds.upper[columns])
@@ -56,7 +56,7 @@ class Socket(Sensor):
         found = np.concatenate([ball, sockets.reshape(len(T), -1)], axis=1)
         return dict(zip(self.following, found.T, strict=True))
 
-    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
         sockets = np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)
         ball = vector(values, "tool.ball")

@@ -5,17 +5,17 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.geometry import camera as optics
 from robolaser.arrays import Array
 from robolaser.compiled import available
 from robolaser.data.dataset import Dataset
-from robolaser.parameters import Parameters, Values
+from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
-from robolaser.model.stages import Bend, Seam
 from robolaser.model.sensors import scanner_geometry as head
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.mounting import SIMILARITY, Mounting
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, six_of
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameters, Values
 
 
 @final
@@ -48,79 +48,79 @@ class Stripe(Sensor):
 
     @property
     def held(self) -> tuple[str, ...]:
-        """The focal length: see `with_gauge_held`."""
+        """The focal length: see `fix_gauge`."""
         return ("f",)
 
-    def with_gauge_held(self, values: Values) -> Values:
+    def fix_gauge(self, values: Values) -> Values:
         """(f, s_u, s_v, k) → (c f, c s_u, c s_v, k/c²) changes no point: take c so that f is nominal."""
         c = self.dataset.parameters["f"].nominal / values["f"]
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
 
-    def in_camera(self, values: Values, bend: Bend, pixel: Array | None = None) -> Array:
+    def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return head.in_camera(self._pixel if pixel is None else pixel, values, bend, self.dataset.stripe_axis)
+        return head.in_camera(self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis)
 
-    def mount(self, values: Values, bend: Bend) -> Array:
+    def mount(self, values: Values, perturb: Perturbation) -> Array:
         """T_flange_camera, (c, n or 1, 4, 4)."""
-        return head.mount(self.dataset, values, bend)
+        return head.mount(self.dataset, values, perturb)
 
-    def in_base(self, values: Values, T_base_flange: Array, bend: Bend, pixel: Array | None = None) -> Array:
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
-        T_base_camera = T_base_flange @ self.mount(values, bend)
-        return carry(T_base_camera, self.dataset.points.pose, self.in_camera(values, bend, pixel))
+        T_base_camera = T_base_flange @ self.mount(values, perturb)
+        return carry(T_base_camera, self.dataset.points.pose, self.in_camera(values, perturb, pixel))
 
-    def target(self, values: Values, bend: Bend) -> Array:
+    def target(self, values: Values, perturb: Perturbation) -> Array:
         """The target points, in the base frame, (c, m, 3) [m]."""
-        points = bend(Seam.TARGET, self._xyz)
+        points = perturb(Stage.TARGET, self._xyz)
         return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
 
-    def follow(self, values: Values, T_base_flange: Array, bend: Bend) -> Values:
+    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """T_base_target by a rigid fit; candidates with a pole among their points get the identity."""
-        seen = self.in_base(values, T_base_flange, bend)
-        known = np.broadcast_to(bend(Seam.TARGET, self._xyz), seen.shape)
+        seen = self.in_base(values, T_base_flange, perturb)
+        known = np.broadcast_to(perturb(Stage.TARGET, self._xyz), seen.shape)
         good = np.isfinite(seen).all(axis=(1, 2))
         T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
         if good.any():
             T[good] = rigid_fit(known[good], seen[good])
         return six_of(T, "target")
 
-    def complete(self, values: Values, T_base_flange: Array, bend: Bend, bounds: Parameters) -> Values:
+    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
         """Baseline, hand-eye and target's pose that fit best; what does not grow with b is taken at the values' b."""
         items = tuple(bounds.items[column] for column in bounds.columns(self.eliminated))
         mounting = Mounting(self.dataset, self.eliminated, Parameters(items))
         reference = mounting.reference(values)
-        return mounting.found(self._shown({**values, "b": reference}, bend), reference, T_base_flange, bend)
+        return mounting.found(self._shown({**values, "b": reference}, perturb), reference, T_base_flange, perturb)
 
-    def _shown(self, values: Values, bend: Bend) -> Array:
+    def _shown(self, values: Values, perturb: Perturbation) -> Array:
         """What `in_camera` gives, compiled where it can be."""
-        if not available() or bend.touches(Seam.PIXELS, Seam.IMAGE):
-            return self.in_camera(values, bend)
+        if not available() or perturb.touches(Stage.PIXELS, Stage.IMAGE):
+            return self.in_camera(values, perturb)
         from robolaser.estimation.elimination.similarity_loops import shown  # noqa: PLC0415 - numba takes a third of a second to load
 
         lens = np.stack(np.broadcast_arrays(*(values[name] for name in ("s_u", "s_v", "u_0", "v_0", "k", "f"))), axis=1)
-        sheet = np.ascontiguousarray(bend(Seam.SHEET, optics.sheet(values)))
+        sheet = np.ascontiguousarray(perturb(Stage.SHEET, optics.sheet(values)))
         seen = np.empty((len(lens), self._pixel.shape[1], 3))
         shown(0, len(lens), lens, sheet, self._pixel[0], self.dataset.stripe_axis == "u", seen)
-        return bend(Seam.LIGHT, seen)
+        return perturb(Stage.LIGHT, seen)
 
     @cached_property
     def chain(self) -> Chain:
         """The same in compiled loops, where there is a compiler."""
         return Chain(self.dataset)
 
-    def residuals(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        known = self.target(values, bend)
-        if available() and not bend.touches(Seam.LIGHT):
-            return self.chain.residuals(values, T_base_flange, bend, known)
-        return known - self.in_base(values, T_base_flange, bend)
+        known = self.target(values, perturb)
+        if available() and not perturb.touches(Stage.LIGHT):
+            return self.chain.residuals(values, T_base_flange, perturb, known)
+        return known - self.in_base(values, T_base_flange, perturb)
 
-    def squares(self, values: Values, T_base_flange: Array, bend: Bend) -> Array:
+    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """J of eq. 18; in one go where the compiler can."""
-        if available() and not bend.touches(Seam.LIGHT):
-            return self.chain.squares(values, T_base_flange, bend, self.target(values, bend))
-        return super().squares(values, T_base_flange, bend)
+        if available() and not perturb.touches(Stage.LIGHT):
+            return self.chain.squares(values, T_base_flange, perturb, self.target(values, perturb))
+        return super().squares(values, T_base_flange, perturb)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
         """J of the unbent model."""

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.frame_loops import frame, times, turned_xyz, turned_zyz
 from robolaser.compiled.loops import compiled
+from robolaser.geometry.frame_loops import frame, times, turned_xyz, turned_zyz
 
 FOURTEEN = 14
 TILE = 256
@@ -41,7 +41,7 @@ def costs(
 
 @compiled
 def unpacked(own: Array, bracket: Array, zyz: bool, along_u: bool) -> Any:
-    """What `residuals` needs of the paper's fourteen, so that effects can bend it.
+    """What `residuals` needs of the paper's fourteen, so that effects can perturb it.
 
     Args:
         own: As for `costs`, and so are the others.

@@ -4,8 +4,8 @@ import importlib.metadata
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.result import Comparison
 from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
+from robolaser.benchmark.result import Comparison
 from robolaser.report import words
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.rows import spans

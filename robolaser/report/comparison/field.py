@@ -8,11 +8,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.result import Comparison, Contested
 from robolaser.benchmark.problem import CALIBRATION
+from robolaser.benchmark.result import Comparison, Contested
+from robolaser.benchmark.results_array import Tally
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
-from robolaser.benchmark.results_array import Tally
 from robolaser.report.canvas import LINES, MUTED
 from robolaser.report.comparison import prices
 

@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.benchmark.result import Comparison
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.results_array import SHOWN
+from robolaser.benchmark.standings import Standings
 from robolaser.report import words
 from robolaser.report.canvas import Picture
 from robolaser.report.comparison import account, rows

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.benchmark.result import Contested
+from robolaser.benchmark.results_array import SHOWN
 from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
 from robolaser.benchmark.standings.words import chance
-from robolaser.benchmark.results_array import SHOWN
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.field import Field
 

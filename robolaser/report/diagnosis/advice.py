@@ -77,14 +77,16 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """What to beware of with an effect, the gravest first; never nothing."""
     said = []
     if found.rivals:
-        others = [f"{rival.suspect.kind.name} at {rival.suspect.where}" for rival in found.rivals[:FEW]]
+        others = [
+            f"{rival.candidate_effect.kind.name} at {rival.candidate_effect.where}" for rival in found.rivals[:FEW]
+        ]
         more = len(found.rivals) - len(others)
         said.append(f"these poses cannot tell it from {', '.join(others)}" + (f" and {more} more" if more else ""))
     if found.probability < SURE:
         said.append("likely rather than sure")
     if diagnosis.verdict == "unexplained":
         said.append("may have taken a part of what is unexplained")
-    return [*said, CAVEATS.get(found.suspect.kind.name, CAVEAT)]
+    return [*said, CAVEATS.get(found.candidate_effect.kind.name, CAVEAT)]
 
 
 def beside(found: Finding, rival: Rival) -> str:
@@ -107,10 +109,10 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     """What to do next, most useful first."""
     said = []
     for found in diagnosis.findings:
-        remedy = REMEDIES.get(found.suspect.kind.name, REMEDY).format(where=found.suspect.where)
+        remedy = REMEDIES.get(found.candidate_effect.kind.name, REMEDY).format(where=found.candidate_effect.where)
         if found.probability < EVEN:
             remedy = "Do not mend it yet: something else is likelier."
-        said.append(f"{found.suspect.kind.name} at {found.suspect.where}: {remedy}")
+        said.append(f"{found.candidate_effect.kind.name} at {found.candidate_effect.where}: {remedy}")
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
@@ -147,8 +149,8 @@ def _measure(diagnosis: Diagnosis) -> str:
     torn = next((found for found in diagnosis.findings if found.rivals), None)
     if torn is None:
         return f"Measure {poses} listed below: they would tell most."
-    rival = torn.rivals[0].suspect
+    rival = torn.rivals[0].candidate_effect
     return (
-        f"Measure {poses} listed below: they tell {torn.suspect.kind.name} at {torn.suspect.where} from"
+        f"Measure {poses} listed below: they tell {torn.candidate_effect.kind.name} at {torn.candidate_effect.where} from"
         f" {rival.kind.name} at {rival.where}."
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis, Limit, Number
-from robolaser.model.effects.effect import Suspect
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.places import moving_joints
 from robolaser.report.diagnosis.advice import beside, caveats, doubt
 from robolaser.report.digits import measured, millimetres, plain
@@ -73,9 +73,9 @@ def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
     """The effects found, most important first."""
     return [
         EffectRow(
-            effect=found.suspect.kind.name,
-            where=found.suspect.where,
-            meaning=found.suspect.kind.title,
+            effect=found.candidate_effect.kind.name,
+            where=found.candidate_effect.where,
+            meaning=found.candidate_effect.kind.title,
             numbers=[(name, with_error(number), doubt(number)) for name, number in found.numbers.items()],
             probability=percent(found.probability),
             closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
@@ -90,12 +90,12 @@ def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:
     """What else could be the cause, as far as these poses can tell."""
     return [
         RivalRow(
-            effect=rival.suspect.kind.name,
-            where=rival.suspect.where,
-            meaning=rival.suspect.kind.title,
+            effect=rival.candidate_effect.kind.name,
+            where=rival.candidate_effect.where,
+            meaning=rival.candidate_effect.kind.title,
             numbers=[(name, with_error(number), doubt(number)) for name, number in rival.numbers.items()],
             gap=millimetres(rival.gap_m),
-            instead_of=at(found.suspect),
+            instead_of=at(found.candidate_effect),
             caveat=beside(found, rival),
         )
         for found in diagnosis.findings
@@ -110,8 +110,8 @@ def place_rows(diagnosis: Diagnosis) -> list[PlaceRow]:
 
 def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, str]]:
     """Effects that were looked for and not found: name, meaning, and how small they must be at each place."""
-    by_effect = sorted(diagnosis.limits, key=lambda limit: limit.suspect.kind.name)
-    for kind, limits in groupby(by_effect, key=lambda limit: limit.suspect.kind):
+    by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.kind.name)
+    for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.kind):
         yield kind.name, kind.title, ", ".join(map(_less, _of_interest(tuple(limits))))
 
 
@@ -153,9 +153,9 @@ def percent(share: float) -> str:
     return "< 0.1 %" if share < SMALL else f"{100 * share:.3g} %"
 
 
-def at(suspect: Suspect) -> str:
+def at(candidate_effect: CandidateEffect) -> str:
     """An effect and its place."""
-    return f"{suspect.kind.name} at {suspect.where}"
+    return f"{candidate_effect.kind.name} at {candidate_effect.where}"
 
 
 def _chance(p: float) -> str:
@@ -164,8 +164,8 @@ def _chance(p: float) -> str:
 
 def _less(limit: Limit) -> str:
     if limit.size is None:
-        return f"{limit.suspect.where}: these poses show no size of it"
-    return f"{limit.suspect.where} < {plain(limit.size, limit.unit, 2)}"
+        return f"{limit.candidate_effect.where}: these poses show no size of it"
+    return f"{limit.candidate_effect.where} < {plain(limit.size, limit.unit, 2)}"
 
 
 def _of_interest(limits: Sequence[Limit]) -> Sequence[Limit]:

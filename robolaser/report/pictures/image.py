@@ -5,10 +5,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from robolaser.arrays import Array
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.report.canvas import MUTED, Picture, picture, ticks
 from robolaser.report.evidence import Evidence, some_rows
 from robolaser.report.pictures.points import magnification
-from robolaser.model.sensors.stripe import Stripe
 
 MOST = 600  # arrows that a picture carries
 
@@ -59,8 +59,8 @@ def image(evidence: Evidence) -> Picture | None:
 
 def _in_view(evidence: Evidence, sensor: Stripe) -> tuple[Array, Array]:
     """Errors of estimated points across the view, along image u and v, (m, 2), and along it, (m,) [mm]."""
-    model, values, bend = evidence.calibration.model, evidence.values, evidence.bend
-    R = (model.flange(values, bend) @ sensor.mount(values, bend))[0, :, :3, :3]
+    model, values, perturb = evidence.calibration.model, evidence.values, evidence.perturb
+    R = (model.flange(values, perturb) @ sensor.mount(values, perturb))[0, :, :3, :3]
     errors = -1e3 * evidence.calibration.residuals
     x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)

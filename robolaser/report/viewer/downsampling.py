@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
-from robolaser.scan.ply import Vertices, places_of
 from robolaser.report.viewer.shapes import Dots
+from robolaser.scan.ply import Vertices, places_of
 
 MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
 CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all

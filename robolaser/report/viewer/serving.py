@@ -11,8 +11,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import PortTaken, ViserMissing
-from robolaser.report.viewer.model import Belief
 from robolaser.report.viewer.drawing import drawn
+from robolaser.report.viewer.model import Belief
 from robolaser.report.viewer.scene import arm_length, cell, measured
 from robolaser.report.viewer.shapes import Dots, Shape
 
@@ -28,7 +28,7 @@ STEPS = {"°": 0.1, "mm": 0.1}
 
 
 @final
-class Stage:
+class ViewerApp:
     """What is shown, and what can be done with it.
 
     Args:

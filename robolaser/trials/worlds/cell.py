@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.trials.worlds.departure import Departure
-from robolaser.trials.worlds.scanner import Eye
 from robolaser.trials.worlds.run import Run
+from robolaser.trials.worlds.scanner import Eye
 
 
 @final

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from robolaser.arrays import Array
-from robolaser.vision.line_centers.gauss import gauss
 from robolaser.vision.line_centers.center_of_gravity import Profiles, mass
+from robolaser.vision.line_centers.gauss import gauss
 from robolaser.vision.line_centers.steger import steger
 from robolaser.vision.runs import Runs
 

@@ -62,7 +62,7 @@ def accused(diagnosis: Diagnosis) -> Mapping[str, str]:
     shares: dict[str, float] = {}
     for lies in diagnosis.where:
         shares[lies.site] = shares.get(lies.site, 0.0) + lies.share
-    found = [finding.suspect.where for finding in diagnosis.findings]
+    found = [finding.candidate_effect.where for finding in diagnosis.findings]
     places = [*found, *(site for site, share in shares.items() if share >= LEAST_SHARE and not found)]
     if diagnosis.verdict == "unexplained":
         places += [site for site, share in shares.items() if share >= LEAST_SHARE]

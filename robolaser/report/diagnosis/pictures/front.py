@@ -11,11 +11,11 @@ WORTH_A_NAME = 0.9
 
 def front(diagnosis: Diagnosis) -> Picture | None:
     """Gap against complexity; the chosen set is marked."""
-    choices = sorted(diagnosis.front, key=lambda choice: len(choice.suspects))
+    choices = sorted(diagnosis.front, key=lambda choice: len(choice.effects))
     if len(choices) < 2:
         return None
-    chosen = frozenset(found.suspect for found in diagnosis.findings)
-    counts = [len(choice.suspects) for choice in choices]
+    chosen = frozenset(found.candidate_effect for found in diagnosis.findings)
+    counts = [len(choice.effects) for choice in choices]
     gaps = [1e3 * choice.gap_m for choice in choices]
 
     def paint(figure: Figure) -> None:
@@ -26,7 +26,7 @@ def front(diagnosis: Diagnosis) -> Picture | None:
                     xycoords=ax.get_yaxis_transform(), textcoords="offset points")  # fmt: skip
         ax.plot(counts, gaps, "o-", color=FITTED, ms=5)
         for i, choice in enumerate(choices):
-            if frozenset(choice.suspects) == chosen:
+            if frozenset(choice.effects) == chosen:
                 ax.plot(counts[i], gaps[i], "o", ms=12, mfc="none", mew=1.6, color=HELD_OUT)
             if i == 0 or gaps[i] < WORTH_A_NAME * gaps[i - 1]:
                 label = ax.annotate(_newest(choices, i), (counts[i], gaps[i]), (8, 6), textcoords="offset points",
@@ -38,7 +38,7 @@ def front(diagnosis: Diagnosis) -> Picture | None:
         ax.set_ylabel("error on new poses, RMS [mm]", color=MUTED)
         plain_log(ax.yaxis)
 
-    ringed = any(frozenset(choice.suspects) == chosen for choice in choices)
+    ringed = any(frozenset(choice.effects) == chosen for choice in choices)
     return picture(
         "Gap against complexity",
         "No set of as few effects was found that leaves a smaller gap than those drawn."
@@ -52,6 +52,10 @@ def front(diagnosis: Diagnosis) -> Picture | None:
 
 def _newest(choices: list[Choice], i: int) -> str:
     """What a set has that the one before has not."""
-    before = set(choices[i - 1].suspects) if i else set()
-    new = [f"+ {suspect.kind.name} {suspect.where}" for suspect in choices[i].suspects if suspect not in before]
-    return "\n".join(new) or ("none" if not choices[i].suspects else "")
+    before = set(choices[i - 1].effects) if i else set()
+    new = [
+        f"+ {candidate_effect.kind.name} {candidate_effect.where}"
+        for candidate_effect in choices[i].effects
+        if candidate_effect not in before
+    ]
+    return "\n".join(new) or ("none" if not choices[i].effects else "")

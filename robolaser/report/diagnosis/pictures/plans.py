@@ -20,7 +20,7 @@ def plans(diagnosis: Diagnosis) -> Picture:
     """Two plans of the points with magnified errors: in the calibrated model, and with all effects in it."""
     model = diagnosis.model
     values = model.parameters.values(diagnosis.x[None])
-    known = 1e3 * known_points(model, values, model.bend(values))
+    known = 1e3 * known_points(model, values, model.perturb(values))
     extent = np.ptp(known, axis=0)
     along = int(np.argmin(extent))
     across = [axis for axis in range(3) if axis != along]

@@ -7,14 +7,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.model.effects.places import moving_joints
-from robolaser.parameters import Values
-from robolaser.report.evidence import known_points
-from robolaser.model.forward_model import Model
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.stages import Bend
+from robolaser.model.effects.places import moving_joints
+from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion, vector
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
+from robolaser.report.evidence import known_points
 
 MOST = 500  # points that a drawing carries
 
@@ -48,21 +48,21 @@ class Posture:
         model = diagnosis.model
         dataset, sensor = model.dataset, model.sensor
         values = model.parameters.values(diagnosis.x[None])
-        bend = model.bend(values)
+        perturb = model.perturb(values)
         chosen = typical(model)
-        flange = np.broadcast_to(model.flange(values, bend)[0], (len(dataset.poses), 4, 4))[chosen]
+        flange = np.broadcast_to(model.flange(values, perturb)[0], (len(dataset.poses), 4, 4))[chosen]
         joints, frames = moving_joints(dataset), np.empty((0, 3))
         if dataset.robot is not None and dataset.poses.q is not None:
             frames = dataset.robot.joint_frames(dataset.poses.q[None, [chosen]])[0, 0, :, :3, 3]
-        points = known_points(model, values, bend)
+        points = known_points(model, values, perturb)
         if "base.x" in values:
             points = apply(inverse(motion(values, "base")[0]), points)
         light, is_scanner = np.empty((0, 3)), isinstance(sensor, Stripe)
         if isinstance(sensor, Stripe):
-            mount = sensor.mount(values, bend)[0]
+            mount = sensor.mount(values, perturb)[0]
             T = flange @ mount[chosen if len(mount) > 1 else 0]
             camera = T[:3, 3]
-            light = np.concatenate([_projector(T, values)[None], _seen(model, values, bend, chosen)])
+            light = np.concatenate([_projector(T, values)[None], _seen(model, values, perturb, chosen)])
         else:
             camera = apply(flange, _tools(values).mean(axis=0)[None])[0]
         return cls(
@@ -91,12 +91,12 @@ def _projector(T_base_camera: Array, values: Values) -> Array:
     return place
 
 
-def _seen(model: Model, values: Values, bend: Bend, pose: int) -> Array:
+def _seen(model: Model, values: Values, perturb: Perturbation, pose: int) -> Array:
     """Points of the stripe in a pose, (k, 3)."""
     sensor = model.sensor
     assert isinstance(sensor, Stripe)
     rows = model.dataset.points.pose == pose
-    found: Array = sensor.in_base(values, model.flange(values, bend), bend)[0, rows]
+    found: Array = sensor.in_base(values, model.flange(values, perturb), perturb)[0, rows]
     return found
 
 

@@ -1,0 +1,159 @@
+"""`robolaser compare` as its user meets it."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from importlib.resources import files
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from robolaser.benchmark.record import Record
+from robolaser.cli import main
+
+HERE = Path(__file__).parent
+ALGORITHMS = "rcga,random,mine:halving,mine:raising,mine:not_a_number,least-squares"
+ASKED = ["compare", "paper", "pymoo:sphere-3", "--algorithms", ALGORITHMS, "--seeds", "2", "--budget", "1000"]
+
+
+@pytest.fixture(scope="module")
+def at_home():
+    before = Path.cwd()
+    os.chdir(HERE)
+    yield
+    os.chdir(before)
+
+
+@pytest.fixture(scope="module")
+def result(at_home, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("compared") / "result"
+    assert main([*ASKED, "--output", str(folder), "--jobs", "2", "--iohprofiler"]) == 0
+    return folder
+
+
+def outcomes(folder: Path) -> dict:
+    return {
+        (run.problem, run.algorithm, run.seed): (
+            run.state,
+            run.reason,
+            run.course.evaluations.tolist(),
+            run.course.costs.tolist(),
+        )
+        for run in Record(folder / "runs.jsonl").runs
+    }
+
+
+def said(folder: Path) -> dict:
+    return json.loads((folder / "comparison.json").read_text())
+
+
+def test_the_result_is_what_its_schema_says(result):
+    schema = json.loads(files("robolaser").joinpath("schemas/comparison.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(said(result), schema)
+
+
+def test_every_run_and_target_has_a_row(result):
+    rows = list(csv.DictReader((result / "runs.csv").read_text().splitlines()))
+    runs = Record(result / "runs.jsonl").runs
+    assert len(rows) == 21 * len(runs) == 21 * said(result)["runs"]["made"]
+    for row in rows:
+        assert (row["reached"] == "yes") == bool(row["evaluations"]) == bool(row["seconds"])
+        if row["reached"] == "yes":
+            assert float(row["run_best"]) <= float(row["target"])
+
+
+def test_the_best_known_cost_is_nobodys_surpassed(result):
+    best = {problem["name"]: problem["best"] for problem in said(result)["problems"]}
+    for run in Record(result / "runs.jsonl").runs:
+        assert run.course.final >= best[run.problem] * (1 - 1e-8)
+
+
+def test_failures_are_named_with_their_reasons_and_the_others_go_on(result):
+    reasons = {(one["algorithm"], one["seed"]): one["reason"] for one in said(result)["failures"]}
+    assert reasons["mine:raising", 1] == "RuntimeError: out of ideas"
+    assert "is not a number" in reasons["mine:not_a_number", 2]
+    assert {algorithm for algorithm, _ in reasons} == {"mine:raising", "mine:not_a_number"}
+
+
+def test_who_has_nothing_to_say_on_a_problem_is_named_with_the_reason(result):
+    (refused,) = said(result)["refused"]
+    assert (refused["problem"], refused["algorithm"]) == ("pymoo:sphere-3", "least-squares")
+    assert "no sum of squares" in refused["reason"]
+
+
+def test_the_runs_are_written_for_iohprofiler_too(result):
+    assert len(list((result / "iohprofiler").glob("*/*.json"))) == 9
+
+
+def test_one_process_gives_what_two_give_to_the_last_bit(result, at_home, tmp_path):
+    assert main([*ASKED, "--output", str(tmp_path), "--jobs", "1"]) == 0
+    assert outcomes(tmp_path) == outcomes(result)
+
+
+def test_a_result_is_not_overwritten_unasked(result, at_home, capsys):
+    before = outcomes(result)
+    assert main([*ASKED, "--output", str(result)]) == 1
+    assert "holds 22 runs of a comparison" in capsys.readouterr().err
+    assert outcomes(result) == before
+
+
+def test_ctrl_c_leaves_a_report_and_the_rest_is_made_later(result, tmp_path):
+    code = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, *ASKED, "--output", str(tmp_path), "--jobs", "1"]
+    process = subprocess.Popen(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    record = tmp_path / "runs.jsonl"
+    until = time.monotonic() + 60
+    while time.monotonic() < until and not (record.exists() and '"run"' in record.read_text()):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    shown, complaint = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "of 22 runs so far" in shown
+    assert "go on with --resume" in complaint
+    assert "Traceback" not in complaint
+    stopped = outcomes(tmp_path)
+    assert 0 < len(stopped) < 22
+    assert said(tmp_path)["runs"]["made"] == len(stopped)
+    assert "so far" in (tmp_path / "report.html").read_text()
+
+    subprocess.run([*command, "--resume"], cwd=HERE, capture_output=True, check=True)
+    assert outcomes(tmp_path) == outcomes(result)
+
+
+def test_a_finished_comparison_is_only_shown_again(result, at_home):
+    before = (result / "runs.jsonl").read_bytes()
+    good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "1000"]
+    assert main([*good, "--output", str(result), "--resume"]) == 0
+    assert (result / "runs.jsonl").read_bytes().startswith(before)
+    assert len(Record(result / "runs.jsonl").runs) == 22
+    assert said(result)["runs"] == {"wanted": 4, "made": 4, "failed": 0}
+
+
+@pytest.mark.parametrize(
+    ("typed", "complaint"),
+    [
+        (["paper", "--algorithms", "rgca"], "Did you mean 'rcga'?"),
+        (["paper", "--algorithms", "rcga:bb=2"], "bb"),
+        (["paper", "--algorithms", "rcga,,de"], "a name is missing"),
+        (["papre"], "No folder 'papre'"),
+        (["pymoo:rastrigen"], "Did you mean 'pymoo:rastrigin'?"),
+        (["paper", "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs"),
+    ],
+)
+def test_what_has_no_meaning_is_wrong_usage_and_touches_nothing(typed, complaint, tmp_path, capsys):
+    assert main(["compare", *typed, "--output", str(tmp_path / "new")]) == 2
+    assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("option", ["--seeds=0", "--budget=0", "--time-limit=0", "--memory-limit=nan", "--jobs=0"])
+def test_limits_of_nothing_are_wrong_usage(option, tmp_path):
+    with pytest.raises(SystemExit) as stopped:
+        main(["compare", "paper", "--output", str(tmp_path), option])
+    assert stopped.value.code == 2

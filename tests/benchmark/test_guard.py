@@ -1,0 +1,210 @@
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from rogues import Bowl
+
+from robolaser.benchmark import isolation as guard
+from robolaser.benchmark.isolation import Origin, end, guarded
+from robolaser.benchmark.payload import Task
+from robolaser.benchmark.single_run import DONE, FAILED, Run
+
+PAYLOAD = pickle.dumps(Bowl())
+Make = Callable[..., Run]
+
+
+@pytest.fixture(scope="module")
+def origin() -> Iterator[Origin]:
+    origin = Origin.here()
+    yield origin
+    end(origin.name)
+
+
+@pytest.fixture
+def made(origin: Origin) -> Make:
+    def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> Run:
+        task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
+        return guarded(task, str(hash(payload)), lambda: payload, origin)
+
+    return make
+
+
+@contextmanager
+def _impatient() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "GRACE_S", 0.2)
+        patch.setattr(guard, "COMPILING_S", 1.6)
+        yield
+
+
+def _children() -> set[int]:
+    return {child._process.pid for child in guard._children.values()}
+
+
+def _gone(pid: int, within_s: float = 5.0) -> bool:
+    until = time.monotonic() + within_s
+    while time.monotonic() < until:
+        try:
+            if Path(f"/proc/{pid}/stat").exists() and Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z":
+                return True
+            os.kill(pid, 0)
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def test_a_run_uses_its_budget_and_its_child_is_kept_for_the_next(made: Make) -> None:
+    first = made("walks")
+    before = _children()
+    second = made("walks", seed=2)
+    assert (first.state, first.evaluations, first.algorithm) == (DONE, 500, "rogues:walks")
+    assert second.course.final != first.course.final
+    assert _children() == before
+
+
+def test_a_question_is_sent_only_once(origin: Origin) -> None:
+    sent = []
+
+    def payload() -> bytes:
+        sent.append(1)
+        return PAYLOAD
+
+    for seed in (1, 2):
+        guarded(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload, origin)
+    assert len(sent) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("stumbles", "ZeroDivisionError: no ground"),
+        ("dreams", "not a number"),
+        ("leaves", "it called sys.exit(3)"),
+        ("hoards", "more memory than it may have"),
+        ("keeps", "more memory than it may have"),
+        ("quits", "exit code 3"),
+        ("no_such", "no_such"),
+    ],
+)
+def test_a_contestant_that_fails_fails_with_the_reason(made: Make, name: str, reason: str) -> None:
+    run = made(name)
+    assert run.state == FAILED
+    assert reason in run.reason
+    assert (run.problem, run.algorithm, run.seed) == ("bowl", f"rogues:{name}", 1)
+    assert made("walks").state == DONE
+
+
+def test_a_question_that_cannot_be_made_fails_its_runs(made: Make) -> None:
+    run = made("walks", payload=pickle.dumps(Bowl("cracked", broken=True)))
+    assert "no such bowl" in run.reason
+
+
+@pytest.mark.parametrize("name", ["circles_later", "freezes", "closes"])
+def test_a_contestant_that_never_ends_is_killed(made: Make, name: str) -> None:
+    made("walks")
+    began = time.monotonic()
+    with _impatient():
+        run = made(name, time_limit_s=0.2)
+    assert run.state == FAILED
+    assert "killed" in run.reason
+    assert time.monotonic() - began < 10
+    assert made("walks").state == DONE
+
+
+def test_who_never_ended_once_is_not_waited_for_that_long_again(made: Make) -> None:
+    made("walks")
+    with _impatient():
+        assert "within 2 s of its uncounted" in made("circles", time_limit_s=0.2).reason
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "GRACE_S", 0.2)
+        assert "within 0.4 s; killed" in made("circles", time_limit_s=0.2, seed=2).reason
+
+
+def test_whatever_a_contestant_prints_disturbs_nobody(made: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    assert made("chatters").state == DONE
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_run_whose_child_died_is_tried_once_more(
+    made: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, origin: Origin
+) -> None:
+    monkeypatch.setenv("ROGUES_GRAVE", str(tmp_path / "grave"))
+    for pid in _children():
+        os.kill(pid, signal.SIGKILL)
+        assert _gone(pid)
+    run = made("dies_once")
+    assert (run.state, run.reason) == (DONE, "")
+    assert (tmp_path / "grave").exists()
+
+
+def test_a_run_whose_child_dies_again_has_failed(made: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROGUES_GRAVE", "/")
+    runs: list[Run] = []
+    thread = threading.Thread(target=lambda: runs.append(made("waits", time_limit_s=60)))
+    before = _children()
+    thread.start()
+    killed = set()
+    while thread.is_alive():
+        for pid in _children() - before - killed:
+            time.sleep(0.3)
+            os.kill(pid, signal.SIGKILL)
+            killed.add(pid)
+        time.sleep(0.02)
+    assert len(killed) == 2
+    assert "signal 9" in runs[0].reason
+
+
+@pytest.mark.parametrize("name", ["waits", "circles", "freezes"])
+def test_no_child_outlives_a_killed_parent(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    amid = tmp_path / "amid"
+    monkeypatch.setenv("ROGUES_AMID", str(amid))
+    program = f"""
+        import pickle, sys, threading
+        sys.path.append({str(Path(__file__).parent)!r})
+        from rogues import Bowl
+        from robolaser.benchmark import isolation as guard
+        from robolaser.benchmark.payload import Task
+        task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
+        payload = pickle.dumps(Bowl())
+        run = lambda: guard.guarded(task, "x", lambda: payload, guard.Origin.here())
+        threading.Thread(target=run, daemon=True).start()
+        while not guard._children:
+            pass
+        print(*(child._process.pid for child in guard._children.values()), flush=True)
+        threading.Event().wait()
+    """
+    parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, text=True)
+    with parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        while not amid.exists():
+            time.sleep(0.02)
+        time.sleep(0.1)
+        assert not _gone(child, within_s=0.0)
+        parent.kill()
+    assert _gone(child)
+
+
+def test_ended_children_are_gone_and_their_runs_with_them(made: Make) -> None:
+    origin = Origin.here()
+    task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
+    runs: list[Run] = []
+    before = _children()
+    thread = threading.Thread(target=lambda: runs.append(guarded(task, "x", lambda: PAYLOAD, origin)))
+    thread.start()
+    while not (pids := _children() - before):
+        time.sleep(0.02)
+    end(origin.name)
+    thread.join(5)
+    assert runs[0].state == FAILED
+    assert all(_gone(pid) for pid in pids)

@@ -1,0 +1,238 @@
+"""From data to parameters: the optimum is found, kept within bounds, and its doubts are told."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.optimize import minimize
+from scipy.optimize import least_squares
+
+from robolaser.algorithms import RCGA
+from robolaser.algorithms.registry import ALGORITHMS
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.initialization import polish_members
+from robolaser.calibration.options import Plan
+from robolaser.calibration.pymoo_search import CHECKPOINT, search
+from robolaser.calibration.result import Calibration, as_json
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import CheckpointForeign, TooFewPoses
+from robolaser.estimation.cross_validation import fold_of_rows
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.operators import ArithmeticCrossover, NonUniformMutation
+from robolaser.problems import ReducedCalibration, ScannerCalibration
+from robolaser.simulation import Simulated, paper, simulate
+
+NOISE = Noise(pixel_px=0.1, target_m=3e-5)
+BREEDING = Plan(algorithm="rcga", generations=80)
+
+
+@pytest.fixture(scope="module")
+def experiment() -> Simulated:
+    return paper(find_robot("scorbot_er7"), seed=4)
+
+
+@pytest.fixture(scope="module")
+def calibrated(experiment: Simulated) -> Calibration:
+    return calibrate(experiment.dataset)
+
+
+@pytest.fixture(scope="module")
+def bred(experiment: Simulated) -> Calibration:
+    return calibrate(experiment.dataset, BREEDING)
+
+
+@pytest.fixture(scope="module")
+def rolled() -> Simulated:
+    arm = find_robot("scorbot_er7")
+    return simulate(arm, poses=16, points=8, noise=NOISE, effects={"laser_roll": 0.05}, placed=False, seed=5)
+
+
+def test_the_polish_agrees_with_scipy_from_the_same_start(experiment: Simulated) -> None:
+    model = Model(experiment.dataset)
+    box, residuals = Box.of(model), Residuals(model)
+    ours = box.polish(residuals, model.parameters.nominal)
+    free = ~box.held
+    width = box.scale[free]
+
+    def fun(z: np.ndarray) -> np.ndarray:
+        x = model.parameters.nominal.copy()
+        x[free] = z * width
+        return residuals(x[None])[0]
+
+    theirs = least_squares(
+        fun,
+        model.parameters.nominal[free] / width + 1e-9,
+        bounds=(box.lower[free] / width, box.upper[free] / width),
+        jac="3-point",
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+        max_nfev=3000,
+    )
+    assert ours.cost == pytest.approx(2 * theirs.cost, rel=1e-9) or ours.cost < 2 * theirs.cost
+
+
+def test_the_search_ends_where_the_polish_of_the_truth_does(experiment: Simulated, calibrated: Calibration) -> None:
+    model = Model(experiment.dataset)
+    truth = np.array([experiment.truth[name] for name in model.parameters.names])
+    best = Box.of(model).polish(Residuals(model), model.fix_gauge(truth))
+    assert calibrated.objective_m2 == pytest.approx(best.cost, rel=1e-6)
+
+
+def test_the_papers_algorithm_ends_where_the_default_does(calibrated: Calibration, bred: Calibration) -> None:
+    assert (calibrated.algorithm, bred.algorithm) == ("screening", "rcga")
+    assert bred.objective_m2 == pytest.approx(calibrated.objective_m2, rel=1e-6)
+    assert bred.history is not None
+    assert len(bred.history.best) == BREEDING.generations
+
+
+@pytest.mark.parametrize("seed", [1, 7, 11])
+def test_members_from_anywhere_agree_along_a_bent_valley(seed: int) -> None:
+    """With 25 points and two bounds active the last steps are many; ends that are no optimum would not agree."""
+    model = Model(paper(find_robot("scorbot_er7"), seed=seed).dataset)
+    problem = ReducedCalibration(model)
+    found = search(problem, RCGA(), generations=60, seed=1)
+    members = problem.completed(found.candidates[:8])
+    ends = [Box.of(model).polish(Residuals(model), model.fix_gauge(member)) for member in members]
+    lowest = min(end.cost for end in ends)
+    assert sum(end.cost <= lowest * (1 + 1e-6) for end in ends) >= len(ends) - 1
+    assert all(end.converged for end in ends)
+
+
+def test_the_result_keeps_to_the_bounds_and_f_to_its_nominal_value(calibrated: Calibration) -> None:
+    parameters = calibrated.model.parameters
+    assert (calibrated.x >= parameters.lower).all()
+    assert (calibrated.x <= parameters.upper).all()
+    assert calibrated.x[0] == parameters.nominal[0]
+    assert np.isnan(calibrated.std[0])
+
+
+def test_the_gauge_is_named(calibrated: Calibration) -> None:
+    assert {"f", "s_u", "s_v", "k"} in [set(one.parameters) for one in calibrated.unidentifiable]
+
+
+def test_the_error_on_unseen_poses_is_larger_than_on_seen_ones(calibrated: Calibration) -> None:
+    assert calibrated.held_out_rms_m is not None
+    assert calibrated.held_out_rms_m > calibrated.rms_m
+
+
+def test_a_parameter_on_its_bound_is_named_in_a_warning(experiment: Simulated) -> None:
+    given = dict(experiment.dataset.parameters)
+    beyond = experiment.truth["u_0"] + 15.0
+    given["u_0"] = replace(given["u_0"], lower=beyond, upper=beyond + 30.0, nominal=beyond + 10.0)
+    found = calibrate(replace(experiment.dataset, parameters=given), Plan(algorithm="gauss-newton"))
+    assert found.on_bound[3]
+    assert np.isnan(found.std[3])
+    assert any("u_0 ended on one of its bounds" in warning for warning in found.warnings)
+
+
+def test_the_same_seed_gives_the_same_result_to_the_last_bit(experiment: Simulated, calibrated: Calibration) -> None:
+    again = calibrate(experiment.dataset)
+    assert np.array_equal(again.x, calibrated.x)
+    assert np.array_equal(again.std, calibrated.std, equal_nan=True)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_a_seed_repeats_every_algorithms_search_to_the_last_bit(name: str, seed: int, experiment: Simulated) -> None:
+    plan = Plan(algorithm=name, seed=seed, generations=3, polish=False)
+    first, again = (calibrate(experiment.dataset, plan) for _ in range(2))
+    assert np.array_equal(first.x, again.x)
+
+
+def test_an_effect_in_the_model_brings_the_error_on_unseen_poses_down_to_the_noise(rolled: Simulated) -> None:
+    without = calibrate(rolled.dataset, Plan(algorithm="gauss-newton"))
+    with_it = calibrate(rolled.dataset, Plan(algorithm="gauss-newton", effects=("laser_roll",)))
+    assert without.held_out_rms_m > 3 * with_it.held_out_rms_m
+    assert with_it.value("laser_roll.laser.angle") == pytest.approx(0.05, abs=5 * with_it.std[-1])
+
+
+def test_weights_by_noise_come_closer_to_the_truth(rolled: Simulated) -> None:
+    """Over several noises the efficient estimate errs less, where plain J listens to the depth's noise."""
+    errors = {"plain": [], "noise": []}
+    for seed in range(3):
+        arm = find_robot("scorbot_er7")
+        noise = Noise(pixel_px=0.3, target_m=1e-5)
+        made = simulate(arm, poses=12, points=8, noise=noise, seed=seed)
+        for weights, found in errors.items():
+            result = calibrate(made.dataset, Plan(algorithm="gauss-newton", weights=weights))
+            truth = Model(made.dataset).fix_gauge(np.array([made.truth[n] for n in result.model.parameters.names]))
+            error = (result.x - truth) / result.model.parameters.width
+            found.append(np.sqrt((error**2).sum()))
+    assert np.mean(errors["noise"]) < np.mean(errors["plain"])
+
+
+def test_a_stopped_search_goes_on_to_the_same_result(
+    experiment: Simulated, bred: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robolaser.calibration.pymoo_search.SECONDS_BETWEEN_CHECKPOINTS", 0.0)
+
+    def stop(what: str, share: float) -> None:
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(experiment.dataset, BREEDING, state=tmp_path, progress=stop)
+    assert (tmp_path / CHECKPOINT).exists()
+    resumed = calibrate(experiment.dataset, BREEDING, state=tmp_path, resume=True)
+    assert np.array_equal(resumed.x, bred.x)
+    assert np.array_equal(resumed.history.best, bred.history.best)
+    with pytest.raises(CheckpointForeign):
+        calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
+
+
+def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:
+    one = experiment.dataset.of_poses(np.arange(5) == 2)
+    with pytest.raises(TooFewPoses, match="at least 2"):
+        calibrate(one, Plan(algorithm="gauss-newton"))
+
+
+@pytest.mark.parametrize("kind", ["point", "socket"])
+def test_trackers_and_sockets_start_from_a_closed_form(kind: str) -> None:
+    noise = Noise(point_m=2e-5, joint_rad=1e-5)
+    made = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1)
+    found = calibrate(made.dataset)
+    assert found.algorithm == "gauss-newton"
+    assert found.rms_m < 1e-4
+    for name, value, std in zip(found.model.parameters.names, found.x, found.std, strict=True):
+        assert value == pytest.approx(made.truth[name], abs=6 * std), name
+    assert as_json(found)["parameters"]["tool.ball.x" if kind == "socket" else "base.x"]["nominal"] is None
+
+
+def test_poses_are_held_out_whole_and_once() -> None:
+    dataset: Dataset = simulate(find_robot("ur5"), kind="socket", poses=25, noise=Noise(), seed=1).dataset
+    groups = fold_of_rows(dataset, seed=3)
+    for pose in np.unique(dataset.points.pose):
+        assert len(set(groups[dataset.points.pose == pose])) == 1
+    for name in set(dataset.points.names):
+        own = groups[np.array([n == name for n in dataset.points.names])]
+        assert len(set(own)) > 1
+
+
+def test_poles_among_the_members_do_not_stop_the_polish(experiment: Simulated) -> None:
+    model = Model(experiment.dataset)
+    pole = model.parameters.nominal.copy()
+    pole[7], pole[4] = 0.0, experiment.dataset.points.pixel[0, 1]
+    assert not np.isfinite(model.cost(pole[None])[0])
+    best, _ = polish_members(Residuals(model), np.stack([pole, model.parameters.nominal]), Box.of(model))
+    assert np.isfinite(best.cost)
+
+
+@pytest.mark.parametrize("question", [ScannerCalibration, lambda dataset: ReducedCalibration(Model(dataset))])
+def test_the_problem_is_any_pymoo_algorithms(experiment: Simulated, question: object) -> None:
+    problem = question(experiment.dataset)
+    algorithm = GA(
+        pop_size=40,
+        crossover=ArithmeticCrossover(prob=0.85),
+        mutation=NonUniformMutation(prob_var=0.1, b=5),
+    )
+    result = minimize(problem, algorithm, ("n_gen", 30), seed=1)
+    assert len(problem.names) == problem.n_var
+    whole = problem.completed(result.X[None]) if isinstance(problem, ReducedCalibration) else result.X[None]
+    assert problem.model.cost(whole)[0] == pytest.approx(result.F[0])
+    assert (problem.xl <= result.X).all()
+    assert (problem.xu >= result.X).all()

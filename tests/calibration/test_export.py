@@ -1,0 +1,148 @@
+"""What other programs read of a calibration must say what the model says."""
+
+import cv2
+import numpy as np
+import pinocchio
+import pytest
+from calibrated import KINDS, arm, point, socket, stripe
+
+from robolaser.calibration.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
+from robolaser.errors import NoCamera
+from robolaser.geometry import camera as optics
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.kinematics import Robot
+
+BENT = ("joint_offset", "link_geometry", "laser_roll")
+
+
+def frames(text, q=None):
+    """Every frame of a URDF in that of its root, by Pinocchio."""
+    model = pinocchio.buildModelFromXML(text)
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, pinocchio.neutral(model) if q is None else q)
+    return {frame.name: data.oMf[i].homogeneous for i, frame in enumerate(model.frames)}
+
+
+def values_of(calibration):
+    return calibration.model.parameters.values(calibration.x[None])
+
+
+def mount(calibration):
+    values = values_of(calibration)
+    return calibration.model.sensor.mount(values, calibration.model.perturb(values))[0, 0]
+
+
+def cameras():
+    return [stripe(axis="u"), stripe(axis="v"), stripe(robot=arm(), effects=("laser_roll",))]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pinocchio_reads_the_robot(kind):
+    assert "flange" in frames(robot_urdf(KINDS[kind]()))
+
+
+@pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
+def test_the_camera_frame_is_where_the_model_has_it(calibration):
+    at = frames(robot_urdf(calibration))
+    np.testing.assert_allclose(se3.inverse(at["flange"]) @ at["scanner_camera"], mount(calibration), atol=1e-9)
+
+
+@pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
+def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
+    at = frames(robot_urdf(calibration))
+    points = calibration.model.dataset.points
+    values = values_of(calibration)
+    seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    T_optical_camera = se3.inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
+    x, y, z = se3.apply(T_optical_camera, seen).T
+    flat = optics.undistort(optics.metric(points.pixel[None], values), values["k"])[0]
+    np.testing.assert_allclose(np.stack([x / z, y / z], axis=-1), flat / values["f"], atol=1e-9)
+
+
+@pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
+def test_all_points_lie_in_the_sheet_of_the_laser_frame(calibration):
+    at = frames(robot_urdf(calibration))
+    values = values_of(calibration)
+    seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    T_camera_laser = se3.inverse(at["scanner_camera"]) @ at["scanner_laser"]
+    in_sheet = se3.apply(se3.inverse(T_camera_laser), seen)
+    np.testing.assert_allclose(in_sheet[:, 0], 0.0, atol=1e-9)
+    assert (in_sheet[:, 2] > 0).all()
+    np.testing.assert_allclose(T_camera_laser[1:3, 3], 0.0, atol=1e-9)
+
+
+def test_without_roll_the_laser_sits_at_the_baseline():
+    calibration = stripe()
+    at = frames(robot_urdf(calibration))
+    T_camera_laser = se3.inverse(at["scanner_camera"]) @ at["scanner_laser"]
+    assert T_camera_laser[0, 3] == pytest.approx(calibration.value("b"), abs=1e-9)
+
+
+def test_tools_sit_where_the_model_has_them():
+    calibration = point()
+    at = frames(robot_urdf(calibration))
+    for name in ("left", "right"):
+        place = [calibration.value(f"tool.{name}.{part}") for part in "xyz"]
+        np.testing.assert_allclose((se3.inverse(at["flange"]) @ at[f"tool_{name}"])[:3, 3], place, atol=1e-9)
+    assert "tool_ball" in frames(robot_urdf(socket()))
+
+
+def test_a_robot_that_has_such_frames_already_keeps_them():
+    first = stripe(robot=arm())
+    again = stripe(robot=Robot.from_urdf(robot_urdf(first), flange="flange"))
+    at = frames(robot_urdf(again))
+    np.testing.assert_allclose(se3.inverse(at["flange"]) @ at["scanner_camera_2"], mount(again), atol=1e-9)
+
+
+def test_the_corrected_robot_moves_as_the_bent_chain():
+    calibration = stripe(robot=arm(), effects=BENT)
+    wanted = calibration.model.flange(values_of(calibration))[0]
+    text, q = corrected_urdf(calibration), calibration.model.dataset.poses.q
+    for T, angles in zip(wanted, q, strict=True):
+        np.testing.assert_allclose(frames(text, angles)["flange"], T, atol=1e-9)
+    np.testing.assert_allclose(Robot.from_urdf(text, flange="flange").forward(q[None])[0], wanted, atol=1e-9)
+    assert np.abs(wanted - arm().forward(q[None])[0]).max() > 1e-4
+
+
+def test_there_is_no_corrected_robot_without_effects_that_a_urdf_can_say():
+    assert corrected_urdf(stripe(robot=arm(), effects=("laser_roll",))) is None
+    assert corrected_urdf(stripe()) is None
+
+
+@pytest.mark.parametrize("k", [0.0, 600.0, 5000.0])
+@pytest.mark.parametrize("axis", ["u", "v"])
+def test_opencv_projects_as_the_calibrated_lens_does(axis, k):
+    calibration = stripe(axis=axis, k=k)
+    values = values_of(calibration)
+    K, distortion, error_px = plumb_bob(calibration)
+    pixel = np.stack(np.meshgrid(np.linspace(0, 639, 23), np.linspace(0, 479, 19)), axis=-1).reshape(1, -1, 2)
+    flat = optics.undistort(optics.metric(pixel, values), values["k"])
+    ray = optics.rays(flat, values["f"], axis) * 50
+    back = optics.project(ray, values, axis)[0]
+    np.testing.assert_allclose(back, pixel[0], atol=1e-6)
+    at = frames(robot_urdf(calibration))
+    optical = se3.apply(se3.inverse(at["scanner_camera_optical"]) @ at["scanner_camera"], ray[0])
+    projected = cv2.projectPoints(optical, np.zeros(3), np.zeros(3), K, distortion)[0][:, 0]
+    assert np.linalg.norm(projected - back, axis=-1).max() <= error_px + 1e-6
+    assert error_px < 0.05
+
+
+def test_the_camera_file_is_what_ros_reads():
+    text = camera_yaml(stripe(name='two\nlines: "and" \U0001f600'))
+    lines = text.splitlines()
+    assert lines[0].startswith("#")
+    assert "image_width: 640" in lines
+    assert "image_height: 480" in lines
+    assert "distortion_model: plumb_bob" in lines
+    assert sum(line.startswith("camera_name:") for line in lines) == 1
+    counts = {"camera_matrix": 9, "distortion_coefficients": 5, "rectification_matrix": 9, "projection_matrix": 12}
+    for name, count in counts.items():
+        i = lines.index(f"{name}:")
+        rows, columns = (int(lines[i + n].split(":")[1]) for n in (1, 2))
+        data = lines[i + 3].partition("[")[2].rstrip("]").split(",")
+        assert rows * columns == count == len([float(number) for number in data])
+
+
+def test_a_tracker_has_no_camera():
+    with pytest.raises(NoCamera, match="point"):
+        camera_yaml(point())

@@ -1,0 +1,218 @@
+"""A cell on the bench: emulated controllers on a fake wire, a fake camera, and a clock that jumps."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from emulated_cell import cell_folder
+
+from robolaser.arrays import Array
+from robolaser.cell.acl import Acl
+from robolaser.cell.arm import Arm
+from robolaser.cell.camera import Camera, Image
+from robolaser.cell.clock import Clock
+from robolaser.cell.line import TICK_S, Line
+from robolaser.cell.lss import Lss
+from robolaser.cell.recording_writer import Journal
+from robolaser.cell.route import Visit, numbered
+from robolaser.cell.session import Session
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.emulator.controller import Controller
+from robolaser.emulator.faults import read_fault
+from robolaser.emulator.faulty import Faulty
+from robolaser.emulator.running import controller_of
+from robolaser.errors import CameraLost
+
+BITS_A_BYTE = 10
+BAUD = 9600
+
+
+class Jumping(Clock):
+    """Time goes by when somebody waits for it."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+        self.at: list[tuple[float, Callable[[], None]]] = []
+
+    def now(self) -> float:
+        return self.time_s
+
+    def wait(self, seconds: float) -> None:
+        self.time_s += seconds
+        due = [event for event in self.at if event[0] <= self.time_s]
+        self.at = [event for event in self.at if event[0] > self.time_s]
+        for _, event in due:
+            event()
+
+
+class Bench:
+    """A wire to an emulated controller, as pyserial would open it."""
+
+    def __init__(
+        self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1, baud: int = BAUD
+    ) -> None:
+        self.clock = clock
+        self._bytes_a_s = baud / BITS_A_BYTE
+        self.controller = Faulty(controller, [read_fault(text) for text in faults], np.random.default_rng(seed))
+        self.coming = b""
+        self.sent = b""
+
+    def motor(self) -> Array:
+        return self.controller.motor(self.clock.now())
+
+    def _listen(self) -> None:
+        self.coming += self.controller.speak(self.clock.now())
+        if self.controller.cut(self.clock.now()):
+            raise OSError("device disconnected")
+
+    @property
+    def in_waiting(self) -> int:
+        self._listen()
+        return len(self.coming)
+
+    def read(self, size: int) -> bytes:
+        self._listen()
+        if not self.coming:
+            self.clock.wait(TICK_S)
+            self._listen()
+        data, self.coming = self.coming[:size], self.coming[size:]
+        self.clock.wait(len(data) / self._bytes_a_s)
+        return data
+
+    def write(self, data: bytes) -> int:
+        self._listen()
+        self.sent += data
+        self.clock.wait(len(data) / self._bytes_a_s)
+        self.coming += self.controller.hear(data, self.clock.now())
+        return len(data)
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+class Watched:
+    """Looks at the motors, whatever the line says, while an arm goes where it is sent."""
+
+    def __init__(self, rig: Bench, every_s: float) -> None:
+        self._rig = rig
+        self._every_s = every_s
+        self._wait = rig.clock.wait
+        self._segment = (rig.motor(), rig.motor())
+        self.seen: list[tuple[float, Array]] = []
+        self.strayed = 0.0
+        """How far any motor was off the straight way at most [rad]."""
+        rig.clock.wait = self._waited  # type: ignore[method-assign]
+
+    def goes(self, arm: Arm) -> None:
+        """Know which way was checked: from where the motors are when the arm is sent, to where it is sent."""
+        go = arm.go
+
+        def told(q: Array, seconds: float) -> None:
+            self._segment = (self._rig.motor(), q)
+            go(q, seconds)
+
+        arm.go = told  # type: ignore[method-assign]
+
+    def fastest(self) -> float:
+        """Highest speed of any motor over a look [rad/s]."""
+        times, q = np.array([t for t, _ in self.seen]), np.array([q for _, q in self.seen])
+        return float((np.abs(np.diff(q, axis=0)).max(axis=1) / np.diff(times)).max(initial=0.0))
+
+    def _waited(self, seconds: float) -> None:
+        self._wait(seconds)
+        now = self._rig.clock.now()
+        if not self.seen or now - self.seen[-1][0] >= self._every_s:
+            q = self._rig.motor()
+            self.seen.append((now, q))
+            start, goal = self._segment
+            way = goal - start
+            share = np.clip((q - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+            self.strayed = max(self.strayed, float(np.abs(q - start - share * way).max()))
+
+
+class Painted(Camera):
+    """A camera that shows where the arm is, in grey, and whether the laser is on."""
+
+    def __init__(self, bench: Bench, size: tuple[int, int], breaks_at: int | None = None) -> None:
+        self._bench = bench
+        self._clock = bench.clock
+        self._size = size
+        self._left = breaks_at
+        self._rng = np.random.default_rng(3)
+
+    def shot(self, settle_s: float) -> Image:
+        self._clock.wait(settle_s + 0.1)
+        if self._left is not None:
+            self._left -= 1
+            if self._left < 0:
+                raise CameraLost("painted", "it was unplugged")
+        image = self._rng.integers(20, 40, self._size[::-1], dtype=np.uint8)
+        if self._bench.controller.outputs(self._clock.now()):
+            image[3] = 200
+        return image
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+def cell(tmp_path: Path, kind: str = "acl") -> Cell:
+    """A cell with small images, on a high stand."""
+    folder = cell_folder(tmp_path, kind)
+    said = (folder / "dataset.toml").read_text()
+    said = said.replace("width_px = 640", "width_px = 24").replace("height_px = 480", "height_px = 16")
+    (folder / "dataset.toml").write_text(said)
+    limits = (folder / "cell.toml").read_text().replace("floor_m = 0.02", "floor_m = -0.5")
+    (folder / "cell.toml").write_text(limits)
+    return load_cell(folder)
+
+
+def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
+    """An emulated controller that the cell's arm would have."""
+    return Bench(controller_of(cell), Jumping(), faults, seed, cell.arm.baud)
+
+
+def arm_on(bench: Bench, cell: Cell) -> Arm:
+    """The arm as the package drives it."""
+    line = Line(bench, "bench", bench.clock)
+    robot = cell.description.robot
+    assert robot is not None
+    return (Acl if cell.arm.kind == "acl" else Lss)(line, cell.arm, robot.joints)
+
+
+def at_home(cell: Cell, home: bool) -> Cell:
+    """The same cell, which searches its home first or not."""
+    return replace(cell, arm=replace(cell.arm, home=home))
+
+
+def poses(cell: Cell, count: int) -> tuple[Visit, ...]:
+    """Postures near home that break no limit."""
+    robot = cell.description.robot
+    assert robot is not None
+    home = controller_of(cell).motor(0.0)
+    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(robot.joints)))
+    return numbered(home + offsets)
+
+
+def session(cell: Cell, bench: Bench, journal: Journal, camera: Camera | None = None) -> Session:
+    """A recording on the bench, ready to run."""
+    robot = cell.description.robot
+    size = cell.description.image_px
+    assert robot is not None
+    assert size is not None
+    eye = camera or Painted(bench, size)
+    return Session(cell, robot, arm_on(bench, cell), eye, journal, bench.clock, lambda said: None)
+
+
+def begun(cell: Cell, folder: Path, visits: Sequence[Visit], shots: int = 1) -> Journal:
+    """A recording that has not gone anywhere yet."""
+    robot = cell.description.robot
+    assert robot is not None
+    return Journal.begin(cell, robot, folder, visits, shots, force=False)
+
+
+def resumed(cell: Cell, folder: Path) -> Journal:
+    """The recording in a folder, taken up again."""
+    robot = cell.description.robot
+    assert robot is not None
+    return Journal.resume(cell, robot, folder, None, None)

@@ -1,0 +1,271 @@
+"""Cameras that run by themselves, and piles of pictures that pass for one."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import bench
+import cv2
+import numpy as np
+import pytest
+
+from robolaser.cell import live
+from robolaser.cell.camera import Camera, Image
+from robolaser.cell.cameras import open_camera
+from robolaser.cell.clock import WallClock
+from robolaser.cell.live import Live
+from robolaser.data.cell_config import CameraLine
+from robolaser.errors import CameraFrozen, CameraLost, CameraSize, CameraUnusable, Overexposed
+
+SIZE = (24, 16)
+FRAME_S = 0.005
+PATIENCE_S = 0.4
+
+
+class Capture:
+    """What OpenCV opens, as far as it is used."""
+
+    def __init__(self, frame: Callable[[int], Image | None], allows: bool = True) -> None:
+        self._frame = frame
+        self._allows = allows
+        self.number = 0
+        self.released = False
+
+    def isOpened(self) -> bool:  # noqa: N802 - OpenCV's
+        return True
+
+    def set(self, what: int, value: float) -> bool:
+        return self._allows
+
+    def read(self) -> tuple[bool, Image | None]:
+        time.sleep(FRAME_S)
+        self.number += 1
+        frame = self._frame(self.number)
+        return frame is not None, frame
+
+    def release(self) -> None:
+        self.released = True
+
+
+def noisy(number: int, low: int = 50, size: tuple[int, int] = SIZE) -> Image:
+    return np.random.default_rng(number).integers(low, low + 6, size[::-1], dtype=np.uint8)
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live, "SILENT_S", PATIENCE_S)
+    monkeypatch.setattr(live, "FIRST_S", PATIENCE_S)
+
+
+@pytest.fixture
+def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Live]]:
+    """Opens a camera that gives the frames it is told to."""
+    opened: list[Camera] = []
+
+    def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> Live:
+        capture = Capture(frame, more.pop("allows", True))
+        monkeypatch.setattr(cv2, "VideoCapture", lambda *_: capture)
+        camera = Live(CameraLine(0, **more), SIZE, WallClock(), [].append if said is None else said.append)
+        opened.append(camera)
+        return camera
+
+    yield open_one
+    for camera in opened:
+        camera.close()
+
+
+def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., Live]) -> None:
+    scene = [50]
+    camera = running(lambda number: noisy(number, scene[0]))
+    for grey in (120, 60, 200):
+        scene[0] = grey
+        assert camera.shot(0.03).min() >= grey
+
+
+def test_shots_in_a_row_are_different_images(running: Callable[..., Live]) -> None:
+    camera = running(noisy)
+    shots = [camera.shot(0.0) for _ in range(5)]
+    assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
+
+
+def test_colours_and_sixteen_bits_become_grey(running: Callable[..., Live]) -> None:
+    colour = running(lambda number: np.repeat(noisy(number)[:, :, None], 3, axis=2))
+    assert colour.shot(0.0).shape == SIZE[::-1]
+    deep = running(lambda number: noisy(number).astype(np.uint16) << 8)
+    assert 50 <= deep.shot(0.0).max() < 56
+
+
+def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., Live]) -> None:
+    def stops(number: int) -> Image:
+        if number > 5:
+            time.sleep(2 * PATIENCE_S)
+        return noisy(number)
+
+    camera = running(stops)
+    time.sleep(10 * FRAME_S)
+    with pytest.raises(CameraLost, match="none came"):
+        camera.shot(0.0)
+
+
+def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., Live]) -> None:
+    camera = running(lambda number: noisy(number) if number < 8 else None)
+    began = time.monotonic()
+    with pytest.raises(CameraLost, match="unplugged"):
+        camera.shot(0.1)
+    assert time.monotonic() - began < PATIENCE_S
+
+
+def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., Live]) -> None:
+    def breaks(number: int) -> Image:
+        if number > 8:
+            raise ValueError("bad packet")
+        return noisy(number)
+
+    with pytest.raises(CameraLost, match="bad packet"):
+        running(breaks).shot(0.1)
+
+
+def test_a_camera_that_never_begins_is_lost(running: Callable[..., Live]) -> None:
+    with pytest.raises(CameraLost):
+        running(lambda number: None)
+
+
+def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., Live]) -> None:
+    with pytest.raises(CameraFrozen, match="to the last pixel"):
+        running(lambda number: noisy(min(number, 8))).shot(0.1)
+
+
+def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., Live]) -> None:
+    camera = running(lambda number: noisy(number // 2))
+    shots = [camera.shot(0.0) for _ in range(5)]
+    assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
+
+
+def test_another_size_is_refused(running: Callable[..., Live]) -> None:
+    camera = running(lambda number: noisy(number, size=SIZE if number < 8 else (12, 8)))
+    with pytest.raises(CameraSize, match="12 x 8 pixels"):
+        camera.shot(0.1)
+
+
+def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., Live]) -> None:
+    with pytest.raises(Overexposed, match="overexposed"):
+        running(lambda number: noisy(number, 250)).shot(0.0)
+    said: list[str] = []
+
+    def whitish(number: int) -> Image:
+        image = noisy(number)
+        image[:4] = 255
+        return image
+
+    running(whitish, said).shot(0.0)
+    assert "shorter exposure" in said[0]
+
+
+def test_a_covered_lens_is_pointed_out(running: Callable[..., Live]) -> None:
+    said: list[str] = []
+    running(lambda number: noisy(number, 0), said).shot(0.0)
+    assert "covered" in said[0]
+
+
+def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., Live]) -> None:
+    said: list[str] = []
+    assert not running(lambda number: np.zeros(SIZE[::-1], np.uint8), said).shot(0.01).any()
+    assert "covered" in said[0]
+    with pytest.raises(Overexposed):
+        running(lambda number: np.full(SIZE[::-1], 255, np.uint8)).shot(0.01)
+    with pytest.raises(CameraFrozen):
+        running(lambda number: np.full(SIZE[::-1], 128, np.uint8)).shot(0.01)
+
+
+def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., Live]) -> None:
+    said: list[str] = []
+    running(noisy, said, exposure=-5.0, gain=2.0, allows=False)
+    assert ["refuses exposure = -5" in said[0], "refuses gain = 2" in said[1]] == [True, True]
+
+
+def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    absent = replace(cell, camera=CameraLine("/dev/video77"))
+    with pytest.raises(CameraUnusable, match="/dev/video77"):
+        open_camera(absent, WallClock(), print)
+
+
+@contextmanager
+def streamed(frame: Callable[[int], Image], ending: str = ".pgm") -> Iterator[str]:
+    """Sends images one after the other to whoever connects, again and again."""
+    server, over = socket.create_server(("127.0.0.1", 0)), threading.Event()
+    server.settimeout(0.1)
+
+    def send() -> None:
+        number = 0
+        while not over.is_set():
+            with suppress(OSError):  # nobody came, or somebody left
+                client, _ = server.accept()
+                with client:
+                    client.settimeout(1.0)
+                    while not over.is_set():
+                        number += 1
+                        client.sendall(cv2.imencode(ending, frame(number))[1].tobytes())
+                        time.sleep(0.02)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+    finally:
+        over.set()
+        sender.join()
+        server.close()
+
+
+@pytest.mark.parametrize("ending", [".pgm", ".png"])
+def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str) -> None:
+    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    cell, scene = bench.cell(tmp_path), [50]
+    with (
+        streamed(lambda number: noisy(number, scene[0]), ending) as address,
+        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+    ):
+        scene[0] = 150
+        shot = camera.shot(0.2)
+    assert shot.min() >= 150
+    assert shot.max() < 156
+
+
+def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    cell, size = bench.cell(tmp_path), [SIZE]
+    with (
+        streamed(lambda number: noisy(number, size=size[0])) as address,
+        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+    ):
+        camera.shot(0.1)
+        size[0] = (48, 32)
+        with pytest.raises(CameraSize, match="48 x 32"):
+            camera.shot(0.2)
+
+
+def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    (tmp_path / "shots").mkdir()
+    for i in range(3):
+        cv2.imwrite(str(tmp_path / "shots" / f"s{i}.png"), np.full(SIZE[::-1], 60 + i, np.uint8))
+    for source in (tmp_path / "shots", tmp_path / "shots" / "s%d.png"):
+        with open_camera(replace(cell, camera=CameraLine(str(source))), WallClock(), print) as camera:
+            assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
+            with pytest.raises(CameraLost, match="all its pictures"):
+                camera.shot(0.0)
+
+
+@pytest.mark.parametrize("source", ["nowhere.avi", "empty"])
+def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None:
+    cell = bench.cell(tmp_path)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(CameraUnusable, match=source):
+        open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), WallClock(), print)

@@ -1,0 +1,92 @@
+"""What every arm promises, whatever its controller's language."""
+
+from pathlib import Path
+
+import bench
+import numpy as np
+import pytest
+
+from robolaser.cell.arms import ARMS
+from robolaser.cell.arrival import Mover
+from robolaser.data.cell_config import Cell
+from robolaser.errors import ArmAlarm, LineLost
+
+WIRED = sorted(set(ARMS) - {"replay"})
+PLUGGED_S, NOTICED_S = 2.5, 2.0
+
+
+@pytest.fixture(params=WIRED)
+def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
+    return bench.cell(tmp_path, request.param)
+
+
+def mover(rig: bench.Bench, cell: Cell) -> Mover:
+    assert cell.description.robot is not None
+    return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
+
+
+def test_opening_moves_nothing(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    home = rig.motor()
+    bench.arm_on(rig, cell)
+    rig.clock.wait(60.0)
+    np.testing.assert_array_equal(rig.motor(), home)
+
+
+def test_it_reads_what_the_motors_do(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    arm.go(rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4]), 5.0)
+    for _ in range(20):
+        rig.clock.wait(0.5)
+        before = rig.motor()
+        q = arm.read()
+        low, high = np.minimum(before, rig.motor()), np.maximum(before, rig.motor())
+        assert ((q >= low - 0.51 * arm.step) & (q <= high + 0.51 * arm.step)).all()
+
+
+def test_it_goes_where_it_is_sent(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    moving = mover(rig, cell)
+    at = moving.resting("Before")
+    for offset in ([0.3, -0.2, 0.1, 0.25, -0.4], [-0.2, 0.2, -0.1, 0.0, 1.0], [0.0] * 5, [1e-4] * 5):
+        goal = at + offset
+        at = moving.travel(goal, "p", at)
+        assert np.abs(at - goal).max() <= moving.near.max()
+        assert np.abs(rig.motor() - at).max() <= 1e-3
+
+
+def test_it_stops_on_the_way(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    moving = mover(rig, cell)
+    home = moving.resting("Before")
+
+    def by_hand() -> None:
+        raise KeyboardInterrupt
+
+    rig.clock.at.append((rig.clock.now() + 1.5, by_hand))
+    with pytest.raises(KeyboardInterrupt):
+        moving.travel(home + 0.5, "p", home)
+    stands = moving.halt()
+    rig.clock.wait(30.0)
+    np.testing.assert_allclose(rig.motor(), stands, atol=1e-3)
+    assert np.abs(stands - home).max() < 0.45
+
+
+@pytest.mark.parametrize("fault", ["silent", "cut", "lost:1", "late:60"])
+def test_a_lost_line_is_noticed_within_two_seconds(cell: Cell, fault: str) -> None:
+    rig = bench.bench_for(cell, [f"{fault}@>{PLUGGED_S}s"])
+    moving = mover(rig, cell)
+    home = moving.resting("Before")
+    with pytest.raises(LineLost):
+        moving.travel(home + 0.5, "p", home)
+    assert rig.clock.now() < PLUGGED_S + NOTICED_S + 0.3  # and the time of what was being said
+
+
+@pytest.mark.parametrize("fault", ["impact:2", "thermic:4"])
+def test_a_joint_in_trouble_is_named(cell: Cell, fault: str) -> None:
+    rig = bench.bench_for(cell, [f"{fault}@>3s"])
+    moving = mover(rig, cell)
+    home = moving.resting("Before")
+    with pytest.raises(ArmAlarm, match=f"joint_{fault[-1]}"):
+        moving.travel(home + 0.5, "p", home)

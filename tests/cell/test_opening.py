@@ -1,0 +1,117 @@
+"""What a cell names is opened, and only then."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import bench
+import pytest
+
+from robolaser.cell.arms import ARMS, open_arm
+from robolaser.cell.clock import WallClock
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.errors import (
+    ArmDiffers,
+    ArmUnknown,
+    CellWithoutRobot,
+    NotADataset,
+    OutputMissing,
+    PortUnusable,
+    RobolaserError,
+    SettingWrong,
+)
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Cell:
+    return bench.cell(tmp_path)
+
+
+def named(cell: Cell, kind: str, port: str) -> Cell:
+    laser = cell.laser_output if kind == "acl" else None
+    return replace(cell, arm=replace(cell.arm, kind=kind, port=port), laser_output=laser)
+
+
+def test_importing_devices_opens_nothing() -> None:
+    code = (
+        "import pkgutil, importlib, sys, threading, robolaser.cell as d\n"
+        "for module in pkgutil.iter_modules(d.__path__): importlib.import_module('robolaser.cell.' + module.name)\n"
+        "print(threading.active_count(), 'serial' in sys.modules)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.split() == ["1", "False"]
+
+
+def test_a_language_that_nobody_speaks_is_named(cell: Cell) -> None:
+    with pytest.raises(ArmUnknown, match=r"no arm speaks 'acll'.*Did you mean 'acl'"):
+        open_arm(named(cell, "acll", "loop://"), WallClock())
+
+
+@pytest.mark.parametrize("kind", sorted(ARMS))
+def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
+    with pytest.raises((PortUnusable, NotADataset), match="nowhere"):
+        open_arm(named(cell, kind, "/nowhere"), WallClock())
+
+
+@pytest.mark.parametrize("kind", ["acl", "lss"])
+def test_what_does_not_answer_as_it_should_is_said_so(cell: Cell, kind: str) -> None:
+    """A plug that leads back to where it came from."""
+    with pytest.raises(RobolaserError, match="loop://"):
+        open_arm(named(cell, kind, "loop://"), WallClock())
+
+
+def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    said = (cell.folder / "dataset.toml").read_text().replace('"joint_4", "joint_5"', '"joint_4"')
+    (tmp_path / "other" / "dataset.toml").write_text(said)
+    (tmp_path / "other" / "robot.urdf").write_text((cell.folder / "robot.urdf").read_text())
+    (tmp_path / "other" / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4\na,0,0,0,0\n")
+    with pytest.raises(ArmDiffers):
+        open_arm(named(cell, "replay", str(tmp_path / "other")), WallClock())
+
+
+@pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
+def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(
+    cell: Cell, kind: str, said: str
+) -> None:
+    there = replace(named(cell, kind, "/nowhere"), laser_output=99)
+    with pytest.raises(OutputMissing, match=said):
+        open_arm(there, WallClock())
+
+
+def test_a_port_that_nobody_names_is_asked_for(cell: Cell) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] port"):
+        open_arm(named(cell, "acl", ""), WallClock())
+
+
+def changed(cell: Cell, before: str, after: str, file: str = "cell.toml") -> Path:
+    said = (cell.folder / file).read_text()
+    assert before in said
+    (cell.folder / file).write_text(said.replace(before, after))
+    return cell.folder
+
+
+@pytest.mark.parametrize("wrong", ["[0, 1, 1, 1, 1]", "[2, 1, 1, 1, 1]", "[1, 1, 1, 1]"])
+def test_a_joint_counts_up_or_down(cell: Cell, wrong: str) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] direction"):
+        load_cell(changed(cell, "direction = [1, -1, 1, 1, -1]", f"direction = {wrong}"))
+
+
+@pytest.mark.parametrize("wrong", ["[1, 2, 3, 4, 4]", "[1, 2, 3, 4, 5.5]", "[1, 2, 3, 4, 254]", "[1, 2, 3, 4, -1]"])
+def test_each_servo_has_an_address_of_its_own(cell: Cell, wrong: str) -> None:
+    with pytest.raises(SettingWrong, match=r"\[arm\] ids"):
+        load_cell(changed(cell, "baud = 9600", f"baud = 9600\nids = {wrong}"))
+
+
+def test_a_cell_without_a_robot_is_said_to_have_none(cell: Cell) -> None:
+    said = (cell.folder / "dataset.toml").read_text()
+    (cell.folder / "dataset.toml").write_text(said.replace("[robot]", "[rabbit]"))
+    with pytest.raises(CellWithoutRobot, match=r"no \[robot\]"):
+        load_cell(cell.folder)
+
+
+def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
+    sentences = " ".join(load_cell(cell.folder).warnings)
+    assert "no reach_m" in sentences
+    assert "no floor_m" not in sentences

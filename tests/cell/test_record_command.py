@@ -1,0 +1,250 @@
+"""robolaser record on an emulated cell at the other end of a real pseudo terminal."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from terminal import Rig, emulated
+
+import robolaser
+from robolaser.cell.line import Line
+from robolaser.cli import main
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
+
+
+@pytest.fixture(params=["acl", "lss"])
+def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Rig:
+    return Rig(tmp_path, request.param)
+
+
+@pytest.fixture
+def acl(tmp_path: Path) -> Rig:
+    return Rig(tmp_path, "acl")
+
+
+def test_a_recording_is_taken(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    with emulated(rig) as port:
+        assert rig.record("--poses", str(rig.poses), "--repeats", "2", "--move", port=port) == 0
+    assert rig.names() == ["a", "b", "c"]
+    dataset = robolaser.load(rig.out)
+    assert dataset.robot is not None
+    assert dataset.board is not None
+    assert "image_2" in dataset.poses.extra
+    assert ("image_off" in dataset.poses.extra) == (rig.cell.laser_output is not None)
+    assert "Wrote 3 of 3 poses" in capsys.readouterr().out
+
+
+def test_both_ways_see_each_pose_from_below_and_above(acl: Rig) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--both-ways", "--move", port=port) == 0
+    poses = robolaser.load(acl.out).poses
+    assert poses.names[1:5] == ("a_up_from", "a_up", "a_down_from", "a_down")
+    assert poses.q is not None
+    assert (poses.q[1] < poses.q[2] - 0.05).all()
+    assert (poses.q[3] > poses.q[4] + 0.05).all()
+    np.testing.assert_allclose(poses.q[2], poses.q[4], atol=1e-4)
+
+
+@pytest.mark.parametrize("asked", [["--dry-run"], []])
+def test_nothing_moves_and_no_port_is_opened_without_move(
+    acl: Rig, asked: Sequence[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    assert acl.record("--poses", str(acl.poses), *asked, port="nowhere") == (0 if asked else 2)
+    said = capsys.readouterr()
+    assert re.search(r"^a +-?\d+\.\d\d° .*", said.out, re.MULTILINE)
+    assert "3 poses;" in said.out
+    assert asked or "--move" in said.err
+    assert not acl.out.exists()
+
+
+def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace("floor_m = -0.5", "floor_m = 0.6"))
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+    said = capsys.readouterr().err
+    assert "No pose was gone to" in said
+    assert re.search(r"b: the lowest part at 0\.\d+ m, limit 0\.600 m", said)
+    assert not (acl.out / "poses.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("asked", "code", "said"),
+    [
+        ([], 2, "Say where the arm is to go"),
+        (["--resume", "--move"], 1, "no recording was begun there"),
+        (["--poses", "absent.csv", "--move"], 1, "absent.csv"),
+        (["--next", "absent.json", "--move"], 1, "absent.json"),
+        (["--poses", "p.csv", "--run-up", "5", "--move"], 2, "--run-up says nothing without --both-ways"),
+        (["--poses", "p.csv", "--seed", "5", "--move"], 2, "--seed says nothing without --plan"),
+        (["--poses", "p.csv", "--separate", "backlash", "--move"], 2, "--separate says nothing without --plan"),
+        (["--resume", "--both-ways", "--move"], 2, "--both-ways says nothing without"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_sentence(
+    acl: Rig, asked: Sequence[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert acl.record(*asked, port="/dev/absent") == code
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("port", "said"),
+    [
+        ("/dev/absent", r"Cannot open port /dev/absent.*--port"),
+        ("nonsense://x", r"Cannot open port nonsense://x"),
+        ("socket://127.0.0.1:1", r"Cannot open port socket://127.0.0.1:1"),
+        ("loop://", r"The arm on loop:// answered 'ECHO'"),
+    ],
+)
+def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+    assert re.search(said, capsys.readouterr().err, re.DOTALL)
+    assert not (acl.out / "plan.csv").exists()
+
+
+def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    with emulated(acl) as port:
+        cell = acl.folder / "cell.toml"
+        cell.write_text(cell.read_text().replace("baud = 9600", "baud = 19200"))
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+    assert "baud" in capsys.readouterr().err
+
+
+def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
+    script = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
+    with emulated(acl) as port:
+        asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
+        cell = acl.folder / "cell.toml"
+        cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.001"))
+        process = subprocess.Popen(
+            [sys.executable, "-c", script, *map(str, asked)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        wait_for((acl.out / "poses.csv").exists)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=20)
+    assert process.returncode == 1
+    assert "Stopped by hand." in said
+    assert "It stands at joint_1" in said
+    assert "0 of 3 poses are in" in said
+    assert "Traceback" not in said
+
+
+def wait_for(there: Callable[[], bool]) -> None:
+    for _ in range(400):
+        if there():
+            return
+        time.sleep(0.05)
+    pytest.fail("it never came")
+
+
+def test_a_recording_passes_for_a_cell(acl: Rig) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--repeats", "2", "--move", port=port) == 0
+    first, acl.out = acl.out, acl.out.with_name("again")
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
+    asked = ["--poses", str(acl.poses), "--repeats", "2", "--camera", str(first), "--move"]
+    assert acl.record(*asked, port=str(first)) == 0
+    old, new = robolaser.load(first).poses, robolaser.load(acl.out).poses
+    assert new.names == old.names
+    assert new.q is not None
+    np.testing.assert_array_equal(new.q[1:], old.q[1:])  # type: ignore[index]
+    for image in (first / "images").iterdir():
+        assert (acl.out / "images" / image.name).read_bytes() == image.read_bytes()
+
+
+def test_an_existing_recording_is_left_alone_unless_forced(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
+        before = (acl.out / "poses.csv").read_bytes()
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+        assert "--force" in capsys.readouterr().err
+        assert (acl.out / "poses.csv").read_bytes() == before
+        assert acl.record("--poses", str(acl.poses), "--move", "--force", port=port) == 0
+    assert (acl.out / "poses.csv").read_bytes() != before
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
+    acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    acl.out.write_text("a file")
+    assert acl.record("--poses", str(acl.poses), "--move", port="nowhere") == 1
+    assert "recording" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [('kind = "acl"', 'kind = "acll"', "no arm speaks 'acll'"), ("output = 1", "output = 99", "outputs 1 to 16")],
+)
+def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
+    acl: Rig, before: str, after: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace(before, after))
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
+    heard = capsys.readouterr()
+    assert said in heard.err
+    assert not heard.out
+
+
+def test_limits_that_are_not_set_are_pointed_out_with_the_plan(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
+    assert "[limits] has no reach_m" in capsys.readouterr().err
+
+
+def test_degrees_are_told_from_radians(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    acl.poses.write_text(acl.poses.read_text().splitlines()[0] + "\na,10,-20,30,0,0\n")
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
+    assert re.search(r"poses\.csv, row 2: q_joint_1 is 10 rad.*Are these degrees\?", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("both", [[], ["--both-ways"]])
+def test_a_run_up_is_spoken_of_where_there_is_one(
+    acl: Rig, both: Sequence[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace("floor_m = -0.5", "floor_m = 0.9"))
+    assert acl.record("--poses", str(acl.poses), "--dry-run", *both, port="nowhere") == 1
+    assert ("smaller --run-up" in capsys.readouterr().err) == bool(both)
+
+
+def test_a_recording_that_is_finished_moves_nothing(
+    acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
+    before = (acl.out / "poses.csv").read_bytes()
+    acl.home_first()
+    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    assert acl.record("--resume", "--move", port="nowhere") == 0
+    assert "No pose remains." in capsys.readouterr().out
+    assert (acl.out / "poses.csv").read_bytes() == before
+
+
+def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    acl.out = acl.folder
+    assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
+    assert "is a cell" in capsys.readouterr().err
+    assert (acl.folder / "robot.urdf").is_file()
+
+
+def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["record", str(EXAMPLE), "--output", "nowhere", "--plan", "4", "--dry-run"]
+    plans = []
+    for more in ([], ["--separate", "joint_compliance:joint_2"]):
+        assert main([*asked, *more]) == 0
+        plans.append(capsys.readouterr().out)
+    assert plans[0] != plans[1]
+    assert main([*asked, "--separate", "joint_complience"]) == 2
+    assert "Did you mean 'joint_compliance'" in capsys.readouterr().err

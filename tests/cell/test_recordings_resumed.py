@@ -1,0 +1,200 @@
+"""A recording is gone on with in its own cell, from where the arm was left, or not at all."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import bench
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.cell.recording_writer import Journal, Stay
+from robolaser.cell.route import numbered, read_route, route_text
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.errors import (
+    BadCell,
+    CellDiffers,
+    FileUnreadable,
+    MovedMeanwhile,
+    OutputIsCell,
+    PosesUnusable,
+    RecordingStopped,
+    RobolaserError,
+    RowTwice,
+)
+
+Q = np.random.default_rng(4).uniform(-0.5, 0.5, (3, 5))
+IMAGE = np.random.default_rng(1).integers(0, 255, (16, 24), dtype=np.uint8)
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Cell:
+    return bench.cell(tmp_path)
+
+
+@pytest.fixture
+def begun(cell: Cell, tmp_path: Path) -> Path:
+    """A recording of three poses, two of which are done."""
+    journal = bench.begun(cell, tmp_path / "out", numbered(Q))
+    journal.read_in_steps(np.full(5, 1e-4), pytest.fail)
+    for i, visit in enumerate(journal.visits[:2]):
+        journal.add([Stay(visit.name, float(i), visit.q, {"image": IMAGE, "image_off": IMAGE})])
+    return tmp_path / "out"
+
+
+def files(folder: Path) -> dict[Path, bytes]:
+    return {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_a_cell_is_never_written_over(cell: Cell) -> None:
+    before = files(cell.folder)
+    for folder in (cell.folder, cell.folder / ".." / cell.folder.name):
+        with pytest.raises(OutputIsCell, match="is a cell"):
+            Journal.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
+    assert files(cell.folder) == before
+
+
+def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begun: Path) -> None:
+    before = files(begun)
+    journal = Journal.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
+    (cell.folder / "dataset.toml").unlink()
+    with pytest.raises(FileUnreadable):
+        journal.add([Stay("start", 0.0, Q[0])])
+    assert files(begun) == before
+
+
+def test_a_recording_that_is_overwritten_leaves_no_image_behind(cell: Cell, begun: Path) -> None:
+    (begun / "images" / "mine.png").write_bytes(b"not in poses.csv")
+    journal = Journal.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
+    journal.add([Stay("start", 0.0, Q[0])])
+    assert [file.name for file in (begun / "images").iterdir()] == ["mine.png"]
+
+
+def test_looking_at_what_remains_changes_nothing_on_the_disk(cell: Cell, begun: Path) -> None:
+    (begun / "images" / ".p001.png.xyz").write_bytes(b"half")
+    before = files(begun)
+    assert len(bench.resumed(cell, begun).remaining) == 1
+    assert files(begun) == before
+
+
+@pytest.mark.parametrize("wrong", ["abc", "nan", ""])
+def test_a_pose_whose_time_cannot_be_read_is_visited_again(cell: Cell, begun: Path, wrong: str) -> None:
+    table = begun / "poses.csv"
+    table.write_text(table.read_text().replace("p002,1.000", f"p002,{wrong}"))
+    assert [visit.name for visit in bench.resumed(cell, begun).remaining] == ["p002", "p003"]
+
+
+def test_a_laser_that_can_no_longer_be_switched_is_another_cell(cell: Cell, begun: Path) -> None:
+    with pytest.raises(CellDiffers, match="image_off"):
+        bench.resumed(replace(cell, laser_output=None), begun)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [("square_m = 0.010", "square_m = 0.011", "board"), ("lower = 6e-3", "lower = 5e-3", "parameters")],
+)
+def test_another_cell_is_told_apart(cell: Cell, begun: Path, before: str, after: str, said: str) -> None:
+    text = (cell.folder / "dataset.toml").read_text()
+    (cell.folder / "dataset.toml").write_text(text.replace(before, after))
+    with pytest.raises(CellDiffers, match=f"differ in {said}"):
+        bench.resumed(load_cell(cell.folder), begun)
+
+
+def test_a_cell_by_another_name_is_the_same_cell(cell: Cell, begun: Path) -> None:
+    text = (cell.folder / "dataset.toml").read_text()
+    (cell.folder / "dataset.toml").write_text(text.replace('name = "emulated"', 'name = "mine"'))
+    assert bench.resumed(load_cell(cell.folder), begun).done == 2
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "error"),
+    [
+        ("p001,pose", "p001,psoe", BadCell),
+        ("p001,pose,2", "p001,pose,1.5", BadCell),
+        ("p001,pose,2", "p001,pose,0", BadCell),
+        ("p001,pose,2", "p001,pose,3", BadCell),
+        ("p001,pose", "p002,pose", RowTwice),
+        ("p001,pose", "p001,approach", BadCell),
+        ("shots", "shts", RobolaserError),
+        ("pose,2", "approach,0", RobolaserError),
+    ],
+)
+def test_a_plan_that_was_changed_by_hand_is_looked_at(
+    cell: Cell, tmp_path: Path, before: str, after: str, error: type[Exception]
+) -> None:
+    said = route_text(cell.robot, numbered(Q), 2)
+    assert before in said
+    (tmp_path / "plan.csv").write_text(said.replace(before, after))
+    with pytest.raises(error):
+        read_route(tmp_path / "plan.csv", cell.robot)
+
+
+def test_a_plan_without_poses_is_none(cell: Cell, tmp_path: Path) -> None:
+    (tmp_path / "plan.csv").write_text(route_text(cell.robot, (), 2))
+    with pytest.raises(PosesUnusable):
+        read_route(tmp_path / "plan.csv", cell.robot)
+
+
+def interrupted(cell: Cell, rig: bench.Bench, folder: Path) -> None:
+    """A day that ends by hand between two poses."""
+
+    def by_hand() -> None:
+        raise KeyboardInterrupt
+
+    rig.clock.at.append((9.0 if cell.arm.kind == "acl" else 3.0, by_hand))
+    with pytest.raises(RecordingStopped):
+        bench.session(cell, rig, bench.begun(cell, folder, bench.poses(cell, 4))).run(lambda visit: None)
+
+
+def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) -> None:
+    rig = bench.bench_for(cell)
+    interrupted(cell, rig, tmp_path / "out")
+    poses = robolaser.load(tmp_path / "out").poses
+    assert poses.names[-1] == "stopped"
+    assert poses.q is not None
+    np.testing.assert_allclose(poses.q[-1], rig.motor(), atol=1e-4)
+    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    assert not bench.resumed(cell, tmp_path / "out").remaining
+
+
+@pytest.mark.parametrize("home", [False, True])
+def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell, tmp_path: Path, home: bool) -> None:
+    interrupted(cell, bench.bench_for(cell), tmp_path / "out")
+    anew = bench.bench_for(cell, ["reboot@1"])
+    bench.arm_on(bench.Bench(anew.controller, anew.clock), cell).go(anew.motor() + 0.3, 1.0)
+    anew.clock.wait(20.0)
+    stood, there = anew.motor(), bench.at_home(cell, home)
+    before = files(tmp_path / "out")
+    going = bench.session(there, anew, bench.resumed(there, tmp_path / "out"))
+    if home:
+        going.run(lambda visit: None)
+        assert not bench.resumed(cell, tmp_path / "out").remaining
+    else:
+        with pytest.raises(MovedMeanwhile, match="home the arm"):
+            going.run(lambda visit: None)
+        np.testing.assert_array_equal(anew.motor(), stood)
+        assert files(tmp_path / "out") == before
+
+
+def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path, "lss")
+    interrupted(cell, bench.bench_for(cell), tmp_path / "out")
+    bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    assert not bench.resumed(cell, tmp_path / "out").remaining
+
+
+def test_of_an_arm_that_started_anew_no_place_is_stated(cell: Cell, tmp_path: Path) -> None:
+    rig = bench.bench_for(cell, ["reboot@>9s"])
+    with pytest.raises(RecordingStopped, match="where it stands is not known") as stopped:
+        bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda visit: None)
+    assert "It stands at" not in str(stopped.value)
+    assert "It last rested at" in str(stopped.value)
+    assert "stopped" not in robolaser.load(tmp_path / "out").poses.names
+
+
+def test_it_is_said_what_comes_next(cell: Cell, tmp_path: Path) -> None:
+    rig, said = bench.bench_for(cell), []
+    there = bench.at_home(cell, True)
+    going = bench.session(there, rig, bench.begun(there, tmp_path / "out", bench.poses(cell, 2)))
+    going.run(lambda visit: said.append(f"done {visit.name}"), said.append)
+    assert said == ["homing", "p001", "done p001", "p002", "done p002"]

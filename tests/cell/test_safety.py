@@ -1,0 +1,168 @@
+"""Limits are kept at every pose and on all the way between."""
+
+from pathlib import Path
+
+import bench
+import numpy as np
+import pytest
+
+from robolaser.cell.arrival import Mover
+from robolaser.cell.pace import PEAK, seconds_for
+from robolaser.cell.plan_validation import allowed, carried, lowest, reach, violations
+from robolaser.data.cell_config import Limits, load_cell
+from robolaser.errors import NotArrived, Restless, Strayed
+from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.robots import find_robot
+
+ROBOT = find_robot("scorbot_er7")
+NONE = np.empty((0, 3))
+HOME = np.array([0.0, -0.4, 0.6, 0.0, 0.0])
+
+
+def test_a_route_within_all_limits_breaks_none() -> None:
+    rng = np.random.default_rng(2)
+    q = HOME + rng.uniform(-0.1, 0.1, (10, 5))
+    assert not violations(ROBOT, Limits(floor_m=0.05, reach_m=0.9), NONE, HOME, [str(i) for i in range(10)], q)
+
+
+def test_every_pose_beyond_a_joints_limit_is_named() -> None:
+    q = np.tile(HOME, (3, 1))
+    q[1, 2] = ROBOT.upper[2] + 0.1
+    q[2, 0] = ROBOT.lower[0] - 0.1
+    found = violations(ROBOT, Limits(), NONE, HOME, ["a", "b", "c"], q)
+    assert [(one.place, one.what, one.value) for one in found if not one.value] == [
+        ("b", "joint_3", False),
+        ("c", "joint_1", False),
+    ]
+    assert "limit 112.50°" in str(found[0])
+
+
+def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
+    """Two postures that stand high, the straight way between which passes low."""
+    rng = np.random.default_rng(5)
+    a, b = rng.uniform(ROBOT.lower, ROBOT.upper, (2, 4000, 5))
+    share = np.linspace(0, 1, 30)[:, None, None]
+    heights = np.array([lowest(ROBOT, place, NONE) for place in a + share * (b - a)])
+    ends = np.minimum(heights[0], heights[-1])
+    dips = np.flatnonzero(heights.min(axis=0) < ends - 0.1)
+    assert len(dips) > 20
+    for i in dips[:20]:
+        floor = float(heights[:, i].min() + ends[i]) / 2
+        (found,) = violations(ROBOT, Limits(floor_m=floor), NONE, a[i], ["p"], b[i : i + 1])
+        assert found.value
+        assert found.what == "the lowest part"
+        assert str(found).startswith("on the way to p")
+
+
+def test_the_sensor_on_the_flange_counts(tmp_path: Path) -> None:
+    tools = carried(bench.cell(tmp_path).description)
+    assert tools.shape == (2, 3)
+    np.testing.assert_allclose(np.linalg.norm(tools[1] - tools[0]), 0.14)
+    q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (200, 5))
+    T = ROBOT.forward(q[None])[0]
+    heights = apply(T[:, None], tools[None])[..., 2].min(axis=1)
+    np.testing.assert_allclose(lowest(ROBOT, q, tools), np.minimum(lowest(ROBOT, q, NONE), heights))
+    assert (lowest(ROBOT, q, tools) < lowest(ROBOT, q, NONE)).any()
+
+
+def test_too_far_is_too_far() -> None:
+    q = np.zeros((1, 5))
+    far = float(reach(ROBOT, q)[0])
+    assert not violations(ROBOT, Limits(reach_m=far + 0.01), NONE, None, ["p"], q)
+    (found,) = violations(ROBOT, Limits(reach_m=far - 0.01), NONE, None, ["p"], q)
+    assert found.what == "the flange"
+
+
+def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    limits = Limits(floor_m=0.1, reach_m=0.6)
+    q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (300, 5))
+    may = allowed(cell.description, limits, 0.05)(q)
+    assert 5 < may.sum() < 295
+    tools = carried(cell.description)
+    for good, row in zip(may, q, strict=True):
+        ways = [violations(ROBOT, limits, tools, None, ["p"], (row + d)[None]) for d in (-0.05, 0.0, 0.05)]
+        assert good == (not any(ways)) or np.abs([row - ROBOT.lower, ROBOT.upper - row]).min() < 0.06
+
+
+def test_no_joint_ever_exceeds_its_speed(tmp_path: Path) -> None:
+    cell = load_cell(bench.cell_folder(tmp_path))
+    rig = bench.bench_for(cell)
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, cell.limits.speed_rad_s, rig.clock)
+    way: list[tuple[float, np.ndarray]] = []
+    wait = rig.clock.wait
+
+    def watching(seconds: float) -> None:
+        wait(seconds)
+        way.append((rig.clock.now(), rig.motor()))
+
+    at = mover.resting("Before")
+    rig.clock.wait = watching  # type: ignore[method-assign]
+    mover.travel(at + np.array([0.5, 0.3, -0.2, 0.1, 1.5]), "p", at)
+    times, q = np.array([t for t, _ in way]), np.array([q for _, q in way])
+    later = np.diff(times) > 0.005
+    speed = np.abs(np.diff(q, axis=0)[later]).max(axis=1) / np.diff(times)[later]
+    assert 0.5 * cell.limits.speed_rad_s < speed.max() < 1.05 * cell.limits.speed_rad_s
+
+
+def test_time_grows_with_the_way_and_shrinks_with_the_speed() -> None:
+    way = np.array([0.1, -3.0])
+    assert seconds_for(way, 0.3) == pytest.approx(PEAK * 10.0)
+    assert seconds_for(2 * way, 0.6) == pytest.approx(seconds_for(way, 0.3))
+    assert seconds_for(0 * way, 0.3) > 0
+
+
+def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell, ["stall:2@>4s"])
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
+    at = mover.resting("Before")
+    with pytest.raises(NotArrived, match="On the way to p, joint_2 stands still"):
+        mover.travel(at + np.array([0.0, 0.5, 0.0, 0.0, 0.0]), "p", at)
+
+
+@pytest.mark.parametrize("joint", [1, 2, 5])
+def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Path, joint: int) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
+    at = mover.resting("Before")
+    with pytest.raises(Strayed, match=rf"joint_{joint} is at .* off the straight way"):
+        mover.travel(at + 0.5, "p", at)
+    mover.halt()
+    assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
+
+
+def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path) -> None:
+    """Its way is so short that it is never far off."""
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell, ["stall:4@>2s"])
+    mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.1, rig.clock)
+    at = mover.resting("Before")
+    began = rig.clock.now()
+    with pytest.raises(NotArrived, match="joint_4 stands still"):
+        mover.travel(at + np.array([1.0, 0.0, 0.0, 0.03, 0.0]), "p", at)
+    assert rig.clock.now() - began < 15.0
+
+
+def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    mover = Mover(arm, ROBOT, 0.3, rig.clock)
+    at = mover.resting("Before")
+    go = arm.go
+    arm.go = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
+    with pytest.raises(Strayed, match="off the straight way"):
+        mover.travel(at + 0.5, "p", at)
+    assert np.abs(rig.motor() - at).max() < 0.15
+
+
+def test_an_arm_that_moves_by_itself_is_not_at_rest(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    arm.go(HOME + 1.0, 20.0)
+    rig.clock.wait(6.0)
+    with pytest.raises(Restless, match="Before its first motion, joint_"):
+        Mover(arm, ROBOT, 0.3, rig.clock).resting("Before its first motion")

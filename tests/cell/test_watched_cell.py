@@ -1,0 +1,63 @@
+"""The whole emulated cell: an arm on a pseudo terminal, a laser on its output, and a camera that watches its world."""
+
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.cli import main
+from robolaser.data.cell_config import load_cell
+from robolaser.emulator.serving import Emulated
+from robolaser.vision.board import find_board
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
+HURRY = 20.0
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Path:
+    folder = tmp_path / "cell"
+    shutil.copytree(EXAMPLE, folder)
+    said = (folder / "cell.toml").read_text()
+    (folder / "cell.toml").write_text(said.replace("speed_rad_s = 0.3", "speed_rad_s = 0.8"))
+    return folder
+
+
+def record(cell: Path, out: Path, emulated: Emulated, *more: str) -> int:
+    where = ["--port", emulated.arm, "--camera", str(emulated.camera)]
+    return main(["record", str(cell), "--output", str(out), *where, "--move", *more])
+
+
+def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    world, out = cell / "world.toml", tmp_path / "out"
+    with Emulated(cell, world=world, hurry=HURRY, faults=["camera_gone@60"]) as emulated:
+        assert record(cell, out, emulated, "--plan", "2", "--repeats", "2") == 1
+    said = capsys.readouterr().err
+    assert "gives no more images" in said
+    assert "It stands at joint_1" in said
+    begun = robolaser.load(out)
+    said = (cell / "cell.toml").read_text()
+    (cell / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
+    with Emulated(cell, world=world, hurry=2 * HURRY) as emulated:
+        assert record(cell, out, emulated, "--resume") == 0
+    dataset = robolaser.load(out)
+    poses = dataset.poses
+    assert poses.names[: len(begun.poses)] == begun.poses.names
+    assert {"start", "stopped", "resumed", "p001", "p002"} == set(poses.names)
+    assert poses.image is not None
+    board = load_cell(cell).description.board
+    assert board is not None
+    for i, image in enumerate(poses.image):
+        if image:
+            on, again, off = (
+                cv2.imread(str(out / name), cv2.IMREAD_GRAYSCALE)
+                for name in (image, poses.extra["image_2"][i], poses.extra["image_off"][i])
+            )
+            assert find_board(off, columns=board.columns, rows=board.rows) is not None
+            light = np.subtract(on, off, dtype=np.int16)
+            assert 100 < (light > 60).sum() < 0.05 * light.size  # one stripe, nothing else has changed
+            assert np.abs(np.subtract(on, again, dtype=np.int16)).max() < 60
+            assert not np.array_equal(on, again)

@@ -1,0 +1,253 @@
+"""What every command keeps to: exit codes, one-line messages, results that are never lost."""
+
+import errno
+import json
+import os
+import shutil
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from robolaser.cli import COMMANDS, main
+from robolaser.commands.command import Command
+
+PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
+
+
+@pytest.fixture(params=COMMANDS, ids=lambda command: command.name)
+def command(request: pytest.FixtureRequest) -> Command:
+    one: Command = request.param
+    return one
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cli") / "paper"
+    assert main([*PAPER, "--output", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("cli") / "deep" / "result"
+    assert main(["calibrate", str(dataset), "--output", str(out)]) == 0
+    return out
+
+
+def test_help_explains_the_command(command: Command, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main([command.name, "--help"])
+    assert stopped.value.code == 0
+    said = capsys.readouterr().out
+    assert command.summary.split()[0].capitalize() in said
+
+
+def test_wrong_usage_exits_with_two(command: Command, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main([command.name, "--no-such-option"])
+    assert stopped.value.code == 2
+    assert "usage:" in capsys.readouterr().err
+
+
+def test_no_command_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main([])
+    assert stopped.value.code == 2
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("family", ["robots", "effects", "algorithms"])
+def test_list_shows_one_line_each(family: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", family]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) >= 3
+    assert all(line == line.rstrip() for line in lines)
+
+
+def test_the_result_is_what_its_schema_says(result: Path) -> None:
+    schema = json.loads(files("robolaser").joinpath("schemas/calibration.schema.json").read_text())
+    found = json.loads((result / "calibration.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(found, schema)
+    assert list(found["parameters"])[:8] == ["f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta"]
+    assert found["parameters"]["f"]["std"] is None
+    assert found["rms_m"] == pytest.approx((found["objective_m2"] / 25) ** 0.5)
+
+
+def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None:
+    there = {path.name for path in result.iterdir()}
+    assert there == {"calibration.json", "report.html", "robot.urdf", "camera.yaml"}
+
+
+def test_a_result_is_never_overwritten_silently(
+    dataset: Path, result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = Path(shutil.copytree(result, tmp_path / "copy"))
+    before = (copy / "calibration.json").read_bytes()
+    again = ["calibrate", str(dataset), "--output", str(copy), "--algorithm", "gauss-newton"]
+    assert main(again) == 1
+    assert "--force" in capsys.readouterr().err
+    assert (copy / "calibration.json").read_bytes() == before
+    assert main([*again, "--force"]) == 0
+    assert (copy / "calibration.json").read_bytes() != before
+
+
+def test_a_data_set_is_never_overwritten_silently(dataset: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = (dataset / "points.csv").read_bytes()
+    assert main([*PAPER, "--output", str(dataset)]) == 1
+    assert "--force" in capsys.readouterr().err
+    assert (dataset / "points.csv").read_bytes() == before
+
+
+def test_a_file_where_the_output_folder_should_be_is_said(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("mine")
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "taken")]) == 1
+    assert "taken" in capsys.readouterr().err
+    assert (tmp_path / "taken").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "expected"),
+    [
+        (["--with", "laser_rol"], 2, "Did you mean 'laser_roll'"),
+        (["--with", "joint_offset:joint_9"], 1, "joint_1"),
+        (["--algorithm", "rgca"], 2, "Did you mean 'rcga'"),
+    ],
+)
+def test_an_unknown_name_gets_the_near_ones_and_only_one_that_depends_on_the_robot_is_no_wrong_usage(
+    dataset: Path, tmp_path: Path, more: list[str], code: int, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out"), *more]) == code
+    assert expected in capsys.readouterr().err
+
+
+def test_options_that_the_papers_experiment_fixes_are_not_passed_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*PAPER, "--output", str(tmp_path / "p"), "--poses", "7", "--pixel-px", "0.1"]) == 2
+    assert "--paper fixes what --poses, --pixel-px" in capsys.readouterr().err
+    assert not (tmp_path / "p").exists()
+
+
+def test_a_result_that_the_disk_has_no_room_for_leaves_the_earlier_one_whole(
+    dataset: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = Path(shutil.copytree(result, tmp_path / "copy"))
+    before = {path.name: path.read_bytes() for path in copy.iterdir()}
+
+    def full(descriptor: int) -> None:
+        if os.fstat(descriptor).st_size > 100_000:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("os.fsync", full)
+    again = ["calibrate", str(dataset), "--output", str(copy), "--algorithm", "gauss-newton", "--force"]
+    assert main(again) == 1
+    assert "No space left" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in copy.iterdir()} == before
+
+
+@pytest.mark.parametrize("stream", ["closed", "full", "ascii"])
+def test_whatever_the_output_is_nobody_sees_a_traceback(stream: str) -> None:
+    how = {"closed": ">&-", "full": ">/dev/full", "ascii": "| cat"}[stream]
+    if stream == "full" and not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    code = "import sys; from robolaser.cli import main; sys.exit(main(['list', 'effects']))"
+    said = subprocess.run(
+        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert "Traceback" not in said.stderr
+    assert said.returncode == (1 if stream == "full" else 0)
+
+
+def test_a_folder_that_must_not_be_looked_into_is_said(
+    dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(folder: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+
+    monkeypatch.setattr("robolaser.data.loading.load", refuse)
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert "Permission denied" in said
+    assert said.count("\n") == 1
+
+
+def test_points_that_are_there_are_not_overwritten_by_extract(
+    dataset: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["extract", str(dataset)]) == 1
+    assert "points.csv" in capsys.readouterr().err
+
+
+def test_a_data_set_without_images_cannot_be_extracted_from(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["extract", str(dataset), "--output", str(tmp_path / "out")]) == 1
+    assert "[board]" in capsys.readouterr().err
+
+
+def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "1500"]
+    script = (
+        "import sys, threading, time, signal, os\n"
+        "import robolaser.calibration.pymoo_search as search\n"
+        "search.SECONDS_BETWEEN_CHECKPOINTS = 0.0\n"
+        "def stop():\n"
+        "    while not os.path.exists(sys.argv[1]): time.sleep(0.005)\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "threading.Thread(target=stop, daemon=True).start()\n"
+        "from robolaser.cli import main\n"
+        "sys.exit(main(sys.argv[2:]))\n"
+    )
+    stopped = subprocess.run(
+        [sys.executable, "-c", script, str(out / "search.npz"), *whole, "--output", str(out)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert stopped.returncode == 1
+    assert "--resume" in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+    assert main([*whole, "--output", str(out)]) == 1  # neither resumed nor forced: the state is kept
+    assert (out / "search.npz").exists()
+    assert main([*whole, "--output", str(out), "--resume"]) == 0
+    assert main([*whole, "--output", str(tmp_path / "straight")]) == 0
+    resumed, straight = (json.loads((d / "calibration.json").read_text()) for d in (out, tmp_path / "straight"))
+    assert resumed["parameters"] == straight["parameters"]
+
+
+def test_generations_of_a_search_that_has_none_are_pointed_out(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["calibrate", str(dataset), "--generations", "9", "--output", str(tmp_path / "out")]) == 0
+    assert "--generations changes nothing" in capsys.readouterr().err
+
+
+def test_importing_the_package_loads_no_physics() -> None:
+    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich'}"
+    code = f"import sys, robolaser, robolaser.cli; robolaser.cli.parser(); print(sorted({heavy} & set(sys.modules)))"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.strip() == "[]"
+
+
+def test_the_real_recording_goes_from_images_to_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording = Path(__file__).parents[2] / "examples" / "etna-s2"
+    assert main(["extract", str(recording), "--output", str(tmp_path / "points")]) == 0
+    assert "10 images" in capsys.readouterr().out
+    run = ["calibrate", str(tmp_path / "points"), "--algorithm", "gauss-newton"]
+    assert main([*run, "--with", "laser_roll", "--output", str(tmp_path / "roll")]) == 0
+    assert main([*run, "--output", str(tmp_path / "paper")]) == 0
+    roll, paper = (json.loads((tmp_path / d / "calibration.json").read_text()) for d in ("roll", "paper"))
+    assert roll["held_out_rms_m"] < 5e-4
+    assert paper["held_out_rms_m"] > 5 * roll["held_out_rms_m"]

@@ -1,0 +1,164 @@
+"""What `robolaser diagnose` writes: a diagnosis, a page, and a corrected model that predicts as the diagnosis' own."""
+
+import json
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pytest
+from diagnosed import MADE
+
+from robolaser.calibration.export import corrected_urdf, robot_urdf
+from robolaser.cli import main
+from robolaser.data.dataset import Noise
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+OFFSET = 0.004
+
+
+def schema(name):
+    return json.loads(files("robolaser").joinpath(f"schemas/{name}.schema.json").read_text())
+
+
+def predicted(dataset, said):
+    """Residuals of a data set by nothing but what calibration.json says, (m, 3) [m]."""
+    values = {name: np.array([entry["value"]]) for name, entry in said["parameters"].items()}
+    for effect in said["effects"]:
+        for number, entry in effect["parameters"].items():
+            values[f"{effect['effect']}.{effect['where']}.{number}"] = np.array([entry["value"]])
+    wanted = [f"{effect['effect']}:{effect['where']}" for effect in said["effects"]]
+    return Model(dataset, candidate_effects(wanted, dataset)).residuals_at(values)[0]
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("diagnose") / "cell"
+    made = simulate(
+        find_robot("scorbot_er7"), kind="point", poses=16, noise=Noise(point_m=2e-5),
+        effects={"joint_offset:joint_3": OFFSET}, seed=2,
+    )  # fmt: skip
+    save(made.dataset, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(cell, tmp_path_factory):
+    out = tmp_path_factory.mktemp("diagnose") / "deep" / "result"
+    assert main(["diagnose", str(cell), "--output", str(out), "--seed", "3"]) == 0
+    return out
+
+
+def read(path):
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_every_diagnosis_is_what_its_schema_says(name):
+    jsonschema.Draft202012Validator.check_schema(schema("diagnosis"))
+    found = json.loads(json.dumps(MADE[name]().as_json(), allow_nan=False))
+    jsonschema.validate(found, schema("diagnosis"))
+
+
+@pytest.mark.parametrize("wrong", [{"verdict": "fine"}, {"where": None}, {"seconds": "4"}])
+def test_the_schema_refuses_what_is_no_diagnosis(wrong):
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(MADE["explained"]().as_json() | wrong, schema("diagnosis"))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_corrected_model_is_what_its_schema_says_and_predicts_as_the_diagnosis_does(name):
+    diagnosis = MADE[name]()
+    said = json.loads(corrected_json(corrected(diagnosis, 1)))
+    jsonschema.validate(said, schema("calibration"))
+    own = diagnosis.model.residuals_at(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
+    np.testing.assert_allclose(predicted(diagnosis.observed, said), own, rtol=0, atol=1e-12)
+    assert said["objective_m2"] == pytest.approx((own**2).sum())
+    assert len([one for one in said["warnings"] if "gross" in one]) == bool(len(diagnosis.gross))
+
+
+def test_geometric_effects_are_in_the_corrected_urdf():
+    diagnosis = MADE["explained"]()
+    model = diagnosis.model
+    text = corrected_urdf(corrected(diagnosis, 1))
+    wanted = model.flange(model.parameters.values(diagnosis.x[None]))[0]
+    found = Robot.from_urdf(text, flange="flange").forward(model.dataset.poses.q[None])[0]
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_the_command_writes_a_diagnosis_a_page_and_a_model(result):
+    assert {path.name for path in result.iterdir()} >= {
+        "diagnosis.json", "report.html", "calibration.json", "robot.urdf", "robot_corrected.urdf",
+    }  # fmt: skip
+    jsonschema.validate(read(result / "diagnosis.json"), schema("diagnosis"))
+    jsonschema.validate(read(result / "calibration.json"), schema("calibration"))
+    assert "<!DOCTYPE html>" in (result / "report.html").read_text(encoding="utf-8")
+
+
+def test_an_offset_that_was_put_in_is_found_within_its_error(result):
+    said = read(result / "diagnosis.json")
+    assert said["verdict"] == "explained"
+    (offset,) = said["effects"]
+    assert (offset["effect"], offset["where"]) == ("joint_offset", "joint_3")
+    number = offset["parameters"]["offset"]
+    assert abs(number["value"] - OFFSET) < 5 * number["std"]
+
+
+def test_the_written_model_predicts_as_the_diagnosis_own(cell, result):
+    diagnosis = examine(load(cell), seed=3)
+    own = diagnosis.model.residuals_at(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
+    dataset = diagnosis.observed
+    np.testing.assert_allclose(predicted(dataset, read(result / "calibration.json")), own, rtol=0, atol=1e-10)
+    text = (result / "robot_corrected.urdf").read_text(encoding="utf-8")
+    robot = Robot.from_urdf(text, flange=dataset.robot.flange, joints=dataset.robot.joints)
+    wanted = diagnosis.model.flange(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
+    np.testing.assert_allclose(robot.forward(dataset.poses.q[None])[0], wanted, atol=1e-9)
+
+
+def test_the_same_seed_gives_the_same_answer(cell, result, tmp_path):
+    assert main(["diagnose", str(cell), "--output", str(tmp_path), "--seed", "3"]) == 0
+    first, second = read(result / "diagnosis.json"), read(tmp_path / "diagnosis.json")
+    assert first | {"seconds": 0} == second | {"seconds": 0}
+
+
+def test_an_effect_taken_out_of_the_library_is_not_found(cell, tmp_path):
+    assert main(["diagnose", str(cell), "--output", str(tmp_path), "--without", "joint_offset"]) == 0
+    said = read(tmp_path / "diagnosis.json")
+    assert "joint_offset" not in [one["effect"] for one in said["effects"]]
+    assert "--without joint_offset" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_an_effect_that_there_is_not_is_wrong_usage(cell, tmp_path, capsys):
+    assert main(["diagnose", str(cell), "--output", str(tmp_path / "new"), "--without", "joint_ofset"]) == 2
+    assert "joint_offset" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("file", ["diagnosis.json", "calibration.json"])
+def test_a_result_is_never_overwritten_silently(cell, tmp_path, capsys, file):
+    (tmp_path / file).write_text("mine")
+    assert main(["diagnose", str(cell), "--output", str(tmp_path)]) == 1
+    assert "--force" in capsys.readouterr().err
+    assert (tmp_path / file).read_text() == "mine"
+
+
+def test_nothing_of_an_overwritten_result_stays(cell, tmp_path):
+    for file in ("diagnosis.json", "robot_corrected.urdf", "camera.yaml"):
+        (tmp_path / file).write_text("of before")
+    geometric = ["--without", "joint_offset", "--without", "link_geometry"]
+    assert main(["diagnose", str(cell), "--output", str(tmp_path), "--force", *geometric]) == 0
+    assert not (tmp_path / "robot_corrected.urdf").exists()
+    assert not (tmp_path / "camera.yaml").exists()
+    assert read(tmp_path / "diagnosis.json")["format"] == "robolaser-diagnosis/1"
+
+
+def test_the_sensor_is_in_the_written_robot():
+    for make in MADE.values():
+        text = robot_urdf(corrected(make(), 1))
+        assert "scanner_camera" in text or "tool_" in text

@@ -1,0 +1,263 @@
+"""Every mistake in a data set gets a sentence that says what is wrong, where, and what was expected."""
+
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.options import Plan
+from robolaser.cli import main
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.errors import RobolaserError
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import paper, simulate
+
+
+@pytest.fixture(scope="session")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data") / "good"
+    save(paper(find_robot("scorbot_er7"), seed=1).dataset, folder)
+    return folder
+
+
+@pytest.fixture
+def folder(good: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(good, tmp_path / "cell"))
+
+
+def replaced(file: str, old: str, new: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        text = (folder / file).read_text()
+        assert old in text
+        (folder / file).write_text(text.replace(old, new, 1))
+
+    return change
+
+
+def cell(file: str, line: int, column: str, value: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        rows = [row.split(",") for row in (folder / file).read_text().splitlines()]
+        rows[line - 1][rows[0].index(column)] = value
+        (folder / file).write_text("\n".join(map(",".join, rows)) + "\n")
+
+    return change
+
+
+def added(file: str, text: str) -> Callable[[Path], None]:
+    return lambda folder: (folder / file).write_text((folder / file).read_text() + text)
+
+
+def written(file: str, text: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        (folder / file).write_text(text)
+
+    return change
+
+
+def without_column(file: str, column: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        rows = [row.split(",") for row in (folder / file).read_text().splitlines()]
+        gone = rows[0].index(column)
+        (folder / file).write_text("\n".join(",".join(r[:gone] + r[gone + 1 :]) for r in rows) + "\n")
+
+    return change
+
+
+def twice(file: str, line: int) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        text = (folder / file).read_text()
+        (folder / file).write_text(text + text.splitlines()[line - 1] + "\n")
+
+    return change
+
+
+def as_pipe(file: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        (folder / file).unlink()
+        os.mkfifo(folder / file)
+
+    return change
+
+
+def all_rows_as_the_first(file: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        header, first, *rest = (folder / file).read_text().splitlines()
+        alike = [row.split(",", 1)[0] + "," + first.split(",", 1)[1] for row in (first, *rest)]
+        (folder / file).write_text("\n".join([header, *alike]) + "\n")
+
+    return change
+
+
+def first_lines(path: Path, count: int) -> None:
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:count]))
+
+
+MISTAKES = {
+    "no dataset.toml": (lambda f: (f / "dataset.toml").unlink(), ["has no dataset.toml", "poses.csv"]),
+    "no poses": (lambda f: (f / "poses.csv").unlink(), ["poses.csv", "No such file"]),
+    "not TOML": (written("dataset.toml", "format = ["), ["not valid TOML", "end of document"]),
+    "not text": (lambda f: (f / "poses.csv").write_bytes(b"\xff\xfe\x00"), ["poses.csv", "not UTF-8"]),
+    "other format": (
+        replaced("dataset.toml", "dataset/1", "dataset/2"),
+        ["robolaser-dataset/2", "robolaser-dataset/1"],
+    ),
+    "no format": (replaced("dataset.toml", "format", "fromat"), ["lacks format"]),
+    "wrong kind": (replaced("dataset.toml", '"stripe"', '"laser"'), ["[sensor] kind", "'laser'", '"socket"']),
+    "wrong axis": (replaced("dataset.toml", 'axis = "u"', 'axis = "x"'), ["stripe_axis", '"u" or "v"']),
+    "width a text": (
+        replaced("dataset.toml", "width_px = 640", 'width_px = "640"'),
+        ["[image] width_px", "whole number"],
+    ),
+    "no width": (replaced("dataset.toml", "width_px = 640", ""), ["lacks [image] width_px"]),
+    "swapped bounds": (replaced("dataset.toml", "upper = 0.01 ", "upper = 0.001 "), ["[parameters] f", "below upper"]),
+    "nominal outside": (replaced("dataset.toml", "nominal = 0.008", "nominal = 0.08"), ["nominal 0.08", "between"]),
+    "no upper": (replaced("dataset.toml", ", upper = 0.01 ", ""), ["[parameters] f.upper"]),
+    "bound not finite": (replaced("dataset.toml", "upper = 0.01 ", "upper = inf "), ["f.upper", "finite"]),
+    "degrees in bounds": (
+        replaced("dataset.toml", "lower = 0.0, upper = 0.785", "lower = 0.0, upper = 45.785"),
+        ["theta", "degrees"],
+    ),
+    "parameter missing": (replaced("dataset.toml", "theta =", "# theta ="), ["lacks theta", "stripe"]),
+    "unknown parameter": (replaced("dataset.toml", "theta =", "thetta ="), ["thetta", "theta"]),
+    "bound beyond all numbers": (
+        replaced("dataset.toml", "upper = 0.01 ", f"upper = 1{'0' * 400} "),
+        ["f.upper", "finite"],
+    ),
+    "focal length of zero": (
+        replaced("dataset.toml", "lower = 0.006", "lower = 0.0"),
+        ["[parameters] f: lower is 0", "above zero"],
+    ),
+    "quaternion": (replaced("dataset.toml", "[0.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 1.0, 1.0]"), ["bracket_quat", "1.414"]),
+    "noise negative": (added("dataset.toml", "\n[noise]\npixel_px = -1\n"), ["[noise] pixel_px", "positive"]),
+    "urdf elsewhere": (replaced("dataset.toml", '"robot.urdf"', '"../robot.urdf"'), ["../robot.urdf", "leaves"]),
+    "urdf absolute": (replaced("dataset.toml", '"robot.urdf"', '"/etc/passwd"'), ["/etc/passwd", "leaves"]),
+    "urdf missing": (replaced("dataset.toml", '"robot.urdf"', '"rob.urdf"'), ["rob.urdf", "no such file"]),
+    "urdf no path": (replaced("dataset.toml", '"robot.urdf"', '"a\\u0000b.urdf"'), ["[robot] urdf", "leaves"]),
+    "unknown flange": (replaced("dataset.toml", '"flange"', '"flangge"'), ["flangge", "Did you mean 'flange'"]),
+    "unknown joint": (replaced("dataset.toml", '"joint_1"', '"joint_9"'), ["joint_9", "joint_1"]),
+    "joint twice": (replaced("dataset.toml", '"joint_1"', '"joint_2"'), ["joints"]),
+    "pose missing": (without_column("poses.csv", "pose"), ["poses.csv has no column 'pose'"]),
+    "joint column missing": (without_column("poses.csv", "q_joint_3"), ["q_joint_3", "poses.csv"]),
+    "u missing": (without_column("points.csv", "u_px"), ["points.csv has no column 'u_px'"]),
+    "x missing": (without_column("points.csv", "x_m"), ["points.csv has no column 'x_m'"]),
+    "NaN": (cell("points.csv", 4, "u_px", "nan"), ["points.csv, row 4, column u_px", "finite"]),
+    "infinite": (cell("points.csv", 5, "x_m", "-inf"), ["points.csv, row 5, column x_m", "finite"]),
+    "not a number": (cell("poses.csv", 3, "q_joint_2", "abc"), ["poses.csv, row 3, column q_joint_2: 'abc'"]),
+    "Python's digits": (cell("points.csv", 3, "u_px", "1_0"), ["points.csv, row 3, column u_px: '1_0'", "a number"]),
+    "other digits": (cell("points.csv", 3, "u_px", "\u0663\u0664"), ["points.csv, row 3, column u_px", "a number"]),
+    "a pipe": (as_pipe("poses.csv"), ["poses.csv", "no plain file"]),
+    "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
+    "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
+    "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
+    "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2: pixel", "640 x 480"]),
+    "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2: no pose '77'"]),
+    "pose twice": (twice("poses.csv", 2), ["poses.csv, row 7", "already in row 2"]),
+    "point twice": (twice("points.csv", 3), ["points.csv, row 27", "already in row 3"]),
+    "short row": (added("points.csv", "0,9\n"), ["points.csv, row 27: 2 cells"]),
+    "column twice": (replaced("poses.csv", "q_joint_2", "q_joint_1"), ["two columns 'q_joint_1'"]),
+    "empty points": (written("points.csv", ""), ["points.csv is empty"]),
+    "no rows": (written("points.csv", "pose,point,u_px,v_px,x_m,y_m,z_m\n"), ["no rows"]),
+    "no points": (lambda f: (f / "points.csv").unlink(), ["robolaser extract"]),
+    "open quote": (added("points.csv", '"0,9,1,1,1,1,1\n'), ["points.csv", "line 27"]),
+    "broken URDF": (written("robot.urdf", "<robot><link"), ["robot.urdf"]),
+    "entity bomb": (
+        written("robot.urdf", '<!DOCTYPE r [<!ENTITY a "b">]><robot name="r"><link name="&a;"/></robot>'),
+        ["robot.urdf"],
+    ),
+    "one pose": (lambda f: first_lines(f / "points.csv", 6), ["1 pose with points", "at least"]),
+    "poses all alike": (all_rows_as_the_first("poses.csv"), ["5 poses", "only 1 differs", "at least"]),
+    "target behind the camera": (
+        lambda f: (f / "dataset.toml").write_text(
+            (f / "dataset.toml").read_text().replace("[0.0, 0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0, 0.0]")
+        ),
+        ["behind the camera", "bracket_quat"],
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_named_with_its_place(folder: Path, mistake: str) -> None:
+    change, expected = MISTAKES[mistake]
+    change(folder)
+    with pytest.raises(RobolaserError) as caught:
+        calibrate(load(folder), Plan(algorithm="gauss-newton"))
+    message = str(caught.value)
+    for words in expected:
+        assert words in message
+    assert message.endswith((".", "?"))
+    assert "\n" not in message
+    assert "Traceback" not in message
+
+
+def test_the_command_line_says_it_in_one_line_and_exits_with_one(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell("points.csv", 4, "u_px", "nan")(folder)
+    assert main(["calibrate", str(folder), "--output", str(folder / "out")]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("robolaser: points.csv, row 4")
+    assert said.count("\n") == 1
+    assert not (folder / "out").exists()
+
+
+def test_a_reading_a_little_outside_the_limits_is_a_warning(folder: Path) -> None:
+    cell("poses.csv", 2, "q_joint_3", "2.5")(folder)
+    assert any("joint_3" in warning and "outside its limits" in warning for warning in load(folder).warnings)
+
+
+def test_bom_crlf_and_blank_last_lines_are_fine(folder: Path) -> None:
+    before = load(folder)
+    for file in ("poses.csv", "points.csv"):
+        text = (folder / file).read_text().replace("\n", "\r\n") + "\r\n\r\n"
+        (folder / file).write_bytes(b"\xef\xbb\xbf" + text.encode())
+    after = load(folder)
+    assert (after.points.pixel == before.points.pixel).all()
+    assert (after.poses.q == before.poses.q).all()
+
+
+def test_an_image_path_that_leaves_the_folder_is_refused(folder: Path) -> None:
+    rows = (folder / "poses.csv").read_text().splitlines()
+    rows = [rows[0] + ",image", *(row + ",../secret.png" for row in rows[1:])]
+    (folder / "poses.csv").write_text("\n".join(rows) + "\n")
+    with pytest.raises(RobolaserError, match=r"row 2, column image.*leaves"):
+        load(folder)
+
+
+def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
+    made = simulate(find_robot("scorbot_er7"), kind="socket", poses=8, seed=1).dataset
+    save(replace(made, distances_m=()), tmp_path / "s")
+    replaced("dataset.toml", "[target]", '[target]\ndistances_m = [["nowhere", "elsewhere", 0.05]]')(tmp_path / "s")
+    with pytest.raises(RobolaserError, match=r"distances_m.*nowhere.*another socket"):
+        load(tmp_path / "s")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("placed = true", "plcaed = true", "[target] plcaed is not known and was passed over. Did you mean 'placed'?"),
+        ("[scanner]", "[scaner]", "scaner is not known and was passed over. Did you mean 'scanner'?"),
+    ],
+)
+def test_a_misspelt_setting_is_not_passed_over_in_silence(folder: Path, old: str, new: str, expected: str) -> None:
+    assert load(folder).warnings == ()
+    replaced("dataset.toml", old, new)(folder)
+    (warning,) = load(folder).warnings
+    assert warning == f"dataset.toml, {expected}"
+
+
+def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> None:
+    replaced("dataset.toml", ', "joint_5"]', "]")(folder)
+    (warning,) = load(folder).warnings
+    assert "q_joint_5" in warning
+    assert "neutral" in warning
+
+
+@pytest.mark.parametrize("key", ["target.x", '"target.x"'])
+def test_a_name_with_a_dot_is_read_with_and_without_quotes(folder: Path, key: str) -> None:
+    added("dataset.toml", f"\n{key} = {{ nominal = 0.1, lower = -1.0, upper = 1.0 }}\n")(folder)
+    assert load(folder).parameters["target.x"].nominal == 0.1

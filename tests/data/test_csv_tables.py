@@ -1,0 +1,104 @@
+"""Tables and files: what is read is what was written, and what was there is never damaged."""
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robolaser.data.csv_tables import read_table, write_table, write_text
+from robolaser.errors import FileUnwritable, RobolaserError
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    names = ["plain", 'with "quotes"', "with, comma", "ünïcode"]
+    write_table(tmp_path / "t.csv", ["name", "x"], [(name, 0.1 * i) for i, name in enumerate(names)])
+    table = read_table(tmp_path / "t.csv")
+    assert list(table.texts("name")) == names
+    np.testing.assert_allclose(table.numbers(["x"])[:, 0], 0.1 * np.arange(4), rtol=1e-11)
+
+
+def test_lines_are_counted_as_an_editor_counts_them(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text('a,b\n\n1,"two\nlines"\n3,x\n')
+    assert read_table(tmp_path / "t.csv").lines == (3, 5)
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+    path = tmp_path / "result.json"
+    write_text(path, "before")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, step, full)
+    with pytest.raises(FileUnwritable, match=r"No space left.*unchanged"):
+        write_text(path, "after")
+    assert path.read_text() == "before"
+    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
+
+
+def test_truncated_and_damaged_tables_only_ever_raise_our_errors(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    good = b"pose,x,y\n" + b"".join(b'"p%d",%d.5,-1e-3\n' % (i, i) for i in range(20))
+    path = tmp_path / "t.csv"
+    for _ in range(300):
+        data = bytearray(good[: rng.integers(0, len(good) + 1)])
+        for at in rng.integers(0, max(1, len(data)), rng.integers(0, 4)):
+            if data:
+                data[at] = rng.integers(0, 256)
+        path.write_bytes(bytes(data))
+        with suppress(RobolaserError):
+            table = read_table(path)
+            table.texts("pose")
+            assert np.isfinite(table.numbers(["x", "y"])).all()
+
+
+def tables_of(text: str) -> list[str]:
+    """The same table as plainly written, with every cell in quotes, with blank lines, a BOM and CRLF."""
+    rows = [line.split(",") for line in text.splitlines()]
+    quoted = "\n".join(",".join(f'"{cell}"' for cell in row) for row in rows)
+    return [text, text.rstrip("\n"), quoted, text + "\n\n", "\ufeff" + text.replace("\n", "\r\n"), "\n" + text]
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 1 << 17])
+def test_numbers_are_the_same_however_a_table_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
+) -> None:
+    monkeypatch.setattr("robolaser.data.csv_tables.CHUNK", chunk)
+    values = np.random.default_rng(3).normal(size=(30, 2)) * 10.0 ** np.arange(-15, 15)[:, None]
+    text = "name,x, y \n" + "".join(f"p_{i % 4}, {x!r} ,{y:.7g}\n" for i, (x, y) in enumerate(values.tolist()))
+    for i, written in enumerate(tables_of(text)):
+        path = tmp_path / f"{i}.csv"
+        path.write_bytes(written.encode())
+        table, slow = read_table(path, ["x", "y"]), read_table(path)
+        assert np.array_equal(table.numbers(["x", "y"]), slow.numbers(["x", "y"]))
+        assert table.texts("name") == slow.texts("name")
+        assert tuple(table.lines) == tuple(slow.lines)
+        assert np.array_equal(table.numbers(["x"])[:, 0], values[:, 0])
+
+
+def test_a_quick_reading_finds_the_mistakes_that_a_careful_one_does(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    good = "pose,x,y\n" + "".join(f"p{i},{i}.5,-1e-3\n" for i in range(20))
+    path, found = tmp_path / "t.csv", 0
+    for _ in range(200):
+        at = int(rng.integers(0, len(good)))
+        path.write_text(good[:at] + str(rng.choice(['"', ",", "\n", "_", "x", "\u0663", " ", "\r", "nan"])) + good[at:])
+        said = []
+        for numbers in ((), ("x", "y")):
+            try:
+                table = read_table(path, numbers)
+                said.append(str((table.texts("pose"), table.numbers(["x", "y"]).tolist(), tuple(table.lines))))
+            except RobolaserError as error:
+                said.append(str(error))
+                found += 1
+        assert said[0] == said[1]
+    assert found > 100
+
+
+def test_equal_texts_are_kept_once(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("pose,x\n" + "a long name,1\n" * 9)
+    assert len({id(cell) for cell in read_table(tmp_path / "t.csv", ["x"]).texts("pose")}) == 1

@@ -1,0 +1,75 @@
+"""An effect that a script brings is suspected like ours, found, reported, and part of the corrected model."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.arrays import Array
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.corrected_model import corrected
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.model.effects.effect import Effect, Scene, parameter, shape
+from robolaser.model.stages import Stage
+from robolaser.report.diagnosis import page
+from robolaser.simulation import simulate
+
+COUPLING = 0.004
+
+
+@final
+@dataclass(frozen=True)
+class JointCoupling(Effect):
+    """The joint before drags this one along."""
+
+    name: ClassVar[str] = "joint_coupling"
+    title: ClassVar[str] = "dragged along by the joint before it"
+    reference: ClassVar[str] = "belts that run over the shoulder to the elbow"
+    stage: ClassVar[Stage] = Stage.JOINTS
+
+    coupling: Array = parameter(unit="", bound=0.1, prior_scale=2e-3)
+    slip: Array = shape(unit="", lower=0.0, upper=1.0, nominal=0.0)
+
+    @classmethod
+    def places(cls, dataset: Dataset) -> tuple[str, ...]:
+        return dataset.robot.joints[1:] if dataset.robot else ()
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        return np.linspace(0.0, 1.0, 3)[:, None]
+
+    def apply(self, value: Array, scene: Scene) -> Array:
+        joint = scene.robot.joints.index(self.where)
+        bent = value.repeat(len(self.coupling), axis=0) if len(value) == 1 else value.copy()
+        bent[:, :, joint] += self.coupling[:, None] * (1 - self.slip[:, None]) * value[:, :, joint - 1]
+        return bent
+
+
+@pytest.fixture(scope="module")
+def diagnosis() -> Diagnosis:
+    noise = Noise(point_m=2e-5)
+    cell = simulate(robolaser.find_robot("scorbot_er7"), kind="point", poses=40, noise=noise, seed=1).dataset
+    read = cell.poses.q.copy()
+    read[:, 2] -= COUPLING * read[:, 1]
+    cell = replace(cell, poses=replace(cell.poses, q=read))
+    return examine(cell, [*robolaser.EFFECTS, JointCoupling], seed=1)
+
+
+def test_it_explains_what_it_causes(diagnosis: Diagnosis) -> None:
+    said = diagnosis.as_json()
+    assert said["verdict"] == "explained"
+    assert [(one["effect"], one["where"]) for one in said["effects"]] == [("joint_coupling", "joint_3")]
+
+
+def test_its_title_stands_in_the_report(diagnosis: Diagnosis) -> None:
+    assert "dragged along by the joint before it" in page(diagnosis, command="robolaser diagnose")
+
+
+def test_it_is_part_of_the_corrected_model(diagnosis: Diagnosis) -> None:
+    (entry,) = as_json(corrected(diagnosis, 1))["effects"]
+    numbers = {name: number["value"] for name, number in entry["parameters"].items()}
+    assert numbers["coupling"] * (1 - numbers["slip"]) == pytest.approx(COUPLING, rel=0.02)

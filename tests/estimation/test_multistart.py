@@ -1,0 +1,116 @@
+"""The global optimum is found whatever the seed, and it is known when it may not have been."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from robolaser import compiled
+from robolaser.data.dataset import Noise
+from robolaser.estimation.multistart import AGREEING, FEWEST_ROUNDS, MOST_ROUNDS, SoFar, optimum
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, paper, simulate
+
+WORLDS = {
+    "the paper's": lambda: paper(find_robot("scorbot_er7"), seed=1),
+    "ten points": lambda: simulate(find_robot("scorbot_er7"), poses=5, points=2, noise=Noise(target_m=3e-4), seed=1),
+    "no noise": lambda: simulate(find_robot("ur5"), poses=8, points=5, noise=Noise(), seed=1),
+    "unplaced": lambda: simulate(
+        find_robot("ur3"), poses=12, points=6, noise=Noise(target_m=2e-4), placed=False, seed=1
+    ),
+}
+
+
+needs_compiler = pytest.mark.skipif(not compiled.available(), reason="there is no compiler")
+
+
+@pytest.fixture(scope="module", params=list(WORLDS))
+def made(request: pytest.FixtureRequest) -> Simulated:
+    return WORLDS[request.param]()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_seed_ends_where_the_truth_does_or_lower(made: Simulated, seed: int) -> None:
+    model = Model(made.dataset)
+    truth = model.fix_gauge(np.array([made.truth[name] for name in model.parameters.names]))
+    known = Box.of(model).polish(Residuals(model), truth).cost
+    found = optimum(model, seed=seed)
+    assert found.cost <= known * (1 + 1e-6) + 1e-18
+    assert found.agreeing >= AGREEING
+    assert model.cost(found.x[None])[0] == pytest.approx(found.cost, rel=1e-9, abs=1e-25)
+
+
+def test_the_optimum_keeps_to_the_bounds(made: Simulated) -> None:
+    model = Model(made.dataset)
+    box, x = Box.of(model), optimum(model, seed=3).x
+    assert (x >= box.lower).all()
+    assert (x <= box.upper).all()
+
+
+@needs_compiler
+def test_a_descent_ends_where_scipys_does() -> None:
+    model = Model(paper(find_robot("scorbot_er7"), seed=2).dataset)
+    box = Box.of(model)
+    start = model.parameters.nominal
+    ends, J, _ = model.sensor.chain.descend(start[None], box.lower, box.upper, model.flange({}), steps=1000, tol=1e-14)
+    free = ~box.held
+
+    def fun(z: np.ndarray) -> np.ndarray:
+        x = start.copy()
+        x[free] = box.lower[free] + z * box.scale[free]
+        return model.residuals(x[None]).reshape(-1)
+
+    z = (start - box.lower)[free] / box.scale[free]
+    theirs = least_squares(fun, z, bounds=(0, 1), jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=3000)
+    assert J[0] <= 2 * theirs.cost * (1 + 1e-8)
+    assert model.cost(ends)[0] == pytest.approx(J[0], rel=1e-9)
+
+
+def test_a_start_at_a_pole_spoils_no_other() -> None:
+    model = Model(paper(find_robot("scorbot_er7"), seed=2).dataset)
+    pole = model.parameters.nominal.copy()
+    pole[7], pole[4] = 0.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
+    assert not np.isfinite(model.cost(pole[None])[0])
+    assert optimum(model, seed=1, starts=pole[None]).cost == pytest.approx(optimum(model, seed=1).cost, rel=1e-9)
+
+
+@needs_compiler
+def test_without_a_compiler_the_same_optimum_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    dataset = paper(find_robot("scorbot_er7"), seed=1).dataset
+    with_it = optimum(Model(dataset), seed=1)
+    monkeypatch.setenv(compiled.SWITCH, "0")
+    compiled.available.cache_clear()
+    try:
+        without = optimum(Model(dataset), seed=1)
+    finally:
+        monkeypatch.undo()
+        compiled.available.cache_clear()
+    assert without.cost == pytest.approx(with_it.cost, rel=1e-6)
+
+
+@needs_compiler
+def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one round and descents of two steps no two ends agree."""
+    monkeypatch.setattr("robolaser.estimation.multistart.STEPS", 2)
+    monkeypatch.setattr("robolaser.estimation.multistart.MOST_ROUNDS", 1)
+    assert MOST_ROUNDS > 1
+    found = optimum(Model(paper(find_robot("scorbot_er7"), seed=1).dataset), seed=1)
+    assert found.agreeing < AGREEING
+
+
+def test_whoever_watches_sees_the_best_fall_round_by_round(made: Simulated) -> None:
+    model, seen = Model(made.dataset), list[SoFar]()
+    found = optimum(model, seed=1, progress=seen.append)
+    costs = [model.cost(so_far.x[None])[0] for so_far in seen]
+    screened, descended = costs[1::2], costs[::2]
+    assert len(descended) >= 1 + FEWEST_ROUNDS
+    assert all(later <= earlier * (1 + 1e-9) for earlier, later in pairwise(descended))
+    assert all(end <= candidate for candidate, end in zip(screened, descended[1:], strict=True))
+    assert all(earlier.evaluations < later.evaluations for earlier, later in pairwise(seen))
+    assert all(earlier.share <= later.share <= 1.0 for earlier, later in pairwise(seen))
+    assert seen[-1].evaluations == found.evaluations
+    assert np.array_equal(seen[-1].x, found.x)
+    assert found.cost == optimum(model, seed=1).cost

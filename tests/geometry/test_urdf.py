@@ -1,0 +1,267 @@
+"""What a URDF may be, and what every other text is told."""
+
+import numpy as np
+import pytest
+
+from robolaser.errors import (
+    FileUnreadable,
+    FrameExists,
+    NotARobot,
+    RobolaserError,
+    UnknownFrame,
+    UnknownJoint,
+    UrdfBadNumbers,
+    UrdfDuplicate,
+    UrdfJointKind,
+    UrdfLimits,
+    UrdfMissingLink,
+    UrdfNotATree,
+    UrdfNotText,
+    UrdfNotXml,
+    UrdfTooLarge,
+    UrdfUnexpandedXacro,
+    UrdfUnnamed,
+    UrdfUnsafe,
+)
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry import urdf
+from robolaser.geometry.kinematics import Robot
+
+ARM = """<?xml version="1.0"?>
+<!-- a two-joint arm -->
+<robot name="arm">
+  <link name="base"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/>
+    <child link="upper"/>
+    <origin xyz="0 0 0.5" rpy="0 0.1 0"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="-1.5" upper="2"/>
+  </joint>
+  <link name="upper">
+    <visual><geometry><mesh filename="package://gone/upper.stl"/></geometry></visual>
+    <inertial><origin xyz="0.1 0 0"/><mass value="1.5"/><inertia ixx="0.1"/></inertial>
+  </link>
+  <joint name="rail" type="prismatic">
+    <parent link="upper"/>
+    <child link="tool0"/>
+    <limit lower="0" upper="0.2"/>
+  </joint>
+  <link name="tool0"/>
+</robot>
+"""
+
+
+def edited(old, new):
+    assert ARM.count(old) == 1, "the test's own edit must hit once"
+    return ARM.replace(old, new)
+
+
+def test_a_urdf_is_read_without_its_meshes():
+    tree = urdf.parse(ARM)
+    assert (tree.name, tree.root, tree.leaves()) == ("arm", "base", ["tool0"])
+    assert [joint.name for joint in tree.path("tool0")] == ["shoulder", "rail"]
+    assert tree.links["upper"].mass == 1.5
+    assert (tree.joints["shoulder"].lower, tree.joints["shoulder"].upper) == (-1.5, 2.0)
+    np.testing.assert_array_equal(tree.joints["rail"].axis, [1, 0, 0])
+
+
+WRONG = {
+    "truncated": (ARM[:400], UrdfNotXml, r"arm.urdf, line 13, column \d+: not well-formed"),
+    "empty": ("", UrdfNotXml, "line 1, column 1: .*no element"),
+    "not XML": ("pose,q_joint_1\n1,2\n", UrdfNotXml, "line 1, column 1"),
+    "lone surrogate": (edited('"tool0"/>\n    <limit', '"\ud800"/>\n    <limit'), UrdfNotText, "surrogates"),
+    "another root": ("<sdf><model/></sdf>", NotARobot, "<sdf>"),
+    "xacro": (
+        '<robot xmlns:xacro="x"><xacro:arm/></robot>',
+        UrdfUnexpandedXacro,
+        "xacro arm.urdf > robot.urdf",
+    ),
+    "expression": (edited('"0 0 0.5"', '"0 0 ${h}"'), UrdfBadNumbers, "Expand the file with xacro"),
+    "document type": (f"<!DOCTYPE robot>{ARM[21:]}", UrdfUnsafe, "line 1: it declares a document type"),
+    "entity bomb": (
+        '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
+        UrdfUnsafe,
+        "refuses",
+    ),
+    "foreign entity": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]><robot>&a;</robot>', UrdfUnsafe, "refuses"),
+    "deep nesting": ("<robot>" + "<a>" * 5000 + "</a>" * 5000 + "</robot>", UrdfTooLarge, "nested"),
+    "huge": ("<robot>" + " " * urdf.MOST_BYTES + "</robot>", UrdfTooLarge, "bytes"),
+    "too many links": ("<robot>" + "<link/>" * 2001 + "</robot>", UrdfTooLarge, "more than 2000 links"),
+    "no link": ("<robot/>", UrdfNotATree, "there is no link"),
+    "unnamed link": (edited('<link name="base"/>', "<link/>"), UrdfUnnamed, "link number 1 has no name"),
+    "endless name": (edited('"rail"', f'"{"r" * 1000}"'), UrdfUnnamed, "joint number 2 has a name of 1000"),
+    "two links of one name": (edited('<link name="base"/>', '<link name="upper"/>'), UrdfDuplicate, "two links"),
+    "two joints of one name": (edited('"rail"', '"shoulder"'), UrdfDuplicate, "two joints named 'shoulder'"),
+    "missing parent": (
+        edited('<parent link="upper"/>', '<parent link="uper"/>'),
+        UrdfMissingLink,
+        "'rail' has the parent link 'uper', which is not there. Did you mean 'upper'",
+    ),
+    "no child": (edited('<child link="tool0"/>', ""), UrdfMissingLink, "'rail' has no <child"),
+    "two parents": (
+        edited('"tool0"/>\n    <limit', '"upper"/>\n    <limit'),
+        UrdfNotATree,
+        "'upper' is the child of two",
+    ),
+    "two roots": (edited('<link name="base"/>', '<link name="base"/><link name="b"/>'), UrdfNotATree, "2 links .*'b'"),
+    "circle": (edited('<parent link="base"/>', '<parent link="tool0"/>'), UrdfNotATree, "circle"),
+    "all in a circle": (
+        edited('<parent link="base"/>', '<parent link="tool0"/>').replace('<link name="base"/>', ""),
+        UrdfNotATree,
+        "circle",
+    ),
+    "unknown joint type": (edited('"revolute"', '"hinge"'), UrdfJointKind, "'shoulder' is of type 'hinge'"),
+    "no joint type": (edited(' type="revolute"', ""), UrdfJointKind, "'shoulder' has no type"),
+    "zero axis": (edited('"0 1 0"', '"0 0 0"'), UrdfBadNumbers, "axis of joint 'shoulder' is '0 0 0'"),
+    "infinite axis": (edited('"0 1 0"', '"0 inf 0"'), UrdfBadNumbers, "axis"),
+    "axis of two": (edited('"0 1 0"', '"0 1"'), UrdfBadNumbers, "expected 3 numbers"),
+    "word for a number": (edited('"0 0 0.5"', '"0 0 half"'), UrdfBadNumbers, "origin xyz of joint 'shoulder'"),
+    "number too large": (edited('"0 0 0.5"', '"0 0 1e300"'), UrdfBadNumbers, "of a size that a robot has"),
+    "overflowing number": (edited('upper="2"', 'upper="1e999"'), UrdfBadNumbers, "upper limit"),
+    "endless number": (edited('upper="2"', f'upper="{"2" * 100_000}"'), UrdfBadNumbers, "upper limit"),
+    "junk after spaces": (edited('"0 0 0.5"', f'"0 0 0.5{" " * 500}x"'), UrdfBadNumbers, "origin"),
+    "rpy of four": (edited('"0 0.1 0"', '"0 0.1 0 0"'), UrdfBadNumbers, "origin rpy"),
+    "no mass": (edited('<mass value="1.5"/>', ""), UrdfBadNumbers, "mass of link 'upper' is missing"),
+    "negative mass": (edited('"1.5"', '"-1.5"'), UrdfBadNumbers, "zero or more"),
+    "mass that is none": (edited('"1.5"', '"nan"'), UrdfBadNumbers, "mass"),
+    "inertia that is none": (edited('ixx="0.1"', 'ixx="a"'), UrdfBadNumbers, "ixx of link 'upper'"),
+    "no limits": (edited('<limit lower="0" upper="0.2"/>', ""), UrdfLimits, "'rail' has no limits"),
+    "limits without numbers": (edited('lower="0" upper="0.2"', 'effort="1"'), UrdfLimits, "no limits"),
+    "swapped limits": (edited('lower="-1.5"', 'lower="3"'), UrdfLimits, "lower limit 3 above its upper limit 2"),
+}
+
+
+@pytest.mark.parametrize(("text", "error", "says"), WRONG.values(), ids=WRONG.keys())
+def test_what_is_wrong_is_said(text, error, says):
+    with pytest.raises(error, match=says):
+        urdf.parse(text, source="arm.urdf")
+
+
+def test_a_limit_left_out_is_zero():
+    assert urdf.parse(edited('lower="0" upper="0.2"', 'upper="0.2"')).joints["rail"].lower == 0.0
+
+
+def test_a_long_list_of_names_is_cut_short():
+    links = "".join(f'<link name="l{i}"/>' for i in range(300))
+    joints = "".join(
+        f'<joint name="j{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/></joint>' for i in range(299)
+    )
+    with pytest.raises(UnknownFrame, match=r"'l1000'.*Did you mean 'l.*and 288 more\.") as caught:
+        urdf.parse(f"<robot>{links}{joints}</robot>").path("l1000")
+    assert len(str(caught.value)) < 300
+
+
+def test_the_longest_arm_allowed_is_weighed():
+    links = "".join(f'<link name="l{i}"><inertial><mass value="1"/></inertial></link>' for i in range(2000))
+    joints = "".join(
+        f'<joint name="j{i}" type="{"continuous" if i == 5 else "fixed"}"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        '<origin xyz="0 0.001 0"/></joint>'
+        for i in range(1999)
+    )
+    robot = Robot.from_urdf(f"<robot>{links}{joints}</robot>", flange="l1999")
+    assert robot.joints == ("j5",)
+    bodies = 1999 - 5
+    lever = 0.001 * (bodies - 1) / 2
+    np.testing.assert_allclose(robot.gravity_torques(np.zeros((1, 1))), [[bodies * 9.81 * lever]], rtol=1e-9)
+
+
+def test_more_joints_than_any_arm_has_are_refused():
+    links = "".join(f'<link name="l{i}"/>' for i in range(300))
+    joints = "".join(
+        f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/></joint>'
+        for i in range(299)
+    )
+    text = f"<robot>{links}{joints}</robot>"
+    with pytest.raises(UrdfTooLarge, match="more than 100 moving joints"):
+        Robot.from_urdf(text, flange="l299")
+    robot = Robot.from_urdf(text, flange="l100")
+    assert not robot.gravity_torques(np.zeros((1, 100))).any()
+
+
+def test_files_are_read_with_or_without_a_byte_order_mark(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(b"\xef\xbb\xbf" + ARM.replace("\n", "\r\n").encode())
+    assert urdf.parse(urdf.load_text(path)).name == "arm"
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    path = tmp_path / "arm.urdf"
+    with pytest.raises(FileUnreadable, match=r"arm\.urdf: No such file"):
+        urdf.load_text(path)
+    path.write_bytes(ARM.encode("utf-16"))
+    with pytest.raises(UrdfNotText, match=r"arm\.urdf cannot be read as UTF-8"):
+        urdf.load_text(path)
+    path.write_bytes(b" " * (urdf.MOST_BYTES + 1))
+    with pytest.raises(UrdfTooLarge, match="bytes"):
+        urdf.load_text(path)
+
+
+def broken(rng):
+    """ARM, cut off somewhere or with a few bytes turned over."""
+    data = bytearray(ARM.encode())
+    if rng.random() < 0.2:
+        return bytes(data[: rng.integers(len(data))])
+    for at in rng.integers(len(data), size=rng.integers(1, 4)):
+        data[at] = rng.integers(256) if rng.random() < 0.3 else rng.choice(list(b'0123456789.-e"/<> \n'))
+    return bytes(data)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_broken_urdf_is_refused_or_weighed(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    path, weighed, refusals = tmp_path / "arm.urdf", 0, []
+    for _ in range(200):
+        path.write_bytes(broken(rng))
+        try:
+            robot = Robot.from_urdf(urdf.load_text(path), flange="tool0")
+            torques = robot.gravity_torques(np.zeros((1, len(robot.joints))))
+            pose = robot.forward(np.zeros((1, 1, len(robot.joints))))
+        except RobolaserError as refusal:
+            refusals.append(str(refusal))
+            continue
+        weighed += 1
+        assert np.isfinite(torques).all()
+        assert np.isfinite(pose).all()
+    assert weighed > 0
+    assert 0 < max(len(says) for says in refusals) < 1000
+
+
+@pytest.mark.parametrize("pitch", [0.3, -1.2, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, 2.5])
+def test_a_placement_survives_writing_and_reading_even_at_the_pole(pitch):
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        roll, yaw = rng.uniform(-np.pi, np.pi, 2)
+        T = se3.pose(se3.rot_z(yaw) @ se3.rot_y(pitch) @ se3.rot_x(roll), rng.normal(size=3))
+        again = urdf.parse(urdf.with_placements(ARM, {"shoulder": T, "rail": T}))
+        for joint in again.joints.values():
+            np.testing.assert_allclose(joint.origin, T, rtol=0, atol=1e-15)
+
+
+def test_new_placements_leave_the_rest_of_the_file_alone():
+    again = urdf.with_placements(ARM, {"shoulder": np.eye(4)})
+    assert again.count("<origin") == ARM.count("<origin")
+    assert "package://gone/upper.stl" in again
+    assert again.count("<!-- a two-joint arm -->") == 1
+    joint = urdf.parse(again).joints["shoulder"]
+    assert (joint.lower, joint.upper, joint.axis.tolist()) == (-1.5, 2.0, [0, 1, 0])
+
+
+def test_a_fixed_frame_is_where_it_was_put():
+    rng = np.random.default_rng(4)
+    T = se3.pose(se3.exp_so3(rng.normal(size=3)), rng.normal(size=3))
+    twice = urdf.with_fixed_frame(urdf.with_fixed_frame(ARM, "tool0", "camera", T), "camera", "sheet", T)
+    q = rng.normal(size=(1, 4, 2))
+    flange, sheet = (Robot.from_urdf(twice, flange=frame).forward(q) for frame in ("tool0", "sheet"))
+    np.testing.assert_allclose(sheet, flange @ T @ T, rtol=0, atol=1e-14)
+
+
+def test_a_fixed_frame_needs_a_parent_and_a_name_of_its_own():
+    with pytest.raises(UnknownFrame, match="Did you mean 'tool0'"):
+        urdf.with_fixed_frame(ARM, "tool", "camera", np.eye(4))
+    with pytest.raises(FrameExists, match="'upper' already"):
+        urdf.with_fixed_frame(ARM, "tool0", "upper", np.eye(4))
+    with pytest.raises(UnknownJoint, match="'elbow'"):
+        urdf.with_placements(ARM, {"elbow": np.eye(4)})
+    taken = urdf.with_fixed_frame(edited('"rail"', '"camera_joint"'), "tool0", "camera", np.eye(4))
+    assert "camera_joint_2" in urdf.parse(taken).joints

@@ -1,0 +1,147 @@
+import numpy as np
+import pytest
+
+from robolaser.errors import NothingReached, RobotNotInstalled, TargetOutOfSight
+from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
+from robolaser.geometry.robots import find_robot
+from robolaser.geometry.visibility import MARGIN, TILT, View, anywhere, apart, limits, looking_down
+from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return find_robot("scorbot_er7")
+
+
+def view_of(robot: Robot, stripe_axis: str) -> View:
+    bracket = facing_outward(robot)
+    values = {name: item.nominal for name, item in scanner(bracket).items()}
+    shift = np.array([values[f"t_{axis}"] for axis in "xyz"])
+    return View(pose(from_quaternion(np.array(bracket)), shift), values, stripe_axis, IMAGE_PX)
+
+
+@pytest.mark.parametrize("stripe_axis", ["u", "v"])
+def test_the_stripe_shows_where_sheet_target_and_ray_meet(robot: Robot, stripe_axis: str) -> None:
+    view = view_of(robot, stripe_axis)
+    T = pose(exp_so3(np.array([[np.pi - 0.2, 0.1, 0.3]])), np.array([[0.4, 0.1, 0.33]]))
+    at = np.linspace(*view.span(), 7)[None]
+    pixel = view.stripe(T, 0.02, at)
+    np.testing.assert_allclose(pixel[..., view.along], at, atol=1e-9)
+    v = view.values
+    u, w = (pixel[0, :, 0] - v["u_0"]) * v["s_u"], (pixel[0, :, 1] - v["v_0"]) * v["s_v"]
+    x, y = (w, -u) if stripe_axis == "u" else (u, w)
+    ray = np.stack([x, y, np.full(7, v["f"])], axis=-1)
+    on_sheet = ray * (v["b"] / (x + v["f"] * np.tan(v["theta"])))[:, None]
+    np.testing.assert_allclose(apply(T, on_sheet)[:, 2], 0.02, atol=1e-12)
+
+
+@pytest.mark.parametrize("stripe_axis", ["u", "v"])
+def test_planned_postures_look_down_and_hold_the_stripe(robot: Robot, stripe_axis: str) -> None:
+    view = view_of(robot, stripe_axis)
+    q, level = looking_down(robot, view, wanted=10, level=None, rng=np.random.default_rng(1))
+    assert len(q) >= 10
+    assert level == 0.0
+    T = robot.forward(q[None])[0] @ view.T_flange_camera
+    assert (np.degrees(np.arccos(-T[:, 2, 2])) <= np.degrees(TILT)).all()
+    at = np.broadcast_to(np.linspace(*view.span(), 9), (len(q), 9))
+    assert view.holds(view.stripe(T, level, at), MARGIN * 0.99).all()
+    assert ((q > robot.lower) & (q < robot.upper)).all()
+
+
+def test_a_level_that_was_asked_for_is_kept(robot: Robot) -> None:
+    view = view_of(robot, "u")
+    q, level = looking_down(robot, view, wanted=4, level=0.15, rng=np.random.default_rng(1))
+    assert level == 0.15
+    T = robot.forward(q[None])[0] @ view.T_flange_camera
+    assert (T[:, 2, 3] > 0.15).all()
+
+
+def test_a_target_out_of_sight_is_said_so_with_what_was_tried(robot: Robot) -> None:
+    with pytest.raises(TargetOutOfSight, match=r"3 poses .* 0 found.*z = 5 m"):
+        looking_down(robot, view_of(robot, "u"), wanted=3, level=5.0, rng=np.random.default_rng(1))
+
+
+def test_limits_keep_inside_and_tame_joints_that_turn_for_ever() -> None:
+    urdf = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="spin" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+      <joint name="slide" type="prismatic"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
+        <limit lower="0.1" upper="0.3" effort="1" velocity="1"/></joint></robot>"""
+    robot = Robot.from_urdf(urdf, flange="c")
+    lower, upper = limits(robot)
+    assert np.isfinite([lower, upper]).all()
+    assert lower[1] > 0.1
+    assert upper[1] < 0.3
+    assert upper[0] <= np.pi
+    assert (anywhere(robot, 50, np.random.default_rng(0)) <= upper).all()
+
+
+def test_spread_out_postures_come_first() -> None:
+    features = np.random.default_rng(2).normal(size=(200, 3))
+    order = apart(features)
+    assert sorted(order) == list(range(200))
+
+    def nearest(rows: np.ndarray) -> float:
+        gaps = np.linalg.norm(features[rows][:, None] - features[rows][None], axis=-1)
+        return float(gaps[~np.eye(len(rows), dtype=bool)].min())
+
+    assert nearest(order[:8]) > 3 * nearest(order[-8:])
+
+
+@pytest.mark.parametrize("name", ["scorbot_er7", "panda", "z1", "jaco2"])
+def test_the_camera_looks_away_from_the_arm(name: str) -> None:
+    robot = _robot_or_skip(name)
+    T = robot.forward(anywhere(robot, 20, np.random.default_rng(3))[None])[0]
+    q = anywhere(robot, 20, np.random.default_rng(3))
+    frames = robot.joint_frames(q[None])[0]
+    view = T[:, :3, :3] @ from_quaternion(np.array(facing_outward(robot)))[:, 2]
+    last = robot.chain[-1]
+    axis = frames[:, -1, :3, :3] @ robot.axes[last]
+    np.testing.assert_allclose(np.abs((view * axis).sum(axis=-1)), 1.0, atol=1e-5)
+
+
+def _robot_or_skip(name: str) -> Robot:
+    try:
+        return find_robot(name)
+    except RobotNotInstalled:
+        pytest.skip(f"{name} is not installed")
+
+
+def test_the_ball_comes_to_its_place_from_many_sides(robot: Robot) -> None:
+    rng = np.random.default_rng(4)
+    ball = np.array([0.03, -0.02, 0.12])
+    goals = within_reach(robot, ball, 2, rng)
+    q, goal = reaching(robot, ball, goals, wanted=8, rng=rng)
+    seat = apply(robot.forward(q[None])[0], ball)
+    np.testing.assert_allclose(seat, goals[goal], atol=1e-11)
+    assert set(goal[:8]) == {0, 1}
+    assert ((q > robot.lower) & (q < robot.upper)).all()
+    turned = inverse(robot.forward(q[None])[0, :1]) @ robot.forward(q[None])[0]
+    assert (np.trace(turned[1:, :3, :3], axis1=1, axis2=2) < 2.9).all()
+
+
+def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
+    rng = np.random.default_rng(4)
+    ball = np.array([0.0, 0.0, 0.1])
+    goals = within_reach(robot, ball, 1, rng)
+    start = anywhere(robot, 30, rng)
+    q, good = touching(
+        robot, lambda q: robot.forward((q + 0.02 * np.sin(q))[None])[0], ball, np.tile(goals, (30, 1)), start
+    )
+    assert good.sum() > 5
+    seat = apply(robot.forward((q + 0.02 * np.sin(q))[None])[0], ball)
+    np.testing.assert_allclose(seat[good], np.tile(goals, (good.sum(), 1)), atol=1e-11)
+
+
+def test_a_place_out_of_reach_is_said_so(robot: Robot) -> None:
+    with pytest.raises(NothingReached, match=r"0 postures reach the socket at \(3.000"):
+        reaching(robot, np.zeros(3), np.array([[3.0, 0.0, 0.0]]), wanted=2, rng=np.random.default_rng(1))
+
+
+def test_a_pixel_on_the_margin_itself_is_within_it_whatever_the_last_bit() -> None:
+    view = View(np.eye(4), {}, "u", (640, 480))
+    ends = np.array([[at, 240.0] for at in view.span()])
+    assert view.holds(np.nextafter(ends, -np.inf)).all()
+    assert view.holds(np.nextafter(ends, np.inf)).all()
+    assert not view.holds(ends + np.array([[-0.01, 0.0], [0.01, 0.0]])).any()

@@ -1,0 +1,138 @@
+"""Effects that other installed packages bring take part like ours; a broken one is named with its package."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from robolaser.errors import AnnouncedTwice, AnnouncementUnusable
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.announced import announced
+from robolaser.model.effects.effect import Effect
+
+WORKING = """
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from robolaser.arrays import Array
+from robolaser.model.effects.effect import Effect, parameter
+from robolaser.model.stages import Stage
+
+
+@final
+@dataclass(frozen=True)
+class Worn(Effect):
+    name: ClassVar[str] = "worn_bearing"
+    title: ClassVar[str] = "the flange wobbles"
+    reference: ClassVar[str] = "none"
+    stage: ClassVar[Stage] = Stage.FLANGE
+
+    play: Array = parameter(unit="m", bound=0.01, prior_scale=1e-4)
+
+    @classmethod
+    def places(cls, dataset):
+        return ("base",)
+
+    def apply(self, value, scene):
+        return value
+"""
+
+Install = Callable[..., Path]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Put a package with one module and one announcement where Python finds it."""
+
+    def put(code: str, *, package: str = "worn-arms", attribute: str = "Worn") -> Path:
+        module = package.replace("-", "_") + "_effects"
+        (tmp_path / f"{module}.py").write_text(code, encoding="utf-8")
+        info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
+        (info / "entry_points.txt").write_text(
+            f"[robolaser.model.effects]\nworn = {module}:{attribute}\n", encoding="utf-8"
+        )
+        monkeypatch.syspath_prepend(tmp_path)
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        return tmp_path
+
+    return put
+
+
+def test_an_announced_effect_is_found(install: Install) -> None:
+    install(WORKING)
+    (found,) = announced(EFFECTS)
+    assert found.name == "worn_bearing"
+    assert issubclass(found, Effect)
+
+
+def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: Install) -> None:
+    folder = install(WORKING)
+    asked = "import worn_arms_effects, robolaser; print([kind.name for kind in robolaser.EFFECTS])"
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    said = subprocess.run(
+        [sys.executable, "-c", asked], capture_output=True, text=True, check=True, env=environment
+    ).stdout
+    assert "'worn_bearing'" in said
+    assert "'backlash'" in said
+
+
+def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> None:
+    made = type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"})
+    assert made not in EFFECTS
+
+
+@pytest.mark.parametrize(
+    ("code", "attribute", "reason"),
+    [
+        ("import no_such_module", "Worn", "ModuleNotFoundError: No module named 'no_such_module'"),
+        ("Worn = 1 / 0", "Worn", "ZeroDivisionError"),
+        ("", "Worn", "AttributeError"),
+        ("Worn = 3", "Worn", "it is 3 and no subclass of Effect"),
+        (
+            "from robolaser.model.effects.effect import Effect as Worn",
+            "Worn",
+            "name, title, reference, stage, perturb, places",
+        ),
+        (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not say its stage"),
+    ],
+)
+def test_a_broken_package_is_named_with_what_went_wrong(
+    install: Install, code: str, attribute: str, reason: str
+) -> None:
+    install(code, attribute=attribute)
+    with pytest.raises(AnnouncementUnusable) as said:
+        announced(EFFECTS)
+    assert "package worn-arms announces worn_arms_effects:Worn" in str(said.value)
+    assert reason in str(said.value)
+
+
+def test_a_name_of_ours_is_taken(install: Install) -> None:
+    install(WORKING.replace("worn_bearing", "backlash"))
+    with pytest.raises(AnnouncedTwice, match=r"worn-arms .* 'backlash', but robolaser has one of that name"):
+        announced(EFFECTS)
+
+
+def test_a_name_of_another_package_is_taken(install: Install) -> None:
+    install(WORKING)
+    install(WORKING, package="loose-arms")
+    with pytest.raises(AnnouncedTwice, match=r"worn-arms .* but loose-arms has one of that name"):
+        announced(EFFECTS)
+
+
+def test_a_broken_package_ends_a_command_with_a_sentence(install: Install) -> None:
+    folder = install("Worn = 1 / 0")
+    ended = subprocess.run(
+        [sys.executable, "-c", "import sys, robolaser.cli; sys.exit(robolaser.cli.main())", "list", "effects"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(folder)},
+    )
+    assert ended.returncode == 1
+    assert "uninstall worn-arms" in ended.stderr
+    assert "Traceback" not in ended.stderr

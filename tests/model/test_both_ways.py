@@ -1,0 +1,115 @@
+"""What is compiled and its twin in NumPy give the same, whatever the sensor and the effects."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser import compiled
+from robolaser.arrays import Array
+from robolaser.compiled import SWITCH
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS, CandidateEffect, Effect
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+RNG = np.random.default_rng(3)
+CELLS = {
+    "stripe": {"kind": "stripe"},
+    "stripe, unplaced": {"kind": "stripe", "placed": False},
+    "stripe along v": {"kind": "stripe", "stripe_axis": "v"},
+    "tracker": {"kind": "point"},
+    "sockets": {"kind": "socket"},
+}
+pytestmark = pytest.mark.skipif(not compiled.available(), reason="there is no compiler")
+
+
+@contextmanager
+def without_compiler() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        compiled.available.cache_clear()
+        yield
+    compiled.available.cache_clear()
+
+
+@pytest.fixture(scope="module", params=list(CELLS))
+def dataset(request: pytest.FixtureRequest) -> Dataset:
+    return simulate(find_robot("scorbot_er7"), poses=9, points=7, noise=Noise(), seed=2, **CELLS[request.param]).dataset
+
+
+def candidates(model: Model, count: int = 6) -> Array:
+    near = RNG.uniform(-0.05, 0.05, (count, len(model.parameters)))
+    return model.parameters.nominal + near * model.parameters.width
+
+
+def agree(model: Model, x: Array) -> None:
+    e, J = model.residuals(x), model.cost(x)
+    with without_compiler():
+        twin = Model(model.dataset, model.effects)
+        np.testing.assert_allclose(e, twin.residuals(x), rtol=0, atol=1e-12 * np.abs(e).max())
+        np.testing.assert_allclose(J, twin.cost(x), rtol=1e-12)
+    np.testing.assert_allclose(J, (e**2).sum(axis=(1, 2)), rtol=1e-12)
+
+
+def test_compiled_and_numpy_agree_without_effects(dataset: Dataset) -> None:
+    model = Model(dataset)
+    agree(model, candidates(model))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in EFFECTS if issubclass(kind, Effect)], ids=lambda kind: kind.name)
+def test_compiled_and_numpy_agree_with_any_effect(kind: type[Effect], dataset: Dataset) -> None:
+    if kind.missing(dataset):
+        pytest.skip(kind.missing(dataset))
+    model = Model(dataset, tuple(CandidateEffect(kind, where) for where in kind.places(dataset)[:2]))
+    agree(model, candidates(model))
+
+
+def test_rows_may_come_in_any_order() -> None:
+    model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
+    order = RNG.permutation(len(model.dataset.points))
+    mixed = Model(replace(model.dataset, points=model.dataset.points.take(order)))
+    x = candidates(model)
+    np.testing.assert_allclose(mixed.residuals(x), model.residuals(x)[:, order], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(mixed.cost(x), model.cost(x), rtol=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_so_many_candidates_so_many_answers_however_many_rows(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
+    x = candidates(model, 3)
+    whole = model.residuals(x)
+    monkeypatch.setattr("robolaser.model.forward_model.CHUNK", 7)
+    np.testing.assert_array_equal(model.residuals(x[:count]), whole[:count])
+    assert model.cost(x[:count]).shape == (count,)
+
+
+def test_candidates_at_a_pole_cost_infinitely_much_and_spoil_no_other() -> None:
+    model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
+    x = candidates(model, 3)
+    where = model.parameters.columns(["k", "theta", "s_v", "v_0"])
+    x[1, where] = 0.0, 0.0, 1.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
+    assert np.isinf(model.cost(x)).tolist() == [False, True, False]
+
+
+def test_threads_change_no_digit(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Model(simulate(find_robot("scorbot_er7"), poses=60, points=50, seed=1).dataset)
+    x = candidates(model, 64)
+    costs = []
+    for cores in (1, 3):
+        monkeypatch.setattr(compiled, "cores", lambda cores=cores: cores)
+        costs.append((model.cost(x), model.residuals(x)))
+    for one, three in zip(*costs, strict=True):
+        np.testing.assert_array_equal(one, three)
+
+
+def test_points_are_carried_by_the_frame_of_their_row() -> None:
+    T = se3.pose(se3.exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
+    of_row, points = RNG.integers(0, 4, 9), RNG.normal(size=(1, 9, 3))
+    np.testing.assert_allclose(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points), rtol=0, atol=1e-14)
+    with without_compiler():
+        np.testing.assert_array_equal(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points))

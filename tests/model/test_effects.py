@@ -1,0 +1,158 @@
+"""What every effect must keep to; a new file in robolaser/model/effects is tested without an edit."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS, candidate_effects
+from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
+
+
+@cache
+def cell(kind: str) -> Dataset:
+    return simulate(find_robot("scorbot_er7"), kind=kind, poses=6, points=3, noise=Noise(), speed=0.1, seed=3).dataset
+
+
+def homes(kind: type[Effect]) -> list[Model]:
+    """A model for each kind of sensor in which the effect has a meaning, at a place in the middle of the arm."""
+    cells = [(one, kind.places(one)) for one in map(cell, ("stripe", "point", "socket"))]
+    return [Model(one, (CandidateEffect(kind, places[len(places) // 2]),)) for one, places in cells if places]
+
+
+@pytest.fixture(params=EFFECTS, ids=lambda kind: kind.name)
+def effect(request: pytest.FixtureRequest) -> type[Effect]:
+    kind: type[Effect] = request.param
+    return kind
+
+
+def columns(model: Model, candidate_effect: CandidateEffect, numbers: tuple[tuple[object, ...], ...]) -> list[int]:
+    return model.parameters.columns(candidate_effect.key(str(name)) for name, *_ in numbers)
+
+
+def shaped(model: Model, seed: int = 0) -> Array:
+    """Three candidates at the nominal model, the effects' shapes anywhere within their bounds."""
+    rng = np.random.default_rng(seed)
+    x = np.repeat(model.parameters.nominal[None], 3, axis=0)
+    for candidate_effect in model.effects:
+        at = columns(model, candidate_effect, candidate_effect.kind.shapes())
+        x[:, at] = rng.uniform(model.parameters.lower[at], model.parameters.upper[at], (3, len(at)))
+    return x
+
+
+def candidates(model: Model, seed: int = 0) -> Array:
+    """The same with effects of typical size."""
+    x, rng = shaped(model, seed), np.random.default_rng(seed + 1)
+    for candidate_effect in model.effects:
+        typical = [size for *_, size in candidate_effect.kind.declared()]
+        x[:, columns(model, candidate_effect, candidate_effect.kind.declared())] = (
+            rng.uniform(0.5, 1.0, (3, len(typical))) * typical
+        )
+    return x
+
+
+def test_it_has_a_meaning_somewhere_and_a_reference(effect: type[Effect]) -> None:
+    assert homes(effect)
+    assert effect.reference
+    assert effect.title
+
+
+def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
+    for _, _, bound, typical in effect.declared():
+        assert 0 < typical < bound
+
+
+def test_at_zero_nothing_bends_whatever_the_shapes(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        x = shaped(model)
+        plain = Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)])
+        np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=ROUNDING_M)
+
+
+def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        for candidate_effect in model.effects:
+            grid = effect.grid(model.dataset, candidate_effect.where)
+            assert grid.shape == (len(grid), len(effect.shapes()))
+            assert len(grid) >= 1
+            for values, (_, _, lower, upper, nominal) in zip(grid.T, effect.shapes(), strict=True):
+                assert lower <= nominal <= upper
+                assert ((values >= lower) & (values <= upper)).all()
+
+
+def test_what_cannot_be_tested_has_a_reason_and_no_place(effect: type[Effect]) -> None:
+    whole = cell("stripe")
+    flange_only = replace(whole, robot=None, poses=replace(whole.poses, q=None, qd=None, T_base_flange=whole.flange()))
+    untimed = replace(whole, poses=replace(whole.poses, time_s=None))
+    still = replace(whole, poses=replace(whole.poses, qd=None))
+    for dataset in (
+        whole,
+        flange_only,
+        untimed,
+        still,
+        replace(whole, path_known=False),
+        cell("point"),
+        cell("socket"),
+    ):
+        assert bool(effect.missing(dataset)) is not bool(effect.places(dataset))
+        assert not effect.missing(dataset).endswith(".")
+
+
+def test_it_is_smooth_where_it_vanishes(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        nominal, bent = shaped(model), candidates(model)
+        step = bent - nominal
+        zero = model.residuals(nominal)
+        forth, back = (model.residuals(nominal + sign * 1e-3 * step) - zero for sign in (1, -1))
+        np.testing.assert_allclose(forth, -back, rtol=0, atol=1e-2 * np.abs(forth).max() + 1e-13)
+
+
+def test_at_its_typical_size_something_bends(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        nominal = model.residuals(model.parameters.nominal[None])
+        assert np.abs(model.residuals(candidates(model)) - nominal).max() > 1e-6
+
+
+def test_one_candidate_bends_as_it_does_in_a_population(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        x = candidates(model)
+        alone = np.concatenate([model.residuals(x[i : i + 1]) for i in range(len(x))])
+        np.testing.assert_allclose(model.residuals(x), alone, rtol=0, atol=1e-15)
+
+
+def test_one_pose_bends_as_it_does_among_many_unless_the_effect_looks_around(effect: type[Effect]) -> None:
+    for model in [] if effect.depends_on_trajectory else homes(effect):
+        x = candidates(model)
+        chosen = np.arange(len(model.dataset.poses)) == 2
+        whole = dict(zip(model.parameters.names, x.T, strict=True))
+        one = Model(model.dataset.of_poses(chosen), model.effects)
+        rows = chosen[model.dataset.points.pose]
+        own = np.stack([whole[name] for name in one.parameters.names], axis=-1)
+        np.testing.assert_allclose(one.residuals(own), model.residuals(x)[:, rows], rtol=0, atol=1e-12)
+
+
+def test_effects_of_different_seams_compose_in_any_order() -> None:
+    chosen = candidate_effects(["laser_roll", "joint_offset:joint_2", "link_geometry:joint_3"], cell("stripe"))
+    assert len({candidate_effect.kind.stage for candidate_effect in chosen}) == len(chosen)
+    forth, back = Model(cell("stripe"), chosen), Model(cell("stripe"), chosen[::-1])
+    x = candidates(forth)
+    order = [forth.parameters.names.index(name) for name in back.parameters.names]
+    np.testing.assert_array_equal(forth.residuals(x), back.residuals(x[:, order]))
+
+
+def test_without_a_place_an_effect_is_meant_at_every_joint() -> None:
+    chosen = candidate_effects(["joint_offset"], cell("stripe"))
+    assert [candidate_effect.where for candidate_effect in chosen] == [f"joint_{i}" for i in range(1, 6)]
+
+
+def test_names_come_in_alphabetical_order_and_once() -> None:
+    assert all(a.name < b.name for a, b in pairwise(EFFECTS))

@@ -1,0 +1,211 @@
+from dataclasses import replace
+
+import numpy as np
+import pinocchio
+import pytest
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects.backlash import Backlash
+from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
+from robolaser.model.effects.encoder_scale import EncoderScale
+from robolaser.model.effects.joint_compliance import JointCompliance
+from robolaser.model.effects.latency import Latency
+from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.thermal_drift import ThermalDrift
+from robolaser.model.effects.transmission_error import TransmissionError
+
+PLAY = 0.01
+ONE = np.ones(1)
+
+
+def arm(q: Array, *, time_s: Array | None = None, extra: dict[str, tuple[str, ...]] | None = None) -> Dataset:
+    """The SCORBOT in given postures, (n, 5)."""
+    names = tuple(map(str, range(len(q))))
+    time_s = np.arange(len(q)) * 10.0 if time_s is None else time_s
+    poses = Poses(names, time_s=time_s, q=q, qd=np.full(q.shape, 0.1), extra=extra or {})
+    return Dataset("arm", poses, Points(np.empty(0, dtype=np.int64), ()), kind="point", robot=find_robot("scorbot_er7"))
+
+
+def moving(values: list[float], joint: int = 2) -> Dataset:
+    q = np.zeros((len(values), 5))
+    q[:, joint] = values
+    return arm(q)
+
+
+def lag(dataset: Dataset, play: float = PLAY, start: float = 0.0) -> Array:
+    """How far joint 3 is ahead of its reading."""
+    q = dataset.poses.q[None]
+    bent = Backlash("joint_3", np.array([play]), np.array([start])).perturb(q, Scene.of(dataset))
+    return (bent - q)[0, :, 2]
+
+
+def anywhere(seed: int, poses: int = 8) -> Array:
+    return np.random.default_rng(seed).uniform(-1.5, 1.5, (poses, 5))
+
+
+def test_after_long_moves_a_joint_hangs_back_by_half_the_play_on_the_side_it_came_from() -> None:
+    np.testing.assert_allclose(lag(moving([0.0, 0.5, 0.9, 0.2, 0.6])), [0, -PLAY / 2, -PLAY / 2, PLAY / 2, -PLAY / 2])
+
+
+def test_a_move_within_the_play_leaves_the_link_where_it_is() -> None:
+    back = moving([0.0, 0.5, 0.5 - 0.3 * PLAY, 0.5 - 0.6 * PLAY])
+    where = back.poses.q[:, 2] + lag(back)
+    np.testing.assert_allclose(where[1:], 0.5 - PLAY / 2, atol=1e-15)
+
+
+def test_a_joint_that_does_not_move_keeps_its_side() -> None:
+    np.testing.assert_allclose(lag(moving([0.0, 0.5, 0.5, 0.5]))[1:], -PLAY / 2)
+
+
+def test_play_depends_on_the_time_of_poses_and_not_on_their_place_in_the_file() -> None:
+    whole = arm(anywhere(1))
+    shuffle = np.random.default_rng(2).permutation(8)
+    np.testing.assert_array_equal(lag(replace(whole, poses=whole.poses.take(shuffle))), lag(whole)[shuffle])
+
+
+def test_the_first_pose_stands_where_in_the_play_it_is_said_to_stand() -> None:
+    assert lag(moving([0.0, 0.5]), start=1.0)[0] == PLAY / 2
+    assert lag(moving([0.0, 0.5]), start=-1.0)[0] == -PLAY / 2
+
+
+def test_a_negative_play_pushes_ahead_by_as_much() -> None:
+    whole = arm(anywhere(3))
+    np.testing.assert_allclose(lag(whole, -PLAY), -lag(whole, PLAY))
+
+
+def yielding(joint: int, compliance: float, *, payload: float = 0.0, hardening: float = 0.0) -> JointCompliance:
+    return JointCompliance(f"joint_{joint}", compliance * ONE, payload * ONE, hardening * ONE)
+
+
+def test_a_joint_gives_way_by_its_compliance_times_pinocchios_gravity_torque() -> None:
+    dataset = arm(anywhere(4))
+    model = pinocchio.buildModelFromXML(dataset.robot.urdf)
+    borne = [pinocchio.computeGeneralizedGravity(model, model.createData(), q)[1] for q in dataset.poses.q]
+    bent = yielding(2, 1e-4).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    np.testing.assert_allclose(bent[:, 1], dataset.poses.q[:, 1] - 1e-4 * np.array(borne), atol=1e-12)
+    np.testing.assert_array_equal(np.delete(bent, 1, axis=1), np.delete(dataset.poses.q, 1, axis=1))
+
+
+def test_an_arm_gives_way_downwards() -> None:
+    dataset = arm(anywhere(5, poses=30))
+    for joint in range(2, 5):
+        sag = yielding(joint, 1e-4).perturb(dataset.poses.q[None], Scene.of(dataset))
+        weight = dataset.robot.gravity_torques(dataset.poses.q)
+        assert ((sag[0] - dataset.poses.q) * weight).sum() < 0
+
+
+def test_a_payload_is_borne_as_its_energy_says() -> None:
+    q = anywhere(6)
+    bare, loaded = arm(q), arm(q, extra={"payload_kg": ("2.0",) * 8})
+    borne = Scene.of(loaded).gravity_torques - Scene.of(bare).gravity_torques
+    step = 1e-6 * np.eye(5)[:, None]
+    height = bare.robot.forward(q + step)[:, :, 2, 3] - bare.robot.forward(q - step)[:, :, 2, 3]
+    np.testing.assert_allclose(borne, 2.0 * 9.81 * height.T / 2e-6, atol=1e-6)
+
+
+def test_a_weight_at_the_flange_that_nobody_wrote_down_sinks_the_arm_as_one_written_down_does() -> None:
+    q = anywhere(6)
+    bare, loaded = arm(q), arm(q, extra={"payload_kg": ("2.0",) * 8})
+    unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).perturb(q[None], Scene.of(bare))
+    written = yielding(3, 1e-4).perturb(q[None], Scene.of(loaded))
+    np.testing.assert_allclose(unwritten, written, atol=1e-15)
+
+
+def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_more() -> None:
+    dataset = arm(anywhere(4, poses=30))
+    q, scene = dataset.poses.q[None], Scene.of(dataset)
+    even, hard, soft = ((yielding(2, 1e-4, hardening=h).perturb(q, scene) - q)[0, :, 1] for h in (0.0, 0.5, -0.5))
+    load = np.argsort(np.abs(even))
+    assert (np.diff((hard / even)[load]) < 0).all()
+    assert (np.diff((soft / even)[load]) > 0).all()
+    assert (hard / even)[load[-1]] == pytest.approx(0.5)
+    np.testing.assert_allclose(hard + soft, 2 * even, atol=1e-15)
+
+
+@pytest.mark.parametrize("cycles", [2.0, 50.0, 160.0])
+def test_a_transmissions_error_comes_again_after_each_cycle(cycles: float) -> None:
+    turn = 2 * np.pi / cycles
+    q = np.array([0.1, 0.1 + turn, 0.1 - 3 * turn])
+    dataset = moving(q.tolist())
+    wave = TransmissionError("joint_3", 3e-4 * ONE, -1e-4 * ONE, 1e-4 * ONE, 2e-4 * ONE, cycles * ONE)
+    error = (wave.perturb(dataset.poses.q[None], Scene.of(dataset)) - dataset.poses.q)[0, :, 2]
+    phase = cycles * 0.1
+    by_hand = 3e-4 * np.sin(phase) - 1e-4 * np.cos(phase) + 1e-4 * np.sin(2 * phase) + 2e-4 * np.cos(2 * phase)
+    np.testing.assert_allclose(error, by_hand, atol=1e-15)
+
+
+def test_some_frequency_of_the_grid_explains_nine_tenths_of_any_wave() -> None:
+    rng = np.random.default_rng(7)
+    q = rng.uniform(-2.0, 2.0, 60)
+    grid = TransmissionError.grid(moving(q.tolist()), "joint_3")[:, 0]
+    for cycles in rng.uniform(2.0, 330.0, 40):
+        wave = np.sin(cycles * q + rng.uniform(0, 2 * np.pi))
+        near = grid[np.argsort(np.abs(grid - cycles))[:2]]
+        left = [np.linalg.lstsq(np.column_stack([np.sin(n * q), np.cos(n * q)]), wave)[1][0] for n in near]
+        assert min(left) < 0.1 * (wave**2).sum()
+
+
+def test_a_joint_that_hardly_moves_has_few_frequencies_to_try() -> None:
+    assert len(TransmissionError.grid(moving([0.0, 0.01, 0.02]), "joint_3")) < 10
+
+
+def test_a_scaled_encoder_counts_a_share_of_every_move() -> None:
+    dataset = arm(anywhere(8))
+    bent = EncoderScale("joint_3", np.array([0.01])).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    np.testing.assert_allclose(np.diff(bent[:, 2]), 1.01 * np.diff(dataset.poses.q[:, 2]))
+
+
+def test_an_eccentric_disc_reads_right_again_after_a_turn() -> None:
+    dataset = moving([0.3, 0.3 + 2 * np.pi, 0.3 + np.pi])
+    bent = EncoderEccentricity("joint_3", 1e-3 * ONE, 2e-3 * ONE).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    error = bent[:, 2] - dataset.poses.q[:, 2]
+    np.testing.assert_allclose(error[1:], [error[0], -error[0]], atol=1e-15)
+
+
+def test_a_late_exposure_sees_the_arm_where_it_has_moved_on_to() -> None:
+    dataset = arm(anywhere(9))
+    bent = Latency("timing", np.array([0.02, -0.02])).perturb(dataset.poses.q[None], Scene.of(dataset))
+    np.testing.assert_allclose(bent[0], dataset.poses.q + 0.002)
+    np.testing.assert_allclose(bent[1], dataset.poses.q - 0.002)
+
+
+def test_an_arm_at_rest_cannot_tell_a_late_exposure() -> None:
+    dataset = arm(anywhere(9))
+    still = replace(dataset, poses=replace(dataset.poses, qd=np.zeros((8, 5))))
+    unread = replace(dataset, poses=replace(dataset.poses, qd=None))
+    assert Latency.missing(still) == "the arm stood still at every exposure"
+    assert Latency.missing(unread) == "no joint velocities in the data"
+
+
+def grown(dataset: Dataset, tau: float = 0.3) -> Array:
+    placements = dataset.robot.placements[None, None]
+    bent = ThermalDrift("joint_3", 1e-3 * ONE, tau * ONE).perturb(placements, Scene.of(dataset))[0]
+    return np.linalg.norm(bent[:, 2, :3, 3], axis=-1) / np.linalg.norm(dataset.robot.placements[2, :3, 3]) - 1
+
+
+def test_a_link_grows_with_the_measured_temperature_where_there_is_one() -> None:
+    dataset = arm(anywhere(10, poses=4), extra={"temperature_c": ("21", "31", "26", "21")})
+    np.testing.assert_allclose(grown(dataset), [0, 1e-3, 5e-4, 0], atol=1e-15)
+    assert len(ThermalDrift.grid(dataset, "joint_3")) == 1
+
+
+def test_without_a_thermometer_a_link_grows_as_what_warms_up_with_time() -> None:
+    dataset = arm(anywhere(10, poses=3), time_s=np.array([0.0, 50.0, 100.0]))
+    np.testing.assert_allclose(grown(dataset, 0.5), 1e-3 * (1 - np.exp([0.0, -1.0, -2.0])), atol=1e-15)
+    assert len(ThermalDrift.grid(dataset, "joint_3")) > 1
+
+
+def test_where_time_only_orders_the_poses_the_run_goes_on_by_poses() -> None:
+    uneven = arm(anywhere(10, poses=3), time_s=np.array([0.0, 1.0, 100.0]))
+    np.testing.assert_allclose(Scene.of(replace(uneven, time_is_order=True)).progress, [0, 0.5, 1])
+    np.testing.assert_allclose(Scene.of(uneven).progress, [0, 0.01, 1])
+
+
+def test_growing_leaves_the_links_turn_and_the_other_links_alone() -> None:
+    dataset = arm(anywhere(11))
+    placements = dataset.robot.placements[None, None]
+    bent = ThermalDrift("joint_3", 1e-3 * ONE, 0.3 * ONE).perturb(placements, Scene.of(dataset))
+    np.testing.assert_array_equal(bent[0, -1, :, :3, :3], placements[0, 0, :, :3, :3])
+    np.testing.assert_array_equal(np.delete(bent[0, -1], 2, axis=0), np.delete(placements[0, 0], 2, axis=0))

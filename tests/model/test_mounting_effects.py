@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import exp_so3, inverse
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects.base_shift import BaseShift
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
+from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
+from robolaser.simulation import simulate
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    return simulate(find_robot("scorbot_er7"), poses=12, points=3, seed=3).dataset
+
+
+def through(model: Model, stage: Stage, value: Array, **numbers: float) -> Array:
+    """What comes out of a stage of a model with one effect."""
+    values = {item.name: np.array([item.nominal]) for item in model.effect_parameters.items}
+    values |= {model.effects[0].key(name): np.array([number]) for name, number in numbers.items()}
+    return model.perturb(values)(stage, value)
+
+
+def test_a_knocked_base_moves_the_later_poses_and_no_others(dataset: Dataset) -> None:
+    model = Model(dataset, (CandidateEffect(BaseShift, "base"),))
+    T = dataset.flange()[None]
+    moved = through(model, Stage.FLANGE, T, x=1e-3, turn_z=2e-3, moment=0.6)[0]
+    before = model.scene.progress < 0.6
+    assert 3 <= before.sum() <= 9
+    np.testing.assert_array_equal(moved[before], T[0, before])
+    motion = moved[~before] @ inverse(T[0, ~before])
+    np.testing.assert_allclose(motion, motion[:1].repeat(len(motion), axis=0), atol=1e-15)
+    np.testing.assert_allclose(motion[0, :3, :3], exp_so3(np.array([0, 0, 2e-3])), atol=1e-15)
+
+
+def test_a_turn_of_the_base_leaves_the_middle_of_all_flanges_in_place(dataset: Dataset) -> None:
+    model = Model(dataset, (CandidateEffect(BaseShift, "base"),))
+    T = dataset.flange()[None]
+    moved = through(model, Stage.FLANGE, T, turn_x=0.02, turn_y=-0.03, moment=0.5)[0]
+    late = model.scene.progress > 0.5
+    motion = (moved @ inverse(T[0]))[late][0]
+    middle = T[0, :, :3, 3].mean(axis=0)
+    np.testing.assert_allclose(motion[:3, :3] @ middle + motion[:3, 3], middle, atol=1e-15)
+
+
+def test_every_pause_that_leaves_three_poses_on_either_side_is_tried_as_the_moment(dataset: Dataset) -> None:
+    progress = np.sort(Model(dataset).scene.progress)
+    splits = (progress[None] > BaseShift.grid(dataset, "base")).sum(axis=1)
+    assert list(splits) == list(range(9, 2, -1))
+
+
+def test_with_five_poses_no_moment_can_be_found() -> None:
+    few = simulate(find_robot("scorbot_er7"), poses=5, points=3, seed=3).dataset
+    assert BaseShift.missing(few) == "fewer than 6 poses"
+    assert BaseShift.places(few) == ()
+
+
+def test_creep_starts_with_the_run_and_is_whole_at_its_end() -> None:
+    progress = np.linspace(0, 1, 21)
+    shares = crept(progress, np.array([0.0, 1e-9, 3.0, 8.0]))
+    np.testing.assert_allclose(shares[:, [0, -1]], [[0, 1]] * 4, atol=1e-15)
+    np.testing.assert_allclose(shares[1], progress, atol=1e-8)
+    assert (np.diff(shares) > 0).all()
+    assert (shares[2:, 1:-1] > progress[1:-1]).all()
+
+
+def test_a_turning_camera_keeps_its_optical_centre(dataset: Dataset) -> None:
+    model = Model(dataset, (CandidateEffect(HandEyeDrift, "hand_eye"),))
+    T = np.eye(4)[None, None]
+    turned = through(model, Stage.MOUNT, T, turn_y=0.01)[0]
+    np.testing.assert_array_equal(turned[:, :3, 3], 0)
+    last = np.argmax(model.scene.progress)
+    np.testing.assert_allclose(turned[last, :3, :3], exp_so3(np.array([0, 0.01, 0])), atol=1e-15)
+    shifted = through(model, Stage.MOUNT, T, z=1e-3)[0]
+    np.testing.assert_allclose(shifted[:, 2, 3], 1e-3 * model.scene.progress, atol=1e-18)

@@ -1,0 +1,232 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
+
+from robolaser.data.dataset import Noise
+from robolaser.estimation.jacobian import jacobian
+from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
+from robolaser.model.noise.reml import restricted
+from robolaser.model.noise.sources import disturbances, pixel_effect
+from robolaser.model.sensors.stripe import Stripe
+
+
+def states(cell: Cell, **noise: float) -> Cell:
+    return Cell(replace(cell.dataset, noise=Noise(**noise)))
+
+
+def dense(noise: NoiseModel) -> np.ndarray:
+    m = len(noise.sources[0].group)
+    return np.array(noise.seen_through(np.eye(3 * m)))
+
+
+@pytest.fixture(scope="module")
+def repeated() -> NoiseModel:
+    """Noise at three nested levels: a row's, a point's, a pose's."""
+    cell = stripe_cell(np.random.default_rng(3), poses=4, points=3, repeats=2, robot="scorbot_er7")
+    model = cell.model()
+    sizes = {"pixel": 0.2, "target": 5e-5, "joint": 3e-4}
+    return NoiseModel(disturbances(model, cell.truth(model)), sizes)
+
+
+def test_whitened_noise_is_independent_and_of_unit_variance(repeated):
+    sigma = dense(repeated)
+    W = repeated.whiten(np.eye(len(sigma))).T
+    np.testing.assert_allclose(W @ sigma @ W.T, np.eye(len(sigma)), atol=1e-6)
+
+
+def test_shuffled_rows_are_whitened_alike(repeated):
+    turn = np.random.default_rng(0).permutation(24)
+    e = np.random.default_rng(1).normal(size=(2, 24, 3))
+    shuffled = NoiseModel(
+        tuple(replace(s, effect=s.effect[turn], group=s.group[turn]) for s in repeated.sources), repeated.sigmas
+    )
+    whole = repeated.whiten(e).reshape(2, 24, 3)
+    np.testing.assert_allclose(shuffled.whiten(e[:, turn]).reshape(2, 24, 3), whole[:, turn], rtol=1e-6, atol=1e-6)
+
+
+def test_drawn_errors_have_the_covariance_that_they_are_weighed_by(repeated):
+    e = repeated.draw(20_000, np.random.default_rng(5)).reshape(20_000, -1)
+    sigma = dense(repeated)
+    root = np.sqrt(np.diag(sigma))
+    np.testing.assert_allclose(np.cov(e.T) / root / root[:, None], sigma / root / root[:, None], atol=0.05)
+    np.testing.assert_allclose(repeated.covariances, [sigma[i : i + 3, i : i + 3] for i in range(0, 72, 3)], rtol=1e-9)
+
+
+def test_poses_are_independent_and_rows_of_one_are_not(repeated):
+    sigma = dense(repeated)
+    assert np.all(sigma[:18, 18:] == 0.0)
+    assert np.abs(sigma[:3, 3:6]).max() > 1e-3 * np.abs(sigma[:3, :3]).max()
+
+
+def test_a_repeat_shares_its_points_error_but_not_its_pixels(repeated):
+    def between(**only: float) -> np.ndarray:
+        return dense(repeated.at({"pixel": 0.0, "target": 0.0, "joint": 0.0, **only}))[:3, 3:6]
+
+    assert np.all(between(pixel=0.2) == 0.0)
+    np.testing.assert_allclose(between(target=1e-3), 1e-6 * np.eye(3), atol=1e-15)
+
+
+def test_joint_noise_moves_points_as_shifted_readings_do():
+    cell = tracker_cell(np.random.default_rng(2), poses=6, robot="ur5")
+    source = next(s for s in disturbances(cell.model(), cell.truth(cell.model())) if s.name == "joint")
+    shift = 1e-6 * np.random.default_rng(4).normal(size=(6, 6))
+    poses = replace(cell.dataset.poses, q=cell.dataset.poses.q + shift)
+    moved = Cell(replace(cell.dataset, poses=poses)).missed() - cell.missed()
+    expected = np.einsum("mkq,mq->mk", source.effect, shift[cell.dataset.points.pose])
+    np.testing.assert_allclose(moved, expected, atol=1e-11)
+
+
+class TestOnABoard:
+    cell = board_cell(np.random.default_rng(6), poses=5, points=4)
+
+    def effect(self, cell: Cell) -> np.ndarray:
+        model = cell.model()
+        assert isinstance(model.sensor, Stripe)
+        return pixel_effect(model, model.sensor, model.parameters.values(cell.truth(model)[None]))
+
+    def test_pixel_noise_moves_a_residual_along_its_viewing_ray_only(self):
+        model = self.cell.model()
+        values = at_truth(model.parameters.names)
+        perturb = model.perturb(values)
+        T_base_flange = model.flange(values, perturb)
+        centre = (T_base_flange @ model.sensor.mount(values, perturb))[0, self.cell.dataset.points.pose, :3, 3]
+        ray = model.sensor.in_base(values, T_base_flange, perturb)[0] - centre
+        ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+        effect = self.effect(self.cell)
+        across = effect - ray[..., None] * np.einsum("mk,mkq->mq", ray, effect)[:, None]
+        assert np.abs(across).max() < 1e-9 * np.abs(effect).max()
+
+    def test_target_and_prediction_move_with_one_pixel(self):
+        step = 1e-3
+        effect = self.effect(self.cell)
+        for axis in (0, 1):
+            pixel = self.cell.dataset.points.pixel + step * np.eye(2)[axis]
+            points = replace(self.cell.dataset.points, pixel=pixel, xyz=on_board(self.cell, pixel))
+            moved = Cell(replace(self.cell.dataset, points=points)).missed() - self.cell.missed()
+            np.testing.assert_allclose(moved / step, effect[..., axis], atol=2e-3 * np.abs(effect).max())
+
+    def test_a_placed_board_is_the_plane_through_its_points(self):
+        model = self.cell.model()
+        known = model.sensor.target(at_truth(model.parameters.names), model.perturb(at_truth(model.parameters.names)))[
+            0
+        ]
+        parameters = {k: v for k, v in self.cell.dataset.parameters.items() if not k.startswith("target.")}
+        placed = replace(
+            self.cell.dataset, placed=True, parameters=parameters, points=replace(self.cell.dataset.points, xyz=known)
+        )
+        np.testing.assert_allclose(self.effect(Cell(placed)), self.effect(self.cell), rtol=1e-6, atol=1e-12)
+
+
+def test_pixel_noise_is_read_from_repeats_whatever_the_targets_do():
+    cell = stripe_cell(np.random.default_rng(1), poses=10, points=8, repeats=3, robot="scorbot_er7")
+    found = pixel_from_repeats(cell.shaken(np.random.default_rng(2), pixel=0.15, target=1e-3, joint=1e-3).dataset)
+    assert found == pytest.approx(0.15, rel=4 / np.sqrt(2 * 2 * 160))
+
+
+def test_gross_errors_do_not_pass_for_pixel_noise():
+    cell = stripe_cell(np.random.default_rng(1), poses=10, points=8, repeats=3, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(2), pixel=0.15)
+    pixel = shaken.dataset.points.pixel.copy()
+    pixel[::25] += 20.0
+    points = replace(shaken.dataset.points, pixel=pixel)
+    assert pixel_from_repeats(replace(shaken.dataset, points=points)) == pytest.approx(0.15, rel=0.2)
+
+
+def test_too_few_repeats_say_nothing():
+    cell = stripe_cell(np.random.default_rng(1), poses=2, points=4, repeats=2, robot="scorbot_er7")
+    assert pixel_from_repeats(cell.dataset) is None
+
+
+def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -> dict[str, np.ndarray]:
+    """What is found on many measurements of a cell, each fitted by its Jacobian."""
+    model = cell.model()
+    truth = cell.truth(model)
+    J, sources = jacobian(model, truth), disturbances(model, truth)
+    scaled = J * model.parameters.width
+    found = []
+    for _ in range(count):
+        shaken = cell.shaken(rng, **noise)
+        e = shaken.missed().reshape(-1)
+        e = e - scaled @ (np.linalg.pinv(scaled, rcond=1e-9) @ e)
+        found.append(noise_from(shaken.dataset, sources, e.reshape(-1, 3), J).sigmas)
+    return {name: np.array([each[name] for each in found]) for name in found[0]}
+
+
+@pytest.mark.parametrize(
+    ("noise", "other"),
+    [
+        ({"point": 3e-5, "joint": 2e-4}, ("probe",)),
+        ({"point": 1e-4, "joint": 0.0}, ("joint", "probe")),
+    ],
+)
+def test_injected_tracker_noise_is_found_again(noise, other):
+    cell = tracker_cell(np.random.default_rng(7), poses=40, robot="scorbot_er7")
+    found = sizes_of(cell, np.random.default_rng(8), 12, **noise)
+    for name, size in noise.items():
+        if size > 0:
+            rms = float(np.sqrt(np.mean(found[name] ** 2)))
+            assert rms == pytest.approx(size, rel=0.1), name
+    for name in other:
+        scale = 0.5 if name == "joint" else 1.0  # an arm's length
+        assert np.sqrt(np.mean(found[name] ** 2)) * scale < 0.5 * max(noise["point"], 0.6 * noise["joint"])
+
+
+def test_injected_stripe_noise_is_found_again_beside_stated_pixels():
+    cell = states(stripe_cell(np.random.default_rng(9), poses=30, points=8, robot="scorbot_er7"), pixel_px=0.1)
+    found = sizes_of(cell, np.random.default_rng(10), 8, pixel=0.1, target=1e-4, joint=2e-4)
+    assert set(found["pixel"]) == {0.1}
+    assert np.sqrt(np.mean(found["target"] ** 2)) == pytest.approx(1e-4, rel=0.1)
+    assert np.sqrt(np.mean(found["joint"] ** 2)) == pytest.approx(2e-4, rel=0.1)
+
+
+def test_noise_beyond_what_is_stated_is_found_at_the_level_of_the_pose():
+    cell = states(tracker_cell(np.random.default_rng(11), poses=40, robot="scorbot_er7"), point_m=1e-5)
+    shaken = states(cell.shaken(np.random.default_rng(12), point=1e-5, joint=1e-3), point_m=1e-5)
+    model = shaken.model()
+    noise = noise_of(model, cell.truth(model))
+    assert noise.sigmas["point"] == 1e-5
+    assert "point" not in noise.estimated
+    assert noise.sigmas["joint"] == pytest.approx(1e-3, rel=0.3)
+
+
+def test_fitted_numbers_do_not_make_the_noise_seem_small():
+    cell = tracker_cell(np.random.default_rng(13), poses=5, robot="scorbot_er7")  # 45 residuals, 15 parameters
+    cell = states(cell, joint_rad=0.0)
+    found = sizes_of(cell, np.random.default_rng(14), 40, point=1e-4)
+    total = found["point"] ** 2 + found["probe"] ** 2
+    assert np.mean(total) == pytest.approx(1e-8, rel=0.2)
+
+
+def test_likelihood_slopes_are_those_of_finite_differences(repeated):
+    rng = np.random.default_rng(15)
+    unit = [np.einsum("nij,nkj->nik", A, A) for A in rng.normal(size=(2, 4, 6, 3))]
+    known, e, Q = np.tile(np.eye(6), (4, 1, 1)), rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
+    at, step = np.array([0.3, -0.4]), 1e-5
+    _, expected, there = restricted(at, known, unit, e, Q)
+    up, down = ([restricted(at + way * step * axis, known, unit, e, Q)[0] for axis in np.eye(2)] for way in (1, -1))
+    np.testing.assert_allclose(expected - there, (np.array(up) - np.array(down)) / (2 * step), rtol=1e-6)
+
+
+def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():
+    cell = tracker_cell(np.random.default_rng(16), poses=20, robot="scorbot_er7").shaken(
+        np.random.default_rng(17), point=1e-4
+    )
+    column = cell.model().parameters.names.index("base.x")
+    item = cell.dataset.parameters["base.x"]
+    at = replace(item, lower=item.nominal + 0.01, nominal=item.nominal + 0.01)  # 10 mm beside the truth
+    bounded = Cell(replace(cell.dataset, parameters={**cell.dataset.parameters, "base.x": at}))
+    x = cell.truth(cell.model())
+    free = noise_of(cell.model(), x)
+    x[column] = at.lower
+    kept = noise_of(bounded.model(), x)
+    rms = [np.sqrt(np.trace(noise.covariances.mean(axis=0))) for noise in (free, kept)]
+    assert rms[0] < 1e-3
+    assert rms[1] > 5e-3
+
+
+def test_a_printed_target_is_never_taken_for_perfect():
+    cell = board_cell(np.random.default_rng(18), poses=12, points=8).shaken(np.random.default_rng(19), pixel=0.2)
+    model = cell.model()
+    assert noise_of(model, cell.truth(model)).sigmas["target"] == pytest.approx(1e-5)

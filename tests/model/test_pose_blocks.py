@@ -1,0 +1,115 @@
+"""A data set in blocks is the data set: the same residuals, optimum, held-out errors and standard errors."""
+
+import numpy as np
+import pytest
+
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.options import Plan
+from robolaser.data.dataset import Noise
+from robolaser.estimation.cross_validation import TOLERANCE, fold_of_rows, held_out
+from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.robust_loss import Loss
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import noise_of
+from robolaser.model.pose_blocks import blocks_of
+from robolaser.simulation import simulate
+
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
+SMALL = 50
+
+CELLS = {
+    "stripe": {"poses": 20, "points": 12},
+    "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
+    "tracker": {"kind": "point", "poses": 60},
+    "sockets": {"kind": "socket", "poses": 90},
+}
+
+
+@pytest.fixture(params=CELLS)
+def dataset(request):
+    return simulate(find_robot("scorbot_er7"), noise=NOISE, seed=3, **CELLS[request.param]).dataset
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
+
+
+def near(model, count):
+    parameters = model.parameters
+    return parameters.nominal + 1e-3 * parameters.width * np.random.default_rng(0).normal(size=(count, len(parameters)))
+
+
+def test_blocks_are_whole_poses_and_hold_each_row_once(dataset, small_blocks):
+    blocks = blocks_of(Model(dataset))
+    assert len(blocks) > 1
+    assert sorted(np.concatenate([block.rows for block in blocks])) == list(range(len(dataset.points)))
+    poses = [set(dataset.points.pose[block.rows]) for block in blocks]
+    assert sum(map(len, poses)) == len(set.union(*poses))
+
+
+def test_a_row_in_a_block_is_as_far_off_as_among_all(dataset, small_blocks):
+    model = Model(dataset)
+    x = near(model, 3)
+    E = model.residuals(x)
+    for block in blocks_of(model):
+        np.testing.assert_allclose(block.model.residuals(x), E[:, block.rows], atol=1e-12)
+
+
+def test_whitened_rows_are_the_same_in_blocks(dataset, small_blocks):
+    model = Model(dataset)
+    x = near(model, 2)
+    residuals = Residuals(model, noise_of(model, model.parameters.nominal))
+    whole = residuals(x).reshape(2, -1, 3)
+    for rows, block in residuals.blocks:
+        np.testing.assert_allclose(block(x).reshape(2, -1, 3), whole[:, rows], rtol=1e-6, atol=1e-6)
+
+
+def test_effects_that_look_around_keep_all_rows_together(small_blocks):
+    dataset = simulate(find_robot("scorbot_er7"), noise=NOISE, poses=20, seed=3).dataset
+    assert len(blocks_of(Model(dataset, candidate_effects(("hand_eye_drift",), dataset)))) == 1
+    assert len(blocks_of(Model(dataset, candidate_effects(("laser_roll",), dataset)))) > 1
+
+
+@pytest.mark.parametrize("weights", ["plain", "noise"])
+def test_a_calibration_in_blocks_is_that_of_the_whole(dataset, monkeypatch, weights):
+    plan = Plan(algorithm="gauss-newton", weights=weights)
+    whole = calibrate(dataset, plan)
+    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.estimation.robust_reweighting.FEWER", 50)
+    parts = calibrate(dataset, plan)
+    width = whole.model.parameters.width
+    np.testing.assert_allclose(parts.x / width, whole.x / width, atol=1e-5)
+    np.testing.assert_allclose(parts.std, whole.std, rtol=1e-2)
+    assert parts.held_out_rms_m == pytest.approx(whole.held_out_rms_m, rel=1e-3)
+    assert [one.parameters for one in parts.unidentifiable] == [one.parameters for one in whole.unidentifiable]
+
+
+def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_blocks):
+    check_held_out(dataset, "square")
+
+
+def test_so_they_are_with_another_loss(small_blocks):
+    check_held_out(simulate(find_robot("scorbot_er7"), noise=NOISE, seed=3, poses=20, points=12).dataset, "huber")
+
+
+def check_held_out(dataset, loss):
+    model = Model(dataset)
+    box = Box.of(model)
+    residuals = Residuals(model, None, residual_loss(model, box, loss))
+    x = box.polish(residuals, model.parameters.nominal).x
+    errors, _ = held_out(residuals, x, box, seed=1)
+    groups = fold_of_rows(dataset, seed=1)
+    for group in np.unique(groups):
+        out = groups == group
+        end = box.polish(residuals, x, tol=TOLERANCE / 10, kept=~out)
+        expected = model.residuals(end.x[None])[0, out]
+        assert np.linalg.norm(errors[out] - expected) < 0.05 * np.linalg.norm(expected)
+
+
+def residual_loss(model, box, name):
+    plain = Residuals(model)
+    end = box.polish(plain, model.parameters.nominal)
+    return Loss.fitting(name, plain(end.x[None]).reshape(-1, 3))

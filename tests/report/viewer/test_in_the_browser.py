@@ -1,0 +1,99 @@
+"""The scene in a real browser without a screen: it is drawn, and follows what is touched."""
+
+import shutil
+import time
+
+import cv2
+import numpy as np
+import pytest
+from scanned import calibrated as made
+from scanned import dataset, written
+
+from robolaser.report.viewer.downsampling import thinned
+from robolaser.report.viewer.model import calibrated, nominal
+from robolaser.report.viewer.serving import ViewerApp
+from robolaser.scan import read_calibration
+from robolaser.scan.ply import VERTEX
+
+pytest.importorskip("viser")
+playwright = pytest.importorskip("playwright.sync_api")
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+PATIENCE_S = 40.0  # graphics without a card on a busy machine
+SIZE = {"width": 640, "height": 420}
+SCENE = {"x": 0, "y": 140, "width": 320, "height": 280}  # beside the panel, below the note on slow graphics
+CHANGED = 0.003  # share of pixels
+
+pytestmark = [
+    pytest.mark.skipif(BROWSER is None, reason="no browser is installed"),
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+]
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory):
+    data = dataset()
+    calibration = made(data, ["joint_offset:joint_2"], {"joint_offset.joint_2.offset": 0.15})
+    scanner = read_calibration(written(calibration, tmp_path_factory.mktemp("browser")))
+    cloud = np.zeros(5000, VERTEX)
+    cloud["x"], cloud["y"], cloud["z"] = np.random.default_rng(0).uniform(0.2, 0.4, (3, 5000))
+    served = ViewerApp((nominal(data), calibrated(scanner, data)), thinned(cloud))
+    yield served
+    served.stop()
+
+
+@pytest.fixture(scope="module")
+def page(stage):
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=BROWSER, args=FLAGS)
+        opened = browser.new_page(viewport=SIZE)
+        opened.set_default_timeout(1000 * PATIENCE_S)
+        opened.wrong = []
+        opened.on("pageerror", lambda error: opened.wrong.append(str(error)))
+        opened.goto(stage.url)
+        opened.wait_for_selector("canvas")
+        opened.get_by_text("joint_2").wait_for()
+        yield opened
+        browser.close()
+
+
+def seen(page):
+    return cv2.imdecode(np.frombuffer(page.screenshot(clip=SCENE), np.uint8), cv2.IMREAD_COLOR).astype(int)
+
+
+def settled(page, unlike=None):
+    """The scene once it rests, and differs from another."""
+    end, before = time.monotonic() + PATIENCE_S, seen(page)
+    while time.monotonic() < end:
+        page.wait_for_timeout(150)
+        now = seen(page)
+        if np.array_equal(now, before) and (unlike is None or differs(now, unlike)):
+            return now
+        before = now
+    raise AssertionError("the scene never rests" if unlike is None else "nothing changed")
+
+
+def differs(one, other):
+    return (np.abs(one - other).max(axis=2) > 20).mean() > CHANGED
+
+
+def test_the_scene_follows_sliders_switch_and_boxes(page):
+    start = settled(page, unlike=np.full((SCENE["height"], SCENE["width"], 3), 255))
+    colours = start.reshape(-1, 3)
+    red = (colours[:, 2] - colours[:, :2].max(axis=1) > 60).sum()
+    assert red > 30, "no laser"
+    assert "root mean square" in page.inner_text("body")
+
+    joint = page.get_by_text("joint_2").locator("xpath=ancestor::*[.//*[@role='slider']][1]")
+    joint.locator("input:visible").fill("-20")
+    joint.locator("input:visible").press("Enter")
+    turned = settled(page, unlike=start)
+
+    page.locator("input[value=calibrated]").first.click()
+    page.get_by_role("option", name="nominal").click()
+    other = settled(page, unlike=turned)
+
+    page.get_by_text("robot", exact=True).locator("xpath=ancestor::*[.//input][1]").locator("input").click(force=True)
+    settled(page, unlike=other)
+    assert page.wrong == []

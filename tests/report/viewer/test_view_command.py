@@ -1,0 +1,71 @@
+"""What `robolaser view` says before anything is to be seen."""
+
+import builtins
+
+import pytest
+from scanned import calibrated, dataset, recorded, written
+
+from robolaser.cli import main
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("view")
+    data = dataset(poses=6)
+    drifting = calibrated(data, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
+    written(drifting, folder / "calibration")
+    recorded(data, folder / "data")
+    recorded(dataset(poses=6, seed=2), folder / "elsewhere")
+    return folder
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """No server: what would be shown."""
+    shown = []
+
+    class ViewerApp:
+        url = "http://nowhere"
+
+        def __init__(self, *what):
+            shown.append(what)
+
+        def wait(self):
+            """Until the user is tired of it."""
+
+    monkeypatch.setattr("robolaser.report.viewer.serving.ViewerApp", ViewerApp)
+    return shown
+
+
+@pytest.mark.parametrize("port", ["70000", "0", "-1", "http"])
+def test_a_port_that_there_is_not_is_wrong_usage(port, cell, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["view", str(cell / "data"), f"--port={port}"])
+    assert stopped.value.code == 2
+    assert port in capsys.readouterr().err
+
+
+def test_without_what_draws_the_scene_it_says_how_to_get_it(cell, monkeypatch, capsys):
+    take = builtins.__import__
+
+    def without(name, *rest):
+        if name == "viser":
+            raise ImportError(name)
+        return take(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert main(["view", str(cell / "data"), "--no-browser"]) == 1
+    assert "robolaser[view]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("name", "told"), [("data", False), ("elsewhere", True)])
+def test_what_is_not_known_about_another_run_is_told(name, told, cell, served, capsys):
+    assert main(["view", str(cell / name), str(cell / "calibration"), "--no-browser"]) == 0
+    assert ("laser_drift at laser" in capsys.readouterr().err) is told
+    assert [belief.name for belief in served[0][0]] == ["nominal", "calibrated"]
+
+
+def test_a_calibration_that_is_none_is_told(cell, served, capsys):
+    (cell / "broken.json").write_text("{}")
+    assert main(["view", str(cell / "data"), str(cell / "broken.json"), "--no-browser"]) == 1
+    assert "Cannot use" in capsys.readouterr().err

@@ -1,0 +1,297 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robolaser.data.dataset import Noise
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.errors import (
+    BentOutOfSight,
+    DemandSenseless,
+    EffectBendsNothing,
+    EffectSizeUnclear,
+    EffectTooLarge,
+    PlaceUnknown,
+    RobolaserError,
+    RobotNotInstalled,
+    ShapeOutside,
+    TargetOutOfSight,
+)
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot, known_robots
+from robolaser.model.effects import EFFECTS, candidate_effects
+from robolaser.model.effects.effect import Effect
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, paper, simulate, sizes_of
+from robolaser.simulation.nominal import DRAWN
+
+KINDS = ("stripe", "point", "socket")
+BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return find_robot("scorbot_er7")
+
+
+def rms(simulated: Simulated, *, effects: bool = True) -> float:
+    model = Model(simulated.dataset, simulated.effects if effects else ())
+    x = np.array([[simulated.truth[name] for name in model.parameters.names]])
+    return float(np.sqrt(model.cost(x)[0] / len(simulated.dataset.points)))
+
+
+def small(robot: Robot, kind: str = "stripe", **more: object) -> Simulated:
+    return simulate(robot, kind=kind, poses=6, points=3, seed=2, **more)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_without_noise_the_truth_leaves_nothing(robot: Robot, kind: str) -> None:
+    assert rms(small(robot, kind)) < 1e-11
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot: Robot, kind: str) -> None:
+    simulated = small(robot, kind, effects=BENT | ({"laser_roll": 0.1} if kind == "stripe" else {}))
+    assert rms(simulated) < 1e-11
+    assert rms(simulated, effects=False) > 1e-4
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Effect], kind: str) -> None:
+    plain = small(robot, kind, speed=0.05).dataset
+    for place in effect.places(plain)[1:2] or effect.places(plain):
+        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.declared()}
+        simulated = small(robot, kind, speed=0.05, effects=asked)
+        assert rms(simulated) < 1e-11
+        assert rms(simulated, effects=False) > 1e-6
+        shapes = {number: nominal for number, *_, nominal in effect.shapes()}
+        assert {name: simulated.truth[f"{effect.name}.{place}.{name}"] for name in shapes} == shapes
+
+
+def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
+    wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
+    assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
+    with pytest.raises(ShapeOutside, match="cycles is 400, but it lies between 2 and 330"):
+        small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gross_errors_spoil_the_share_of_rows_that_was_asked_for_and_no_others(robot: Robot, kind: str) -> None:
+    clean = simulate(robot, kind=kind, poses=12, points=3, seed=2)
+    spoilt = simulate(robot, kind=kind, poses=12, points=3, seed=2, effects={"outliers": 0.25})
+    count = len(clean.dataset.points)
+    assert len(spoilt.gross) == round(0.25 * count)
+    assert not len(clean.gross)
+    assert spoilt.effects == ()
+    model = Model(spoilt.dataset)
+    off = model.residuals(np.array([[spoilt.truth[name] for name in model.parameters.names]]))[0]
+    assert set(np.flatnonzero(np.linalg.norm(off, axis=-1) > 1e-9)) == set(spoilt.gross)
+
+
+def test_more_than_half_the_rows_cannot_be_gross(robot: Robot) -> None:
+    with pytest.raises(DemandSenseless, match="share of outliers"):
+        small(robot, effects={"outliers:image": 0.6})
+
+
+def test_gross_errors_are_no_part_of_a_model(robot: Robot) -> None:
+    with pytest.raises(EffectBendsNothing):
+        candidate_effects(["outliers"], small(robot).dataset)
+
+
+@pytest.mark.parametrize("stripe_axis", ["u", "v"])
+@pytest.mark.parametrize("placed", [True, False])
+def test_the_target_is_flat_and_seen_wherever_it_lies(robot: Robot, placed: bool, stripe_axis: str) -> None:
+    simulated = small(robot, placed=placed, stripe_axis=stripe_axis, effects=BENT | {"laser_roll": -0.05})
+    dataset = simulated.dataset
+    assert rms(simulated) < 1e-11
+    assert (dataset.points.xyz[:, 2] == 0.0).all()
+    assert ("target.psi" in simulated.truth) is not placed
+    assert dataset.stripe_axis == stripe_axis
+
+
+def test_every_pixel_is_inside_the_image_and_every_point_before_the_camera(robot: Robot) -> None:
+    simulated = simulate(robot, poses=20, points=8, effects={"laser_roll": 0.1}, seed=4)
+    dataset = simulated.dataset
+    assert ((dataset.points.pixel >= 0) & (dataset.points.pixel <= np.array(dataset.image_px) - 1)).all()
+    model = Model(dataset, simulated.effects)
+    values = {name: np.array([value]) for name, value in simulated.truth.items()}
+    assert (model.sensor.in_camera(values, model.perturb(values))[0, :, 2] > 0.1).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_pose_is_outside_the_limits(robot: Robot, kind: str) -> None:
+    q = small(robot, kind, noise=Noise(joint_rad=1e-4), effects=BENT).dataset.poses.q
+    assert ((q > robot.lower) & (q < robot.upper)).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_time_goes_on_at_a_pace_that_the_arm_can_follow(robot: Robot, kind: str) -> None:
+    poses = small(robot, kind).dataset.poses
+    farthest = np.abs(np.diff(poses.q, axis=0)).max(axis=1)
+    assert (farthest / np.diff(poses.time_s) < 1.0).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_same_seed_gives_the_same_files(robot: Robot, kind: str, tmp_path: Path) -> None:
+    noise = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=1e-5)
+    for folder in ("one", "two"):
+        save(small(robot, kind, noise=noise, effects=BENT).dataset, tmp_path / folder)
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes()
+
+
+def test_another_seed_gives_another_cell(robot: Robot) -> None:
+    one, two = simulate(robot, poses=3, points=3, seed=1), simulate(robot, poses=3, points=3, seed=2)
+    assert one.truth["f"] != two.truth["f"]
+    assert not np.array_equal(one.dataset.poses.q, two.dataset.poses.q)
+
+
+def test_noise_moves_the_points_but_not_the_cell(robot: Robot) -> None:
+    clean, noisy = small(robot), small(robot, noise=Noise(pixel_px=0.1, target_m=1e-4))
+    assert clean.truth == noisy.truth
+    np.testing.assert_array_equal(clean.dataset.poses.q, noisy.dataset.poses.q)
+
+
+def test_noise_is_as_strong_as_asked_and_repeats_share_the_targets(robot: Robot) -> None:
+    asked = {"poses": 30, "points": 20, "repeats": 3, "seed": 5}
+    noise = Noise(pixel_px=0.2, target_m=1e-4, joint_rad=1e-4)
+    clean, noisy = simulate(robot, **asked).dataset, simulate(robot, **asked, noise=noise).dataset
+    pixel, target = noisy.points.pixel - clean.points.pixel, noisy.points.xyz - clean.points.xyz
+    assert np.std(pixel) == pytest.approx(0.2, rel=0.05)
+    assert np.std(target) == pytest.approx(1e-4, rel=0.06)
+    assert np.std(noisy.poses.q - clean.poses.q) == pytest.approx(1e-4, rel=0.2)
+    shots = target.reshape(-1, 3, 3)
+    np.testing.assert_allclose(np.ptp(shots, axis=1), 0.0, atol=1e-15)
+    assert (np.ptp(pixel.reshape(-1, 3, 2), axis=1) > 0).all()
+    assert list(noisy.points.repeat[:4]) == [0, 1, 2, 0]
+
+
+def test_a_trackers_noise_is_as_strong_as_asked(robot: Robot) -> None:
+    asked = {"kind": "point", "poses": 100, "points": 3, "seed": 5}
+    clean = simulate(robot, **asked).dataset.points.xyz
+    noisy = simulate(robot, **asked, noise=Noise(point_m=2e-5)).dataset.points.xyz
+    assert np.std(noisy - clean) == pytest.approx(2e-5, rel=0.1)
+
+
+def test_a_data_set_says_only_what_it_is_told_of_its_noise(robot: Robot) -> None:
+    noise = Noise(pixel_px=0.1, target_m=1e-4)
+    assert small(robot, noise=noise).dataset.noise == noise
+    assert small(robot, noise=noise, stated=Noise(target_m=1e-4)).dataset.noise == Noise(target_m=1e-4)
+    assert small(robot).dataset.noise == Noise()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_simulated_data_set_loads_and_says_no_more_than_a_cell_would(robot: Robot, kind: str, tmp_path: Path) -> None:
+    simulated = small(robot, kind, noise=Noise(pixel_px=0.2, joint_rad=1e-5), effects=BENT)
+    save(simulated.dataset, tmp_path / "set")
+    dataset = load(tmp_path / "set")
+    assert not dataset.warnings
+    np.testing.assert_array_equal(dataset.poses.q, simulated.dataset.poses.q)
+    told = " ".join(path.read_text() for path in (tmp_path / "set").iterdir())
+    assert "joint_offset" not in told
+    assert "link_geometry" not in told
+
+
+def test_known_distances_between_sockets_are_the_true_ones(robot: Robot) -> None:
+    simulated = small(robot, "socket")
+    assert len(simulated.dataset.distances_m) == 2
+    for one, other, distance in simulated.dataset.distances_m:
+        ends = [np.array([simulated.truth[f"socket.{name}.{part}"] for part in "xyz"]) for name in (one, other)]
+        assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(distance, abs=1e-12)
+        assert distance > 0.005
+
+
+def test_the_true_scanner_is_one_that_a_workshop_could_build(robot: Robot) -> None:
+    for seed in range(5):
+        truth = simulate(robot, poses=2, points=2, seed=seed).truth
+        for name, (lower, _, upper) in DRAWN.items():
+            assert lower <= truth[name] <= upper
+        assert truth["s_u"] == pytest.approx(7.4e-6, rel=0.02)
+        assert truth["k"] <= 1000
+
+
+def test_the_papers_experiment_has_five_points_in_five_poses_and_table_2s_bounds(robot: Robot) -> None:
+    dataset = paper(robot).dataset
+    assert len(dataset.points) == 25
+    assert len(dataset.poses) == 5
+    assert (np.bincount(dataset.points.pose) == 5).all()
+    assert dataset.noise == Noise()
+    assert (dataset.points.xyz[:, 2].std(), dataset.points.pixel.shape) == (pytest.approx(3e-4, rel=0.5), (25, 2))
+    bounds = {name: (item.lower, item.upper) for name, item in dataset.parameters.items()}
+    table_2 = {
+        "f": (6e-3, 10e-3), "s_u": (5e-6, 1e-4), "s_v": (5e-6, 1e-4), "u_0": (290, 340), "v_0": (200, 250),
+        "k": (0, 1e5), "b": (0.1, 0.2), "theta": (0, np.pi / 4), "t_x": (0.05, 0.1), "t_y": (-0.01, 0),
+        "t_z": (-0.1, -0.05),
+    } | dict.fromkeys(("w", "phi", "psi"), (-np.pi / 36, np.pi / 36))  # fmt: skip
+    assert bounds == {name: pytest.approx(pair, abs=1e-12) for name, pair in table_2.items()}
+
+
+def test_the_papers_experiment_fixes_all_but_the_gauge(robot: Robot) -> None:
+    simulated = paper(robot)
+    model = Model(simulated.dataset)
+    x = np.array([simulated.truth[name] for name in model.parameters.names])
+    step = 1e-6 * np.diag(model.parameters.width)
+    forward, backward = model.residuals(x + step), model.residuals(x - step)
+    values = np.linalg.svd(((forward - backward) / 2e-6).reshape(len(x), -1), compute_uv=False) * 1e3
+    assert values[10] > 2.0
+    assert values[12] > 2e-3
+    assert values[13] < 1e-5
+
+
+@pytest.mark.parametrize("entry", known_robots(), ids=lambda entry: entry.name)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) -> None:
+    try:
+        robot = find_robot(entry.name)
+    except RobotNotInstalled:
+        pytest.skip("its package is not installed")
+    simulated = small(robot, kind)
+    assert rms(simulated) < 1e-11
+    assert ((simulated.dataset.poses.q >= robot.lower) & (simulated.dataset.poses.q <= robot.upper)).all()
+
+
+@pytest.mark.parametrize(
+    ("demand", "error", "message"),
+    [
+        ({"kind": "sonar"}, DemandSenseless, "stripe or point or socket"),
+        ({"poses": 0}, DemandSenseless, "number of poses 0"),
+        ({"kind": "socket", "repeats": 2}, DemandSenseless, "number of repeats"),
+        ({"kind": "socket", "poses": 2, "points": 3}, DemandSenseless, "each of 3 sockets"),
+        ({"level": 9.0}, TargetOutOfSight, "z = 9 m"),
+        ({"effects": {"joint_offset:joint_2": 0.5}}, EffectTooLarge, "Are these degrees"),
+        ({"effects": {"joint_offset:joint_9": 0.01}}, PlaceUnknown, "joint_9"),
+        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, PlaceUnknown, "gain"),
+        ({"effects": {"laser_rol": 0.01}}, RobolaserError, "laser_roll"),
+        ({"effects": {"laser_roll": 0.5, "joint_offset": -0.1}, "poses": 20, "points": 8},
+         BentOutOfSight, "20 poses .* only 1[0-9] still .* smaller effects"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused_with_a_reason(
+    robot: Robot, demand: dict[str, object], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        simulate(robot, **{"poses": 4, "points": 2, "seed": 1} | demand)
+
+
+def test_sizes_are_read_as_they_are_typed() -> None:
+    assert sizes_of(["laser_roll=0.1", "joint_offset:joint_2=-2e-3"]) == {
+        "laser_roll": 0.1,
+        "joint_offset:joint_2": -0.002,
+    }
+    for text in ("laser_roll", "laser_roll=", "=1", "laser_roll=nan", "laser_roll=1°"):
+        with pytest.raises(EffectSizeUnclear, match="NAME"):
+            sizes_of([text])
+
+
+def test_an_effect_without_a_place_sits_at_every_place(robot: Robot) -> None:
+    simulated = small(robot, effects={"joint_offset": 0.002})
+    assert [candidate_effect.where for candidate_effect in simulated.effects] == list(robot.joints)
+    assert simulated.truth["joint_offset.joint_4.offset"] == 0.002
+
+
+def test_an_arm_that_moves_at_the_exposure_says_how_fast(robot: Robot) -> None:
+    assert small(robot).dataset.poses.qd is None
+    qd = small(robot, speed=0.2).dataset.poses.qd
+    assert 0.1 < np.abs(qd).max() <= 0.2

@@ -1,0 +1,14 @@
+"""A small cell, built once."""
+
+import numpy as np
+import pytest
+
+from robolaser.geometry.robots import find_robot
+from robolaser.trials.building import Built, Ranges, build
+
+SMALL = Ranges(poses=(12, 14), points=(6, 6))
+
+
+@pytest.fixture(scope="session")
+def built() -> Built:
+    return build(find_robot("scorbot_er7"), SMALL, np.random.default_rng(4), moving=True)

@@ -1,0 +1,132 @@
+"""A trial from end to end, as typed."""
+
+import json
+
+import pytest
+
+from robolaser.cli import main
+from robolaser.errors import SealBroken
+from robolaser.trials.sealed_truth import unseal
+from robolaser.trials.trial import DIAGNOSIS
+
+KINDS = "none,outliers"
+NEW = ("--kinds", KINDS, "--count", "4", "--poses", "8-9", "--points", "4", "--seed", "5")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "trial"
+    assert main(["challenge", "new", str(folder), *NEW]) == 0
+    return folder
+
+
+@pytest.fixture
+def trial(made, tmp_path):
+    """A copy, with the diagnoses of somebody who is always right."""
+    for path in made.rglob("*"):
+        if path.is_file():
+            copy = tmp_path / path.relative_to(made)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(path.read_bytes())
+    for name, truth in unseal(tmp_path).items():
+        file = tmp_path / name / DIAGNOSIS
+        file.parent.mkdir()
+        file.write_text(json.dumps(perfect(truth)))
+    return tmp_path
+
+
+def perfect(truth):
+    effects = [
+        {"effect": e["effect"], "where": e["where"], "probability": 1.0, "parameters": {}, "indistinguishable_from": []}
+        for e in truth["each"]
+    ]
+    gap = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"), 0.1)
+    head = {"format": "robolaser-diagnosis/1", "verdict": "no_gap"}
+    return {**head, "gap_mm": gap, "where": [], "effects": effects}
+
+
+def test_who_is_always_right_scores_everything(trial, capsys):
+    assert main(["challenge", "score", str(trial)]) == 0
+    scored = json.loads((trial / "score.json").read_text())
+    assert scored["groups"]["none"]["share"] == scored["groups"]["outliers"]["share"] == 1.0
+    assert scored["false_alarms"]["right"] == 0
+    assert len(capsys.readouterr().out.splitlines()) <= 25
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial, jobs):
+    for path in sorted(trial.rglob(DIAGNOSIS.name))[:2]:
+        path.unlink()
+    assert main(["challenge", "score", str(trial), "--jobs", jobs]) == 0
+    assert len(list(trial.rglob(DIAGNOSIS.name))) == 4
+
+
+def test_a_score_that_is_there_stays_unless_forced(trial):
+    main(["challenge", "score", str(trial)])
+    assert main(["challenge", "score", str(trial)]) == 1
+    assert main(["challenge", "score", str(trial), "--force"]) == 0
+
+
+def test_one_letter_changed_breaks_the_seal(trial):
+    seal = trial / "world-001" / "seal.txt"
+    text = seal.read_text()
+    seal.write_text(text[:-2] + ("0" if text[-2] != "0" else "1") + "\n")
+    with pytest.raises(SealBroken, match=r"world-001.seal\.txt does not match"):
+        unseal(trial)
+    seal.unlink()
+    with pytest.raises(SealBroken, match="is not there"):
+        unseal(trial)
+
+
+def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
+    assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 0
+    assert not list(trial.rglob(DIAGNOSIS.name))
+
+
+def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
+    again = tmp_path / "again"
+    main(["challenge", "new", str(again), *NEW])
+    for path in made.rglob("*"):
+        if path.is_file():
+            assert (again / path.relative_to(made)).read_bytes() == path.read_bytes()
+
+
+def test_neither_names_nor_sealed_files_speak(made):
+    for path in made.rglob("*"):
+        if path.is_file() and path.suffix != ".urdf":
+            assert b"outliers" not in path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("typed", "code", "message"),
+    [
+        (("new", "{trial}"), 1, "already"),
+        (("new", "{new}", "--kinds", "pear"), 2, "Did you mean 'pair'"),
+        (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
+        (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
+        (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
+        (("score", "{new}"), 1, "no blind trial"),
+    ],
+)
+def test_what_cannot_be_is_said_in_a_sentence(typed, code, message, trial, tmp_path, capsys):
+    words = [word.format(trial=trial, new=tmp_path / "new") for word in typed]
+    assert main(["challenge", *words]) == code
+    assert message in capsys.readouterr().err
+
+
+def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, capsys):
+    floating = tmp_path / "floating"
+    assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
+    assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
+    assert "nobody knows where its target is" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "why"), [("[]", "does not say"), ("{", "Expecting"), ('{"format": "robolaser-diagnosis/1"}', "lacks")]
+)
+def test_a_file_that_is_no_diagnosis_is_named(trial, text, why, capsys):
+    (trial / "world-000" / DIAGNOSIS).write_text(text)
+    assert main(["challenge", "score", str(trial)]) == 1
+    said = capsys.readouterr().err
+    assert "world-000" in said
+    assert why in said

@@ -1,0 +1,99 @@
+"""Laws of the cells that blind trials are made in."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.trials.judging import Judge
+from robolaser.trials.reading import exact, read
+from robolaser.trials.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
+from robolaser.trials.worlds.families.lost_motion import LostMotion
+from robolaser.trials.worlds.light import Light
+
+LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
+"""Departures whose form is the library's own: what the library fits of them must be everything."""
+
+
+@pytest.fixture(params=FAMILIES.values(), ids=FAMILIES.keys())
+def departure(request, built):
+    family, rng = request.param, np.random.default_rng(2)
+    run = built.cell.run
+    return family.drawn(family.places(run)[-1], np.sqrt(np.prod(family.sizes)), run, rng)
+
+
+def judge(built, *departures):
+    noise = built.noise
+    return Judge(exact(built, departures), dict(built.cell.eye.truth), noise.pixel_px, noise.target_m)
+
+
+def test_every_effect_of_the_contract_has_a_world_and_some_have_no_effect():
+    library = {kind.name for kind in EFFECTS}
+    assert not set(STRANGERS) & library
+    assert not set(STRANGERS) & set(KNOWN)
+    assert library <= {*KNOWN, GROSS}
+
+
+def test_two_chains_that_share_no_code_agree_to_rounding(built):
+    assert judge(built).misfit < 1e-6
+
+
+def test_the_arm_stands_where_the_package_says(built):
+    run, robot = built.cell.run, built.blank.robot
+    np.testing.assert_allclose(run.arm.forward(run.q), robot.forward(run.q[None])[0], atol=1e-12)
+    np.testing.assert_allclose(run.arm.torques(run.q, 0.0), robot.gravity_torques(run.q), atol=1e-9)
+
+
+def test_of_no_size_nothing_bends(departure, built):
+    plain, bent = built.cell.seen(()), built.cell.seen((replace(departure, size=0.0),))
+    np.testing.assert_allclose(bent.pixel, plain.pixel, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(bent.xyz, plain.xyz, rtol=0, atol=1e-10)
+
+
+def test_of_usual_size_the_data_show_it(departure, built):
+    rng = [np.random.default_rng(1) for _ in range(2)]
+    plain, bent = read(built, (), rng[0]), read(built, (departure,), rng[1])
+    if len(plain.points) == len(bent.points):
+        moved = np.abs(plain.points.pixel - bent.points.pixel).max() + np.abs(plain.points.xyz - bent.points.xyz).max()
+        assert moved > 1e-5
+
+
+def test_points_stay_in_their_columns_whatever_departs(departure, built):
+    if departure.effect in (GROSS, "stripe_bias"):
+        pytest.skip("it moves what is read, not what is seen")
+    seen = built.cell.seen((departure,)).pixel
+    shown = np.isfinite(seen[:, 0])
+    np.testing.assert_allclose(seen[shown, 0], built.cell.at[shown], atol=1e-5)
+
+
+@pytest.mark.parametrize("effect", LINEAR)
+def test_the_library_explains_what_has_its_own_form(effect, built):
+    family, run = FAMILIES[effect], built.cell.run
+    where = family.places(run)[min(1, len(family.places(run)) - 1)]
+    judged = judge(built, family.drawn(where, family.sizes[1], run, np.random.default_rng(3)))
+    kind = next(kind for kind in EFFECTS if kind.name == effect)
+    assert judged.misfit > 100
+    assert judged.left_by(CandidateEffect(kind, where)) < 1.0
+
+
+def test_play_rests_until_the_gap_is_crossed_and_trails_by_half_of_it(built):
+    run, play = built.cell.run, LostMotion("joint_2", 0.02, 0.3)
+    column = run.column("joint_2")
+    there_and_back = np.concatenate([np.linspace(0, 0.5, 6), np.linspace(0.495, 0.0, 6)])
+    q = np.tile(run.q[:1], (12, 1))
+    q[:, column] = there_and_back
+    lag = play.joints(q, replace(run, q=q, time=np.arange(12.0)))[:, column] - there_and_back
+    np.testing.assert_allclose(lag[1:6], -0.01)
+    assert lag[6] == pytest.approx(-0.005)
+    np.testing.assert_allclose(lag[7:], 0.01)
+    assert np.abs(lag).max() <= 0.01 + 1e-15
+
+
+def test_a_cone_that_does_not_open_is_a_plane():
+    rng = np.random.default_rng(5)
+    flat = Light(0.14, np.full(20, 0.4), np.full(20, 0.1), np.zeros(20))
+    point = rng.normal(size=(20, 3))
+    plane = (point * flat.normals).sum(axis=1) - 0.14 * np.cos(0.4)
+    np.testing.assert_allclose(flat.off(point), plane, atol=1e-12)
