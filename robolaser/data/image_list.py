@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import final
 
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.loading import inside
+from robolaser.data.dataset_file import inside
 from robolaser.errors import ImageUnnamed
 
 LIT = "image"

@@ -11,13 +11,13 @@ import numpy as np
 from robolaser.calibration.result import FORMAT
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.loading import GRAVITY, QUATERNION_SLACK, inside
-from robolaser.data.toml_schema import POSITIVE, unit_of
+from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, inside
 from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run import Run
 from robolaser.model.sensors.compiled_stripe import SCANNER
+from robolaser.model.sensors.formats import STRIPE
 from robolaser.parameters import Parameter, Values
 from robolaser.scan.entries import Entries
 from robolaser.scan.found import effects_in_file
@@ -160,7 +160,7 @@ def read_calibration(path: Path) -> Calibrated:
 
 def _parameter(name: str, part: Entries) -> Parameter:
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
-    return Parameter(name, unit_of(name), nominal, lower, upper)
+    return Parameter(name, STRIPE.unit_of(name), nominal, lower, upper)
 
 
 def _robot(path: Path, model: Entries) -> Robot | None:
@@ -177,7 +177,7 @@ def _robot(path: Path, model: Entries) -> Robot | None:
 
 
 def _value(name: str, part: Entries) -> float:
-    return part.positive("value") if name in POSITIVE else part.number("value")
+    return part.positive("value") if name in STRIPE.positive else part.number("value")
 
 
 def _noise(part: Entries) -> dict[str, float]:

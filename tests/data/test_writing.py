@@ -6,11 +6,11 @@ import pytest
 
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
 from robolaser.data.loading import load
-from robolaser.data.toml_schema import unit_of
 from robolaser.data.writing import save
 from robolaser.errors import OutputExists
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.geometry.robots import find_robot
+from robolaser.model.sensors.formats import STRIPE
 from robolaser.parameters import Parameter
 
 WILD = 'a "quoted" \\ back\tslash, ümlaut 光 🤖 \x7f \x01 = [x] # no comment'
@@ -53,7 +53,7 @@ def a_stripe_data_set(**changes: object) -> Dataset:
             xyz=rng.normal(size=(m, 3)),
         ),
         parameters={
-            name: Parameter(name, unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("b", "theta", "target.x")
+            name: Parameter(name, STRIPE.unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("b", "theta", "target.x")
         },
         image_px=(640, 480),
     )
