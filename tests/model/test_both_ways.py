@@ -114,5 +114,3 @@ def test_points_are_carried_by_the_frame_of_their_row() -> None:
     T = se3.pose(se3.exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
     of_row, points = RNG.integers(0, 4, 9), RNG.normal(size=(1, 9, 3))
     np.testing.assert_allclose(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points), rtol=0, atol=1e-14)
-    with without_compiler():
-        np.testing.assert_array_equal(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points))
