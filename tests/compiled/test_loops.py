@@ -96,14 +96,10 @@ def test_warming_up_compiles_every_way_into_the_loops(module: str) -> None:
     """Each module says how it is called, so that the other process compiles all that a run will call."""
     loops = importlib.import_module(module)
     loops.warm_up()
-    used = [
-        name
-        for name in vars(loops)
-        if not name.startswith("_")
-        and vars(loops)[name].__module__ == module
-        and hasattr(vars(loops)[name], "signatures")
-    ]
-    assert all(vars(loops)[name].signatures for name in used), used
+    declared = {name: found for name, found in vars(loops).items() if hasattr(found, "signatures")}
+    entries = [name for name, found in declared.items() if found.__module__ == module and not name.startswith("_")]
+    assert entries
+    assert all(declared[name].signatures for name in entries), entries
 
 
 def test_a_loop_notices_a_change_in_what_it_calls(tmp_path: Path) -> None:
