@@ -150,7 +150,7 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
             if name in known:
                 known[name].append(_numbers(path.name, name, cells, starts))
             else:
-                column += map(bare.__getitem__, cells)
+                column.extend(map(bare.__getitem__, cells))
         lines += starts
     if not header:
         raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)

@@ -127,7 +127,7 @@ def describe(folder: str | Path) -> Dataset:
     declared = sensor_format(_kind(read))
     _check(read, declared)
     said = {key: value for key, value in read.sensor.items() if key != "kind"}
-    options = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",), planned=("mount",))
+    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",), planned=("mount",))
     image = read.image if "image" in declared.tables else None
     return Dataset(
         name=read.name or folder.resolve().name,

@@ -50,7 +50,7 @@ def shots_of(recording: Dataset) -> list[Shots]:
 
     Raises:
         ImageUnnamed: A pose has other images, but not the first.
-        PathLeaves: A path points out of the recording's folder.
+        DataError: A path points out of the recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:

@@ -92,8 +92,8 @@ def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None
     if outside.any():
         row = int(np.argmax(outside))
         raise DataError(
-            f"{FILE}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the image of "
-            f"{image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
+            f"{FILE}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the image "
+            f"of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
             file=FILE,
             row=table.lines[row],
         )

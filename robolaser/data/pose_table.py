@@ -1,5 +1,6 @@
 """poses.csv: where the arm stood, checked cell by cell."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,7 +65,7 @@ def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     return poses, [*warnings, *_no_coordinates(table, poses)]
 
 
-def all_different(table: Table, keys: tuple[str, ...], what: str) -> None:
+def all_different(table: Table, keys: Sequence[str], what: str) -> None:
     """See that no key comes twice.
 
     Raises:
@@ -156,7 +157,8 @@ def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
         return []
     which = "that joint" if len(unread) == 1 else "those joints"
     return [
-        f"{FILE} has {some(unread)}, but [robot] joints in dataset.toml does not list {which}: taken to stay at neutral."
+        f"{FILE} has {some(unread)}, but [robot] joints in dataset.toml does not list {which}:"
+        " taken to stay at neutral."
     ]
 
 

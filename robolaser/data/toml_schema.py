@@ -65,7 +65,7 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: S
         raise DataError(f"{file}, {_name(at + key)}: {why}.", file=file, column=_name(at + key))
     for key, value in _numbers(values):
         if not (abs(value) <= LARGEST if isinstance(value, int) else math.isfinite(value)):
-            raise wrong(file, at + key, value, _expected(_part(schema, key), "a finite number"))
+            raise wrong(file, at + key, value, _expected(_part(schema, key), key[-1], "a finite number"))
     try:
         return msgspec.convert(values, type_)
     except msgspec.ValidationError as fault:
@@ -74,12 +74,11 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: S
         key = tuple(name or int(number) for name, number in _STEP.findall(found["at"] or ""))
         if found["missing"]:
             key = (*key, found["missing"])
-            expected = _expected(_part(schema, key), "a value")
+            expected = _expected(_part(schema, key), key[-1])
             name = _name(at + key)
             raise DataError(f"{file} lacks {name}: expected {expected}.", file=file, column=name) from None
         part = _part(schema, key)
-        value = _value(values, key)
-        raise wrong(file, at + key, value, _expected(part, "another value"), _choices(part)) from None
+        raise wrong(file, at + key, _value(values, key), _expected(part, key[-1]), _choices(part)) from None
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
@@ -98,24 +97,26 @@ def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[s
 
 
 def _name(key: Key) -> str:
-    """How messages name a key: "[target] distances_m, entry 2"."""
+    """How messages name a key: "[target] distances_m, entry 2"; "[[sphere]] radius_m, entry 1"."""
     words = [part for part in key if isinstance(part, str)]
     entries = "".join(f", entry {part + 1}" for part in key if isinstance(part, int))
-    return (words[0] if len(words) == 1 else f"[{words[0]}] {'.'.join(words[1:])}") + entries
+    table = "" if len(words) == 1 else f"[[{words[0]}]] " if isinstance(key[1], int) else f"[{words[0]}] "
+    return f"{table}{'.'.join(words[1:] or words)}{entries}"
 
 
 def _unknown(values: object, schema: inspect.Type, at: Key = ()) -> Iterator[tuple[Key, list[str]]]:
     """Keys that no dataclass of the schema has, and those that are there."""
-    if not isinstance(values, Mapping):
-        return
     for part in _alternatives(schema):
-        if isinstance(part, inspect.DataclassType):
+        if isinstance(part, inspect.DataclassType) and isinstance(values, Mapping):
             fields = {field.name: field.type for field in part.fields}
             for key, value in values.items():
                 if key not in fields:
                     yield (*at, key), list(fields)
                 else:
                     yield from _unknown(value, fields[key], (*at, key))
+        elif isinstance(part, inspect.VarTupleType) and isinstance(values, list):
+            for number, value in enumerate(values):
+                yield from _unknown(value, part.item_type, (*at, number))
 
 
 def _numbers(values: object, at: Key = ()) -> Iterator[tuple[Key, float]]:
@@ -160,37 +161,33 @@ def _choices(schema: inspect.Type | None) -> list[str]:
     return [str(value) for value in schema.values] if isinstance(schema, inspect.LiteralType) else []
 
 
-def _expected(schema: inspect.Type | None, otherwise: str) -> str:
-    """What a schema asks for, in words."""
-    if schema is None:
-        return otherwise
-    words = [_in_words(part) or otherwise for part in _alternatives(schema)]
-    return " or ".join(words)
+def _expected(schema: inspect.Type | None, name: str | int, otherwise: str = "another value") -> str:
+    """What a schema asks for under a name, in words."""
+    words = [] if schema is None else [_in_words(part, name) for part in _alternatives(schema)]
+    return " or ".join(filter(None, words)) or otherwise
 
 
-def _in_words(schema: inspect.Type) -> str:
+def _in_words(schema: inspect.Type, name: str | int) -> str:
     match schema:
         case inspect.IntType(ge=int(least), le=most):
-            return f"a whole number from {least}" + ("" if most is None else f" to {most}")
-        case inspect.FloatType(gt=0):
-            return "a positive number"
-        case inspect.FloatType(ge=0):
-            return "a number of 0 or more"
-        case inspect.FloatType():
-            return "a finite number"
-        case inspect.StrType(min_length=1):
-            return "a text that is not empty"
-        case inspect.StrType():
-            return "a text"
+            words = f"a whole number from {least}" + ("" if most is None else f" to {most}")
+        case inspect.FloatType(gt=least, ge=from_):
+            words = "a positive number" if least == 0 else "a number, 0 or more" if from_ == 0 else "a finite number"
+        case inspect.StrType(min_length=least):
+            words = "a text that is not empty" if least else "a text"
         case inspect.BoolType():
-            return "true or false"
+            words = "true or false"
         case inspect.LiteralType():
-            return " or ".join(f'"{value}"' for value in schema.values)
+            words = " or ".join(f'"{value}"' for value in schema.values)
         case inspect.TupleType():
-            words = [_in_words(part) for part in schema.item_types]
-            return f"a list of {len(words)}: {', '.join(words) if len(set(words)) > 1 else f'each {words[0]}'}"
+            parts = [_in_words(part, name) for part in schema.item_types]
+            words = f"a list of {len(parts)}: {', '.join(parts) if len(set(parts)) > 1 else f'each {parts[0]}'}"
+        case inspect.VarTupleType(item_type=inspect.DataclassType()):
+            words = f"sections [[{name}]]"
         case inspect.VarTupleType():
-            return f"a list, each {_expected(schema.item_type, 'a value')}"
+            words = f"a list, each {_in_words(schema.item_type, name)}"
         case inspect.DataclassType() | inspect.DictType():
-            return "a section of keys"
-    return ""
+            words = f"a section [{name}]"
+        case _:
+            words = ""
+    return words

@@ -103,6 +103,6 @@ def write_report(calibration: Calibration, path: Path) -> None:
     """Write the page of a calibration, one self-contained HTML file.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        OutputError: The disk or the rights say no.
     """
     write_text(path, page(calibration))

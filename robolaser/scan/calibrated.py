@@ -11,8 +11,8 @@ import numpy as np
 from robolaser.calibration.result import FORMAT
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, inside
-from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
+from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
+from robolaser.errors import CalibrationUnreadable, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run import Run
@@ -114,9 +114,9 @@ def read_calibration(path: Path) -> Calibrated:
 
     Raises:
         CalibrationUnreadable: It lacks something, something in it is impossible, or it is of no stripe scanner.
-        FormatUnknown: It is of another format.
+        DataError: It is of another format.
         EffectForeign: An effect is not known here.
-        FileUnreadable, UrdfError: It or the robot beside it cannot be read.
+        DataError, UrdfError: It or the robot beside it cannot be read.
     """
     path = path / FILE if path.is_dir() else path
     try:
@@ -124,9 +124,7 @@ def read_calibration(path: Path) -> Calibrated:
     except (ValueError, RecursionError) as error:
         raise CalibrationUnreadable(path, f"it is no JSON ({error})") from None
     file = Entries(path, "", whole)
-    found = file.text("format")
-    if found != FORMAT:
-        raise FormatUnknown(path.name, found, FORMAT)
+    check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")
     if model.text("sensor") != "stripe":
         raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
