@@ -1,5 +1,4 @@
-"""What a diagnosis reports: the gap step by step, each effect with its parameters and alternatives, what was not
-tested."""
+"""What a diagnosis reports: the gap step by step, each effect with its parameters, what was not tested."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -24,8 +23,7 @@ MAX_ALTERNATIVES = 6
 
 
 def nested_fits(refits: Refits, final: Fit) -> list[Fit]:
-    """Fits of the final model's effects, added one by one, each time the one that explains the most; the start
-    first."""
+    """Fits of the final model's effects, each time the one added that explains the most; the start first."""
     fits, remaining = [refits.start], refits.tests_of(final)
     while len(remaining) > 1:
         options = [refits.of(fits[-1], [test]) for test in remaining]

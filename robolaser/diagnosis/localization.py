@@ -79,8 +79,7 @@ def localize(fit: Fit) -> list[Localization]:
 
 
 def unmodelled_chi2(fit: Fit) -> float:
-    """Chi-squared that functions of unknown form at any site explain of what a model leaves, beyond what chance
-    gives."""
+    """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
     places = [site for site in sites(fit) if site.unknown]
     return sum(ratio - LIKELIHOOD_RATIO_OF_SITE for _, ratio in _chosen(fit, places)[0])
 

@@ -114,8 +114,7 @@ def undominated(counts: Ints, gaps: Array) -> list[int]:
 
 
 def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
-    """Products of all effects' columns, in units of their lengths, and the residuals, (a + 1, a + 1); which are
-    whose."""
+    """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
     columns = np.hstack([test.columns for test in tests])
     squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
     tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.stacked])

@@ -281,8 +281,7 @@ class Fit:
         return dict(zip(self.problem.parameters.names, self.x.tolist(), strict=True))
 
     def best_amplitudes(self, white: Array) -> Array:
-        """Amplitudes of further whitened columns (k, n) that lower chi-squared most, as far as the model is linear,
-        (n,)."""
+        """Amplitudes of further whitened columns (k, n) that lower chi-squared most in the linear model, (n,)."""
         return best_amplitudes(np.hstack([self.projected(white), self.releases]), self.stacked)[: white.shape[1]]
 
     def value(self, name: str) -> float:

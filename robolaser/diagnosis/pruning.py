@@ -66,8 +66,7 @@ def _incredible(evidence: Sequence[EffectEvidence], final: Fit) -> list[Candidat
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
-    """Without effects that do not improve the prediction of held-out poses, taken out one by one, the least helpful
-    first."""
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first."""
     gap = held_out.gap(final)
     while final.effects:
         less = [refits.refit(final, removed=one) for one in final.effects]

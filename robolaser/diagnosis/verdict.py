@@ -52,8 +52,7 @@ def dispersion(chi2: float, freedoms: int, poses: int) -> float:
 
 
 def posterior_weights(costs: Array) -> Array:
-    """Probabilities of models, one of which is true, by their costs (n,) in chi-squared: exp(-cost / 2), normalized,
-    (n,)."""
+    """Probabilities of models, one of which is true, by their costs (n,) in chi-squared, (n,)."""
     weights = np.exp(-0.5 * (costs - costs.min()))
     normalized: Array = weights / weights.sum()
     return normalized

@@ -18,8 +18,8 @@ from robolaser.diagnosis.held_out_gap import folds, held_out_errors
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.penalized_fit import Fit, Problem
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.diagnosis.selection import select
 from robolaser.errors import EffectUnknown
 from robolaser.geometry.robots import find_robot
