@@ -15,6 +15,8 @@ STEPS = 4
 """Gauss-Newton steps of each fit without a fold, from the fit to all: a tenth of the poses moves little."""
 SHORTER = 0.3
 """Share of a step that is tried next where it did not lower the misfit."""
+REACHED = 1e-3
+"""Chi-squared promised by a further step, below which the optimum is reached."""
 UNFINISHED = 0.3
 """Chi-squared that one more step would still promise, beyond which the derivatives are worked out anew."""
 
@@ -101,6 +103,8 @@ def _without(fit: Fit, kept: Bools) -> Array:
     length = np.ones(len(kept))
     for _ in range(STEPS):
         steps = -np.linalg.solve(curvature, slope[..., None])[..., 0] * length[:, None]
+        if (np.abs((steps * slope).sum(axis=1)) < REACHED).all():
+            break
         tried = problem.within(x + problem.prior * steps)
         tried_cost, tried_slope = misfit(tried)
         better = tried_cost < cost

@@ -162,6 +162,7 @@ def test_only_what_no_simpler_set_beats_is_undominated():
 
 def test_a_front_of_sixty_poses_takes_less_than_a_second():
     case = Case("stripe", poses=60, points=10, effects=PERTURBED["stripe"])
+    assert case.tests
     start = process_time()
     assert pareto_front(case.refits, [case.fit], case.held_out)
     assert process_time() - start < 1.0
