@@ -108,7 +108,7 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
 
 
 def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
-    """Axes about which `from_angles` turns as each angle grows: dR = skew(axis) R, (...) [rad] -> (..., 3, 3) by rows."""
+    """Axes that `from_angles` turns about as each angle grows: dR = skew(axis) R; (...) [rad] -> rows (..., 3, 3)."""
     first, x_or_z = (rot_x(w), _X) if order == "xyz" else (rot_z(w), _Z)
     second = first @ rot_y(phi)
     axis = np.broadcast_to(np.eye(3)[x_or_z], (*np.shape(w), 3))

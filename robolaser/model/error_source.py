@@ -15,7 +15,7 @@ class ErrorSource:
 
     Attributes:
         name: Such as `pixel`, `target`, `point`, `joint`, `flange`.
-        effect: A, the move of each row's residual by each of q independent unit errors, (m, k, q) [row's unit per unit].
+        effect: A, the move of each row by each of q independent unit errors, (m, k, q) [row's unit per unit].
         group: Rows with one number share their q errors, (m,); a group never reaches beyond one pose.
         unit: Of σ.
         level: Whether every shot draws the error anew, all shots of a point share it, or all rows of a pose.

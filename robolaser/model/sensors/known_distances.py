@@ -35,8 +35,7 @@ class KnownDistances:
     def of(cls, pairs: Sequence[tuple[str, str, float]], noise: Noise) -> "KnownDistances":
         """From pairs of prefixes with their distance [m]."""
         first, second, known = zip(*pairs, strict=True)
-        stated: float | None = getattr(noise, "distance_m", None)
-        return cls(first, second, np.array(known), USUAL_M if stated is None else stated)
+        return cls(first, second, np.array(known), USUAL_M if noise.distance_m is None else noise.distance_m)
 
     def __len__(self) -> int:
         return len(self.known)

@@ -6,7 +6,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
 from robolaser.geometry.rigid_motion import angle_axes, carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of, vector

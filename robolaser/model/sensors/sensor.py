@@ -194,7 +194,7 @@ class Sensor(ABC):
 
 
 def rigid_moves(points: Array, of_pose: Ints) -> tuple[Array, Array]:
-    """Moves of points (m, 3) [m] by shifts and by turns of their pose about the middle of its points, (m, 3, 3) each."""
+    """Moves of points (m, 3) [m] by shifts and turns of their pose about the middle of its points, (m, 3, 3) each."""
     arms = points - middles(points, of_pose, int(of_pose.max()) + 1)[of_pose]
     return along_each_axis(len(points), 3), skew(arms)
 

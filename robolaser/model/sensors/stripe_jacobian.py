@@ -51,7 +51,7 @@ def stripe_jacobian(dataset: Dataset, values: Values, T_base_flange: Array, pert
 
 
 def _in_camera(pixel: Array, values: Values, stripe_axis: str) -> tuple[Array, Array]:
-    """Points in the camera frame, (c, m, 3), and their derivatives by f, s_u, s_v, u_0, v_0, k, b, theta, (c, m, 3, 8)."""
+    """Points in the camera frame (c, m, 3), and derivatives by f, s_u, s_v, u_0, v_0, k, b, theta, (c, m, 3, 8)."""
     k, b, theta = (values[name][:, None] for name in ("k", "b", "theta"))
     distorted = optics.metric(pixel, values)
     ray = optics.rays(optics.undistort(distorted, values["k"]), values["f"], stripe_axis)
