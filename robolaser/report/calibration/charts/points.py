@@ -1,19 +1,17 @@
 """Where the points are and where the model puts them: the paper's Figure 6."""
 
 import numpy as np
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
-from robolaser.report.canvas import FITTED, HELD_OUT, Picture, picture, ticks
-from robolaser.report.evidence import Evidence, some_rows
+from robolaser.report.calibration.evidence import Evidence, some_rows
+from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer
 
-MOST = 600  # arrows that a picture carries
-LONG = 0.08  # of the picture's width: a long arrow
+MOST = 600  # arrows that a chart carries
+LONG = 0.08  # of the chart's width: a long arrow
 KNOWN = {"stripe": "known point", "point": "measured point", "socket": "socket"}
 FRAME = {"stripe": "base frame", "point": "tracker's frame", "socket": "base frame"}
 
 
-def points(evidence: Evidence) -> Picture | None:
+def points(evidence: Evidence) -> Chart | None:
     """Known points and the errors of the estimated ones, magnified, along the direction in which they spread least."""
     kind = evidence.calibration.model.dataset.kind
     known, errors = evidence.known, -evidence.calibration.residuals
@@ -24,29 +22,33 @@ def points(evidence: Evidence) -> Picture | None:
     factor = magnification(float(np.percentile(evidence.fitted_mm, 95)) / 1e3, float(extent[across].max()))
     start = 1e3 * known[rows][:, across]
     end = start + 1e3 * factor * errors[rows][:, across]
-
-    def paint(figure: Figure) -> None:
-        ax = figure.subplots()
-        lines = LineCollection(list(np.stack([start, end], axis=1)), colors=HELD_OUT, linewidths=0.8)
-        dots = ax.plot(*start.T, "o", ms=2.2, color=FITTED, zorder=3)[0]
-        ax.add_collection(lines)
-        ax.set_aspect("equal", adjustable="datalim")
-        ax.autoscale_view()
-        for axis, number in ((ax.xaxis, across[0]), (ax.yaxis, across[1])):
-            axis.set_label_text(f"{'xyz'[number]} [mm]")
-            axis.set_major_formatter(ticks)
-        figure.legend([dots, lines], [KNOWN[kind], f"error × {factor:g}"], loc="outside upper left", ncols=2)
-
+    x, y, height = equal_axes(np.concatenate([start, end]), tuple(f"{'xyz'[axis]} [mm]" for axis in across))
+    what, error = KNOWN[kind], f"error × {factor:g}"
+    data = evidence.named(
+        rows, x=start[:, 0], y=start[:, 1], x2=end[:, 0], y2=end[:, 1], error=evidence.fitted_mm[rows]
+    )
+    colour = colours({what: FITTED, error: HELD_OUT})
+    said = hover("pose", "point", error="error [mm]")
     left_out = len(rows) < len(known)
     thinned = f" {len(rows)} of {len(known)} points are drawn, the largest errors among them." if left_out else ""
-    return picture(
+    return chart(
         "Known and estimated points",
-        f"Seen along {'xyz'[along]} of the {FRAME[kind]}; a line leads from each {KNOWN[kind]} to the estimated one,"
-        f" its length magnified {factor:g} times. Neighbours that err alike show something unmodelled; noise points"
-        f" anywhere.{thinned}",
+        f"Seen along {'xyz'[along]} of the {FRAME[kind]}; a line leads from each {what} to the estimated one, its"
+        f" length magnified {factor:g} times. Neighbouring errors that are alike indicate something unmodelled; noise"
+        f" points in any direction.{thinned}",
         f"Plan of the points with error lines magnified {factor:g} times.",
-        paint,
-    )
+        [
+            layer("rule", _series(data, error), tooltip=said, x=x, y=y, x2={"field": "x2"}, y2={"field": "y2"},
+                  color=colour),
+            layer({"type": "point", "size": 18, "opacity": 1}, _series(data, what), tooltip=said, x=x, y=y,
+                  color=colour),
+        ],
+        height=height,
+    )  # fmt: skip
+
+
+def _series(data: list[dict[str, object]], name: str) -> list[dict[str, object]]:
+    return [row | {"series": name} for row in data]
 
 
 def magnification(error_m: float, extent_m: float) -> float:
