@@ -46,6 +46,9 @@ from robolaser.errors.types import (
     PlanError as PlanError,
 )
 from robolaser.errors.types import (
+    PluginError as PluginError,
+)
+from robolaser.errors.types import (
     RobotError as RobotError,
 )
 from robolaser.errors.types import (
