@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.argument_types import count, seed
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, command_line, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists, SearchStopped
 
 RESULT = "calibration.json"
@@ -60,7 +60,7 @@ class Calibrate(Command):
         from robolaser.calibration.result import json_text  # noqa: PLC0415
         from robolaser.data.csv_tables import write_together  # noqa: PLC0415
         from robolaser.data.loading import load  # noqa: PLC0415
-        from robolaser.report import page, print_summary  # noqa: PLC0415
+        from robolaser.report.calibration import page, print_summary  # noqa: PLC0415
 
         out: Path = args.output
         if (out / RESULT).exists() and not args.force:
@@ -89,7 +89,7 @@ class Calibrate(Command):
                 "robot.urdf": robot_urdf(found),
                 "robot_corrected.urdf": corrected_urdf(found),
                 "camera.yaml": camera_yaml(found) if dataset.kind == "stripe" else None,
-                "report.html": page(found),
+                "report.html": page(found, command=command_line()),
                 RESULT: json_text(found),
             }
             write_together({out / name: text.encode() for name, text in texts.items() if text is not None})

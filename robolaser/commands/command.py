@@ -1,6 +1,7 @@
 """What a command is, and what commands have in common: folders, progress and messages."""
 
 import argparse
+import shlex
 import sys
 import tempfile
 import time
@@ -50,6 +51,11 @@ def make_folder(folder: Path) -> None:
 def warn(message: str) -> None:
     """Say what is odd, but no error."""
     print(f"warning: {message}", file=sys.stderr)
+
+
+def command_line() -> str:
+    """What was typed, ready to be typed again."""
+    return shlex.join(["robolaser", *sys.argv[1:]])
 
 
 @contextmanager

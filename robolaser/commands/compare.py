@@ -1,7 +1,6 @@
 """robolaser compare: algorithms side by side."""
 
 import argparse
-import shlex
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.commands.argument_types import count, positive
-from robolaser.commands.command import Command, make_folder
+from robolaser.commands.command import Command, command_line, make_folder
 from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
 
 if TYPE_CHECKING:
@@ -154,28 +153,10 @@ def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) ->
     judged = tuple(standings(comparison, family) for family in comparison.families)
     texts = {
         RUNS: runs_csv(comparison),
-        PAGE: page(comparison, judged, command=_again(args)),
+        PAGE: page(comparison, judged, command=command_line()),
         RESULT: comparison_json(comparison, judged),
     }
     write_together({out / name: text.encode() for name, text in texts.items()})
     if args.iohprofiler:
         export(comparison, out / EXPORT)
     print_comparison(comparison, judged, out)
-
-
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    words = ["robolaser", "compare", *args.datasets, "--output", str(args.output)]
-    if args.algorithms is not None:
-        words += ["--algorithms", args.algorithms]
-    words += ["--seeds", str(args.seeds), "--budget", str(args.budget)]
-    for option, value, usual in (
-        ("--time-limit", args.time_limit, TIME_LIMIT_S),
-        ("--memory-limit", args.memory_limit, MEMORY_LIMIT_B / GB),
-        ("--jobs", args.jobs, None),
-        ("--scheduler", args.scheduler, None),
-        ("--seed", args.seed, 1),
-    ):
-        if value != usual:
-            words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
-    return shlex.join([*words, "--iohprofiler"] if args.iohprofiler else words)

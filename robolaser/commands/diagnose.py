@@ -2,12 +2,11 @@
 
 import argparse
 import json
-import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.argument_types import seed
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, command_line, make_folder, progress_bar, warn
 from robolaser.errors import Interrupted, OutputExists
 
 RESULT = "diagnosis.json"
@@ -62,7 +61,7 @@ class Diagnose(Command):
                 "robot_corrected.urdf": corrected_urdf(model),
                 "camera.yaml": camera_yaml(model) if dataset.kind == "stripe" else None,
                 "calibration.json": corrected_json(model),
-                "report.html": page(found, command=_again(args)),
+                "report.html": page(found, command=command_line()),
                 RESULT: json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
             }
             write_together({out / name: text.encode() for name, text in texts.items() if text is not None})
@@ -71,11 +70,3 @@ class Diagnose(Command):
         except KeyboardInterrupt:
             raise Interrupted(None) from None
         print_diagnosis(found, out)
-
-
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    without = [word for effect in args.without for word in ("--without", effect)]
-    return shlex.join(
-        ["robolaser", "diagnose", args.dataset.name, "--output", "result", "--seed", str(args.seed), *without]
-    )

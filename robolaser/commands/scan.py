@@ -1,12 +1,11 @@
 """robolaser scan: from a calibration and a recording to a cloud of points."""
 
 import argparse
-import shlex
 from pathlib import Path
 from typing import ClassVar, final
 
 from robolaser.commands.argument_types import positive
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
+from robolaser.commands.command import Command, command_line, make_folder, progress_bar, warn
 from robolaser.errors import OutputExists, StoppedLate
 
 ENDING = ".ply"
@@ -75,7 +74,7 @@ class Scan(Command):
         try:
             quality = measure(survey.vertices, wanted=wanted, step_m=args.step or 0.0, sphere_m=args.sphere or 0.0)
             if args.report:
-                write_text(files[1], page(scan, quality, command=_again(args)))
+                write_text(files[1], page(scan, quality, command=command_line()))
         except KeyboardInterrupt:
             raise StoppedLate(str(args.output), "what is measured on it") from None
         print_cloud(scan, quality, *files)
@@ -85,17 +84,6 @@ class Scan(Command):
             warn(str(missing))
         for missing in quality.missing[:1]:
             raise missing
-
-
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    sizes = [
-        word for what in ("step", "sphere") if getattr(args, what) for word in (f"--{what}", repr(vars(args)[what]))
-    ]
-    options = [*(["--nominal"] if args.nominal else []), *(["--plane"] if args.plane else []), *sizes, "--report"]
-    forced = ["--force"] if args.force else []
-    names = [str(args.calibration), str(args.recording), "--output", str(args.output)]
-    return shlex.join(["robolaser", "scan", *names, *options, *forced])
 
 
 def step_height(text: str) -> float:

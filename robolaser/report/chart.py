@@ -45,10 +45,10 @@ CONFIG: Final[Spec] = {
     "legend": {
         "labelColor": INK, "titleColor": MUTED, "labelFontSize": 12.5, "titleFontSize": 12.5,
         "titleFontWeight": "normal", "symbolStrokeWidth": 2, "labelLimit": 230, "symbolLimit": 0, "orient": "top",
-        "columnPadding": 16,
+        "columnPadding": 16, "symbolOpacity": 1,
     },
     "text": {"color": INK, "fontSize": 12.5},
-    "point": {"filled": True},
+    "point": {"filled": True, "opacity": 1},
 }  # fmt: skip
 """One look for all charts."""
 
@@ -108,20 +108,16 @@ def chart(
     )
 
 
-def layer(
-    mark: str | Spec, data: Sequence[Spec] | str, *, tooltip: Sequence[Channel] | None = None, **encoding: Channel
-) -> Spec:
+def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Sequence[Channel]) -> Spec:
     """One kind of mark for some data.
 
     Args:
         mark: Vega-Lite's.
         data: From `records`, or lines of comma-separated numbers below their names.
-        tooltip: From `hover`.
-        encoding: What each channel shows.
+        encoding: What each channel shows; `tooltip` from `hover`.
     """
-    values: Spec = {"values": data} if not isinstance(data, str) else {"values": data, "format": {"type": "csv"}}
-    told: Mapping[str, Any] = {} if tooltip is None else {"tooltip": list(tooltip)}
-    return {"data": values, "mark": mark, "encoding": {**encoding, **told}}
+    values: Spec = {"values": data, "format": {"type": "csv"}} if isinstance(data, str) else {"values": data}
+    return {"data": values, "mark": mark, "encoding": encoding}
 
 
 def records(**columns: Any) -> list[Spec]:
@@ -134,10 +130,12 @@ def records(**columns: Any) -> list[Spec]:
 
 def quantity(field: str, title: str | None, *, log: bool = False, domain: Sequence[float] | None = None) -> Channel:
     """A channel that shows a number; `title` names its unit, None hides it."""
-    scale: Spec = {"type": "log"} if log else {"zero": False}
+    scale: Spec = {"type": "log", "nice": False} if log else {"zero": False}
     if domain is not None:
         scale |= {"domain": [_number(end) for end in domain], "nice": False}
-    axis: Spec = {"format": "~g"} | ({"tickCount": 6} if log else {})
+    elif log:
+        scale |= {"padding": 14}
+    axis: Spec = {"format": "~g", "tickCount": 6, "gridOpacity": 0.6} if log else {"tickCount": 7}
     return {"field": field, "type": "quantitative", "title": title, "scale": scale, "axis": axis}
 
 
@@ -172,18 +170,18 @@ def rule(**more: Any) -> Spec:
     return {"type": "rule", "strokeDash": [5, 4]} | more
 
 
-def equal_axes(places: Array, titles: tuple[str, str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
+def equal_axes(places: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
     """Channels x and y with one scale for both, whatever the width of the page, and a fitting height [px].
 
     Args:
         places: All that must be seen, (n, 2).
-        titles: Of the axes, with units.
+        titles: Of both axes, with units.
         margin: Left free on each side, as a share of the longer side.
     """
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
     sides = high - low + 2 * margin * max(float((high - low).max()), 1e-9)
     height = float(np.clip(520 * sides[1] / sides[0], LEAST_HEIGHT_PX, MOST_HEIGHT_PX))
-    per_px = f"max({sides[0]:.6g} / width, {sides[1]:.6g} / height)"
+    per_px = f"max({sides[0]:.6g} / max(width, 1), {sides[1]:.6g} / height)"
     channels = []
     for field, title, middle, side in zip("xy", titles, (low + high) / 2, ("width", "height"), strict=True):
         channel = quantity(field, title)
@@ -204,8 +202,9 @@ def _switchable(one: Spec) -> Spec:
         return one
     mark = one["mark"] if isinstance(one["mark"], dict) else {"type": one["mark"]}
     shown = mark.get("opacity", 1.0)
+    channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line stay unseen
     opacity = {"condition": {"param": "shown", "value": shown}, "value": FAINT * shown}
-    return one | {"encoding": {**one["encoding"], "opacity": opacity}}
+    return one | {"encoding": {**one["encoding"], channel: opacity}}
 
 
 def _is_column(column: Any) -> bool:

@@ -1,8 +1,8 @@
-"""What a calibration's pages and pictures speak of: errors in millimetres, and what noise alone would make of them."""
+"""What a calibration's page and charts are about: errors in millimetres, and what noise alone would make of them."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from robolaser.model.sensors.sensor import vector
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
+from robolaser.report.chart import Spec, records
 
 ENOUGH_ROWS = 20_000
 """Rows that tell a root mean square to three digits."""
@@ -93,6 +94,11 @@ class Evidence:
         """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
         return known_points(self.calibration.model, self.values, self.perturb)
 
+    def named(self, rows: Ints, **columns: Any) -> list[Spec]:
+        """Records of some rows of points.csv for a chart, with the names of their poses and points."""
+        pose, point = point_names(self.calibration.model.dataset, rows)
+        return records(pose=pose, point=point, **columns)
+
     def per_pose(self, errors: Array) -> tuple[Ints, Array]:
         """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
         pose = self.calibration.model.dataset.points.pose
@@ -128,8 +134,14 @@ def lengths_mm(errors: Array) -> Array:
     return lengths
 
 
+def point_names(dataset: Dataset, rows: Ints) -> tuple[list[str], list[str]]:
+    """Names of the poses and of the points of some rows of points.csv."""
+    points, poses = dataset.points, dataset.poses
+    return [poses.names[points.pose[i]] for i in rows], [points.names[i] for i in rows]
+
+
 def some_rows(errors: Array, most: int) -> Ints:
-    """At most `most` rows for a picture: evenly thinned, the largest tenth of them always among them."""
+    """At most `most` rows for a chart: evenly thinned, the largest tenth of them always among them."""
     if len(errors) <= most:
         return np.arange(len(errors))
     even = np.linspace(0, len(errors) - 1, most - most // 10).round().astype(int)

@@ -1,21 +1,21 @@
-"""The page a person looks at after a calibration: one file that needs nothing else."""
+"""The page of a calibration: one file that needs nothing else."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
-
-import jinja2
-from markupsafe import Markup
+from typing import final
 
 from robolaser.calibration.result import Calibration
 from robolaser.data.csv_tables import write_text
-from robolaser.report import words
+from robolaser.report.calibration import words
+from robolaser.report.calibration.charts import CHARTS
+from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.digits import millimetres
-from robolaser.report.evidence import Evidence
-from robolaser.report.rows import effect_rows, parameter_rows
+from robolaser.report.page import drawn, render
+from robolaser.report.sensor_words import setting
 
 MANY = 24
-"""Rows of closed-form parameters from which they are folded away until asked for."""
+"""Rows of closed-form parameters from which they are folded away."""
 
 
 @final
@@ -45,7 +45,7 @@ def figures(evidence: Evidence) -> list[Figure]:
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m, "predicted with each pose left out of the fit"),
         ("noise", "noise alone", evidence.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
-        ("fitted", "on fitted poses", calibration.rms_m, "in-sample: always the rosier one"),
+        ("fitted", "on fitted poses", calibration.rms_m, "training error, optimistic"),
     )
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     return [
@@ -54,15 +54,19 @@ def figures(evidence: Evidence) -> list[Figure]:
     ]
 
 
-def page(calibration: Calibration) -> str:
-    """The page as HTML."""
-    from robolaser.report.pictures import PICTURES  # noqa: PLC0415 - Matplotlib is slow to import
+def page(calibration: Calibration, *, command: str = "") -> str:
+    """The page as HTML.
 
+    Args:
+        calibration: The result.
+        command: What to type to repeat it.
+    """
     evidence = Evidence(calibration)
     given, placed = parameter_rows(calibration)
     return render(
         "calibration.html",
         dataset=calibration.model.dataset,
+        setting=setting(calibration.model.dataset),
         calibration=calibration,
         words=words,
         evidence=evidence,
@@ -71,38 +75,15 @@ def page(calibration: Calibration) -> str:
         placed=placed,
         folded=len(placed) > MANY,
         effects=effect_rows(calibration),
-        pictures=[drawn for draw in PICTURES if (drawn := draw(evidence)) is not None],
+        charts=drawn([make(evidence) for make in CHARTS]),
+        command=command,
     )
 
 
-def render(template: str, **facts: Any) -> str:
-    """Fill a template of this package; whatever comes from data is escaped."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("robolaser", "report/templates"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"minus": minus, "code": code}
-    return environment.get_template(template).render(**facts)
-
-
-def minus(text: str) -> str:
-    """Numbers with a proper minus sign."""
-    return text.replace("-", "\u2212")
-
-
-def code(text: str) -> Markup:
-    """Text between backticks as code."""
-    parts = text.split("`")
-    return Markup("").join(Markup("<code>{}</code>").format(part) if i % 2 else part for i, part in enumerate(parts))
-
-
-def write_report(calibration: Calibration, path: Path) -> None:
+def write_report(calibration: Calibration, path: Path, *, command: str = "") -> None:
     """Write the page of a calibration, one self-contained HTML file.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        FileUnwritable: The disk or the permissions do not allow it.
     """
-    write_text(path, page(calibration))
+    write_text(path, page(calibration, command=command))

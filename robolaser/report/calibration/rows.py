@@ -7,8 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.calibration.result import Calibration
+from robolaser.report.calibration.meanings import effect_meaning, meaning
 from robolaser.report.digits import measured, plain
-from robolaser.report.meanings import effect_meaning, meaning
 
 HELD, ON_BOUND, UNFIXED = "held", "on its bound", "cannot be fixed by these data"
 ENTANGLED = "hardly told from others"

@@ -1,15 +1,12 @@
 """Sentences about a calibration for a person who works with the robot."""
 
-import importlib.metadata
-import shlex
-from collections.abc import Iterator, Mapping
-from itertools import groupby
+from collections.abc import Iterator
 
 import numpy as np
 
-from robolaser.calibration.options import GENERATIONS
+from robolaser.report.calibration.evidence import Evidence
 from robolaser.report.digits import millimetres, plain, times
-from robolaser.report.evidence import Evidence
+from robolaser.report.sensor_words import DOES, SOURCES
 
 NOISE_ALONE = 1.1
 """Excess over noise up to which all is well: stated noise is seldom known better."""
@@ -19,29 +16,6 @@ UNMODELLED = 2.0
 """Excess over noise from which no doubt about the noise explains it."""
 OVERFITTED = 1.5
 """Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
-
-DOES: Mapping[str, str] = {
-    "stripe": "the scanner places points",
-    "point": "the model predicts tracked points",
-    "socket": "the model puts the ball",
-}
-MEASURED_BY: Mapping[str, str] = {
-    "stripe": "laser stripe scanner",
-    "point": "tracked points on the flange",
-    "socket": "ball in fixed sockets",
-}
-SOURCES: Mapping[str, tuple[str, str]] = {
-    "pixel": ("stripe's middle in the image", "px"),
-    "target": ("target points", "m"),
-    "point": ("tracked points", "m"),
-    "seat": ("seat of the ball", "m"),
-    "joint": ("joint readings", "rad"),
-    "probe": ("tracker's probe, place", "m"),
-    "probe_turn": ("tracker's probe, turn", "rad"),
-    "flange": ("flange poses, place", "m"),
-    "flange_turn": ("flange poses, turn", "rad"),
-}
-"""What shakes a point, and its unit."""
 
 
 def headline(evidence: Evidence) -> str:
@@ -100,22 +74,14 @@ def _against_noise(over: float, chance: float, ratio: float) -> str:
         )
     return (
         f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
-        " mends it. `robolaser diagnose` says where it lies, and which effects explain it."
+        " removes it. `robolaser diagnose` says where it lies, and which effects explain it."
     )
-
-
-def setting(evidence: Evidence) -> str:
-    """What was calibrated from what."""
-    dataset = evidence.calibration.model.dataset
-    arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
-    poses = len(np.unique(dataset.points.pose))
-    return f"{MEASURED_BY[dataset.kind]}, {arm}, {len(dataset.points)} points in {poses} poses"
 
 
 def method(evidence: Evidence) -> str:
     """How the parameters were found."""
     calibration = evidence.calibration
-    weights = {"plain": "all points alike", "noise": "points weighed by their noise"}[calibration.weights]
+    weights = {"plain": "all points weighted alike", "noise": "points weighted by their noise"}[calibration.weights]
     return (
         f"{calibration.algorithm}, seed {calibration.seed}, {weights}; "
         f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
@@ -123,40 +89,7 @@ def method(evidence: Evidence) -> str:
 
 
 def noise_lines(evidence: Evidence) -> Iterator[tuple[str, str, str]]:
-    """Each source of noise: what it shakes, its size, and where the size comes from."""
+    """Each source of noise: what it disturbs, its size, and where the size comes from."""
     for name, sigma in evidence.calibration.noise.items():
         what, unit = SOURCES.get(name, (name, ""))
-        yield what, plain(sigma, unit, 2), evidence.known_noise.get(name, "judged from the residuals")
-
-
-def command(evidence: Evidence) -> str:
-    """The command that repeats the calibration."""
-    calibration = evidence.calibration
-    dataset = calibration.model.dataset
-    words = ["robolaser", "calibrate", str(dataset.folder.name if dataset.folder else dataset.name)]
-    words += ["--output", "result", "--algorithm", calibration.algorithm, "--seed", str(calibration.seed)]
-    if calibration.weights != "plain":
-        words += ["--weights", calibration.weights]
-    if calibration.loss != "square":
-        words += ["--loss", calibration.loss]
-    history = calibration.history
-    if history is not None and len(history.best) != GENERATIONS:
-        words += ["--generations", str(len(history.best))]
-    return shlex.join([*words, *(word for effect in _asked_for(evidence) for word in ("--with", effect))])
-
-
-def _asked_for(evidence: Evidence) -> Iterator[str]:
-    """The effects as the command line names them, without places where an effect is at all of its own."""
-    model = evidence.calibration.model
-    for kind, group in groupby(model.effects, key=lambda candidate_effect: candidate_effect.kind):
-        places = [candidate_effect.where for candidate_effect in group]
-        everywhere = places == list(kind.places(model.dataset))
-        yield from [kind.name] if everywhere else [f"{kind.name}:{place}" for place in places]
-
-
-def version() -> str:
-    """The version of robolaser that made this."""
-    try:
-        return importlib.metadata.version("robolaser")
-    except importlib.metadata.PackageNotFoundError:
-        return "of a source tree"
+        yield what, plain(sigma, unit, 2), evidence.known_noise.get(name, "estimated from the residuals")

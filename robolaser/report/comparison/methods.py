@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
 from robolaser.benchmark.result import Comparison
-from robolaser.report import words
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.rows import spans
+from robolaser.report.page import version
 
 FAMILIES = {CALIBRATION: "Calibration problems", TEST_FUNCTION: "Test functions"}
 """Headings."""
@@ -57,7 +57,7 @@ def missing(comparison: Comparison) -> str:
 def measured(comparison: Comparison) -> Sequence[tuple[str, str]]:
     """Terms of the runs, and what they took."""
     effort = comparison.effort
-    versions = ", ".join(f"{name} {version}" for name in PACKAGES if (version := _version(name)))
+    versions = ", ".join(f"{name} {of}" for name in PACKAGES if (of := _version(name)))
     return (
         ("Budget", f"{comparison.budget:,} evaluations a run; one is one candidate's cost, or its residuals once"),
         ("Time limit", f"{prices.duration(comparison.time_limit_s)} a run; a run over it has failed"),
@@ -65,7 +65,7 @@ def measured(comparison: Comparison) -> Sequence[tuple[str, str]]:
         ("Runs", f"{len(comparison.runs):,} of {comparison.wanted:,}, {len(comparison.failures):,} of them failed"),
         ("Run on", f"{effort.engine or 'nothing yet'}, {_many(effort.workers, 'run')} at a time"),
         ("Took", f"{prices.duration(effort.seconds)}; {prices.rate(effort.busy)} of the workers' time went into runs"),
-        ("Versions", f"robolaser {words.version()}, {versions}, Python {platform.python_version()}"),
+        ("Versions", f"robolaser {version()}, {versions}, Python {platform.python_version()}"),
     )
 
 

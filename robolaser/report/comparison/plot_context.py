@@ -1,6 +1,6 @@
-"""The field of a family of problems: who runs in it, in what order, and in which colours."""
+"""What charts and tables of a family of problems share: its algorithms, their order and their colours."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -13,15 +13,17 @@ from robolaser.benchmark.result import Comparison, Contested
 from robolaser.benchmark.results_array import Tally
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
-from robolaser.report.canvas import LINES, MUTED
+from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours
 from robolaser.report.comparison import prices
 
 LEADING = 5
-"""Contestants that have a colour of their own, by rank."""
+"""Algorithms that have a colour of their own, by rank."""
 PAPERS = "rcga"
 """The paper's algorithm, which has a colour wherever it stands."""
 MOMENTS = 160
-"""Of courses that are drawn."""
+"""Of convergence traces that are drawn."""
+LEGEND_PX = 12
+"""By which a chart grows with each algorithm in its legend."""
 
 
 def target(family: str, tolerance: float) -> str:
@@ -33,8 +35,8 @@ def target(family: str, tolerance: float) -> str:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Field:
-    """What pictures and tables of a family show.
+class PlotContext:
+    """What charts and tables of a family show.
 
     Attributes:
         comparison: All families.
@@ -61,12 +63,12 @@ class Field:
 
     @cached_property
     def order(self) -> tuple[str, ...]:
-        """Contestants, the best first."""
+        """Algorithms, the best first."""
         return tuple(place.algorithm for place in self.standings.evaluations.places)
 
     @cached_property
-    def told(self) -> Mapping[str, str]:
-        """Colour of those told apart at a glance: the leading ones, the first by wall time, and the paper's."""
+    def coloured(self) -> Mapping[str, str]:
+        """Colours of those with one: the leading ones, the first by wall time, and the paper's."""
         evaluations, seconds = (
             [place.algorithm for place in order.places if place.rank is not None]
             for order in (self.standings.evaluations, self.standings.seconds)
@@ -74,15 +76,24 @@ class Field:
         wanted = [*evaluations[:LEADING], *seconds[:1], *(name for name in self.order if name == PAPERS)]
         return dict(zip(dict.fromkeys(wanted), LINES, strict=False))
 
-    @cached_property
-    def colours(self) -> Mapping[str, str]:
-        """Of every contestant."""
-        return {name: self.told.get(name, MUTED) for name in self.order}
+    @property
+    def height(self) -> float:
+        """Of a chart with a line for each algorithm [px]."""
+        return HEIGHT_PX + LEGEND_PX * len(self.coloured)
 
-    @cached_property
-    def drawn(self) -> tuple[str, ...]:
-        """Contestants in the order of drawing: those told apart on top of the others, the best last."""
-        return tuple(sorted(self.order, key=lambda name: (name in self.told, -self.order.index(name))))
+    def back_to_front(self, names: Iterable[str]) -> list[str]:
+        """In the order of drawing: those with a colour on top of the others, the best last."""
+        return sorted(names, key=lambda name: (name in self.coloured, -self.order.index(name)))
+
+    def by_algorithm(self, names: Sequence[str], *, shows_legend: bool = True) -> Channel:
+        """The colour channel: those without a colour of their own are grey."""
+        of = {name: self.coloured.get(name, MUTED) for name in names}
+        return colours(of, legend={"orient": "bottom", "columns": 2}, shows_legend=shows_legend)
+
+    def widths(self, names: Sequence[str]) -> Channel:
+        """The channel of a line's width: those with a colour are thicker."""
+        scale = {"domain": list(names), "range": [2 if name in self.coloured else 1 for name in names]}
+        return {"field": "series", "type": "nominal", "scale": scale, "legend": None}
 
     def number(self, problem: str) -> int:
         """Of a problem, from 1, as the page counts them."""
@@ -114,9 +125,9 @@ class Field:
         return heights
 
     def courses(self, problem: Contested) -> tuple[Array, Mapping[str, Array]]:
-        """Evaluations (g,), and what contestants told apart have reached by then: one in ten, median, nine in ten."""
+        """Evaluations (g,), and what coloured algorithms have reached by then: one in ten, median, nine in ten."""
         of = {name: [run for run in self.comparison.runs if (run.problem, run.algorithm) == (problem.name, name)]
-              for name in self.told}  # fmt: skip
+              for name in self.coloured}  # fmt: skip
         first = [run.course.evaluations[0] for runs in of.values() for run in runs if len(run.course.evaluations)]
         if not first or not np.isfinite(problem.best):
             return np.empty(0), {}

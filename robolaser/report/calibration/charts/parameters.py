@@ -34,7 +34,9 @@ def parameters(evidence: Evidence) -> Chart | None:
         "values": [0, 0.5, 1],
         "labelExpr": "datum.value == 0 ? 'lower bound' : datum.value == 1 ? 'upper bound' : datum.label",
     }
-    colour = colours({name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 7})
+    colour = colours(
+        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 7, "symbolType": "stroke"}
+    )
     dash = {
         "field": "series",
         "type": "nominal",

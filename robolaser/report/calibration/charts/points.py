@@ -4,11 +4,10 @@ import numpy as np
 
 from robolaser.report.calibration.evidence import Evidence, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer
+from robolaser.report.sensor_words import FRAME, KNOWN
 
 MOST = 600  # arrows that a chart carries
 LONG = 0.08  # of the chart's width: a long arrow
-KNOWN = {"stripe": "known point", "point": "measured point", "socket": "socket"}
-FRAME = {"stripe": "base frame", "point": "tracker's frame", "socket": "base frame"}
 
 
 def points(evidence: Evidence) -> Chart | None:

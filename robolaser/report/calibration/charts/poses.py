@@ -18,9 +18,8 @@ def poses(evidence: Evidence) -> Chart | None:
     called = [names[i] for i in seen]
     number = np.arange(1, len(seen) + 1)
     of = {"fitted": FITTED} | ({} if held_out is None else {"held out": HELD_OUT})
-    data = records(number=number, pose=called, rms=fitted, series="fitted")
-    if held_out is not None:
-        data += records(number=number, pose=called, rms=held_out, series="held out")
+    which = {"number": number, "pose": called}
+    others = [] if held_out is None else records(rms=held_out, series="held out", **which)
     x = (
         {"field": "pose", "type": "ordinal", "sort": None, "title": "pose", "axis": {"labelAngle": -35}}
         if len(seen) <= NAMED
@@ -28,12 +27,12 @@ def poses(evidence: Evidence) -> Chart | None:
     )
     y = quantity("rms", "RMS error [mm]", log=True)
     size = 46 if len(seen) <= STRIPS else 18
-    dots = {"type": "point", "size": size, "opacity": 1, "strokeWidth": 1.4}
-    outlined = {"condition": {"test": "datum.series == 'held out'", "value": 0}, "value": 1}
+    said = hover("pose", "series", rms="RMS error [mm]")
+    encoding = {"tooltip": said, "x": x, "y": y, "color": colours(of)}
     layers = [
-        layer(dots, data, tooltip=hover("pose", "series", rms="RMS error [mm]"), x=x, y=y, color=colours(of),
-              fillOpacity=outlined)
-    ]  # fmt: skip
+        layer({"type": "point", "size": size}, records(rms=fitted, series="fitted", **which), **encoding),
+        layer({"type": "point", "size": size, "filled": False, "strokeWidth": 1.4}, others, **encoding),
+    ]
     if len(seen) <= STRIPS:
         own = evidence.named(np.arange(len(points)), number=number[np.searchsorted(seen, points.pose)],
                              rms=np.maximum(evidence.fitted_mm, 1e-6), series="fitted")  # fmt: skip

@@ -1,22 +1,20 @@
 """How much is solved with how much: the ECDF of running times over runs and targets."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from robolaser.benchmark.standings import Measure
 from robolaser.benchmark.statistics.ecdf import budgets, shares
-from robolaser.report.canvas import Picture, picture
-from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
+from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
+from robolaser.report.comparison.plot_context import PlotContext
 
-PAID = {"evaluations": "evaluations", "seconds": "wall time [s]"}
+SPENT = {"evaluations": "evaluations", "seconds": "wall time [s]"}
 """Label of the axis of each measure."""
 TITLES = {"evaluations": "Targets reached by evaluations", "seconds": "Targets reached by wall time"}
 
 
-def solved(field: Field, measure: Measure, title: str) -> Picture | None:
-    """Share of targets that runs have reached, over what they paid."""
-    tally = field.tally
+def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
+    """Share of targets that runs have reached, over what they spent."""
+    tally = context.tally
     of_targets, of_runs = {
         "evaluations": (tally.evaluations, tally.spent_evaluations),
         "seconds": (tally.seconds, tally.spent_s),
@@ -25,34 +23,36 @@ def solved(field: Field, measure: Measure, title: str) -> Picture | None:
     if len(spent) < 2 or spent[0] >= spent[-1]:
         return None
     lines = {
-        name: 100 * line
-        for name, line in zip(tally.algorithms, shares(of_targets, spent), strict=True)
-        if np.isfinite(line).all()
+        name: 100 * reached
+        for name, reached in zip(tally.algorithms, shares(of_targets, spent), strict=True)
+        if np.isfinite(reached).all()
     }
     names = sorted(lines, key=lambda name: (-lines[name][-1], -lines[name].mean()))
-    height = height_pt(names)
-
-    def paint(figure: Figure) -> None:
-        ax = beside_names(figure, names)
-        ax.set_xscale("log")
-        for name in (name for name in field.drawn if name in lines):
-            ax.plot(spent, lines[name], color=field.colours[name], drawstyle="steps-post",
-                    linewidth=1.8 if name in field.told else 0.9)  # fmt: skip
-        ax.set_xlim(spent[0], spent[-1])
-        ax.set_ylim(0, 100)
-        ax.set_xlabel(PAID[measure])
-        ax.set_ylabel("targets reached, over all runs [%]")
-        decades(ax.xaxis, 7)
-        name_ends(ax, {name: lines[name][-1] / 100 for name in names}, field.colours, height=height)
-
+    data = [row for name in context.back_to_front(lines) for row in _steps(spent, lines[name], name)]
     first, last = names[0], names[-1]
-    return picture(
+    return chart(
         title,
-        f"Of all targets from {field.target(float(tally.tolerances[0]))} to"
-        f" {field.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
-        " over all runs and problems. Higher and further left is better. A line that levels off low is of runs"
-        " that got stuck.",
+        f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
+        f" {context.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
+        " over all runs and problems. Higher and further left is better. A line that levels off low means that runs"
+        " got stuck.",
         f"In the end {first} has reached {lines[first][-1]:.0f} % of the targets, {last} {lines[last][-1]:.0f} %.",
-        paint,
-        height_pt=height,
+        [
+            layer(
+                line(step=True),
+                data,
+                tooltip=hover("series", spent=SPENT[measure], share="targets reached [%]"),
+                x=quantity("spent", SPENT[measure], log=True, domain=(spent[0], spent[-1])),
+                y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
+                color=context.by_algorithm(names),
+                strokeWidth=context.widths(names),
+            )
+        ],
+        height=context.height,
     )
+
+
+def _steps(spent: np.ndarray, share: np.ndarray, name: str) -> list[dict[str, object]]:
+    """The corners of a line of steps."""
+    kept = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1])
+    return records(spent=spent[kept], share=share[kept], series=name)

@@ -1,66 +1,52 @@
 """What it costs to come closer to the best known."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from robolaser.benchmark.result import Contested
 from robolaser.benchmark.standings import OnProblem
-from robolaser.report.canvas import MUTED, Picture, picture
-from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.anytime import ABOVE
-from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
+from robolaser.report.chart import MUTED, Chart, chart, hover, layer, line, quantity, records, rule
+from robolaser.report.comparison.charts.anytime import ABOVE
+from robolaser.report.comparison.plot_context import PlotContext
 
 
-def targets(field: Field, problem: Contested, on: OnProblem, title: str) -> Picture | None:
-    """Expected evaluations of every contestant to each target, the hardest on the right."""
-    at = field.heights(problem, field.tally.tolerances)
+def targets(context: PlotContext, problem: Contested, on: OnProblem, title: str) -> Chart | None:
+    """Expected evaluations of every algorithm to each target, the hardest on the right."""
+    at = context.heights(problem, context.tally.tolerances)
     lines = {
         result.algorithm: np.array([
             np.nan if reached.evaluations.value is None else reached.evaluations.value for reached in result.targets
         ])
         for result in on.results
     }  # fmt: skip
-    lines = {name: line for name, line in lines.items() if np.isfinite(line).any()}
+    lines = {name: ert for name, ert in lines.items() if np.isfinite(ert).any()}
     if not lines:
         return None
-    bounds = np.concatenate([line[np.isfinite(line)] for line in lines.values()])
-    low, high = max(bounds.min() / 1.5, 0.5), bounds.max() * 1.5
-    height = height_pt(list(lines))
-
-    def up(evaluations: float) -> float:
-        return float(np.log(evaluations / low) / np.log(high / low))
-
-    names = sorted(lines, key=lambda name: -lines[name][np.isfinite(lines[name])][-1])
-
-    def paint(figure: Figure) -> None:
-        ax = beside_names(figure, names)
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.axvline(float(field.heights(problem, np.array(field.standings.tolerance))), color=MUTED, linewidth=0.8,
-                   linestyle=(0, (4, 3)), zorder=0)  # fmt: skip
-        for name in (name for name in field.drawn if name in lines):
-            told, line = name in field.told, lines[name]
-            last = int(np.flatnonzero(np.isfinite(line))[-1])
-            colour = field.colours[name]
-            ax.plot(at, line, color=colour, linewidth=1.8 if told else 0.9)
-            if last < len(at) - 1:
-                ax.plot(at[last], line[last], "x", color=colour, ms=5)
-                ax.plot([at[last], at[-1]], [line[last]] * 2, color=colour, linewidth=0.6, linestyle=(0, (1, 3)))
-        ax.set_xlim(at[0], at[-1])
-        ax.set_ylim(low, high)
-        ax.set_xlabel(f"target: {ABOVE[field.relative(problem)]}")
-        ax.set_ylabel("expected evaluations (ERT)")
-        decades(ax.xaxis, 6)
-        decades(ax.yaxis, 8)
-        ends = {name: up(lines[name][np.isfinite(lines[name])][-1]) for name in names}
-        name_ends(ax, ends, field.colours, height=height)
-
-    return picture(
+    every = np.concatenate([ert[np.isfinite(ert)] for ert in lines.values()])
+    low, high = max(every.min() / 1.5, 0.5), every.max() * 1.5
+    last = {name: int(np.flatnonzero(np.isfinite(ert))[-1]) for name, ert in lines.items()}
+    names = sorted(lines, key=lambda name: -lines[name][last[name]])
+    data = [row for name in context.back_to_front(lines) for row in records(target=at, ert=lines[name], series=name)]
+    stuck = [name for name in names if last[name] < len(at) - 1]
+    ends = records(
+        target=[at[last[name]] for name in stuck], ert=[lines[name][last[name]] for name in stuck], series=stuck
+    )
+    above = ABOVE[context.relative(problem)]
+    x = quantity("target", f"target: {above}", log=True, domain=(at[0], at[-1]))
+    y = quantity("ert", "expected evaluations (ERT)", log=True, domain=(low, high))
+    colour = context.by_algorithm(names)
+    said = hover("series", target=above, ert="expected evaluations")
+    ranks_by = records(target=float(context.heights(problem, np.array(context.standings.tolerance))))
+    cross = {"type": "point", "shape": "cross", "angle": 45, "size": 70, "opacity": 1}
+    return chart(
         title,
-        "Evaluations that it takes on average to come so close to the best known, runs that do not get there being"
-        " begun anew; lower is better, harder targets are on the right. A line that ends in a cross stops at the"
-        " hardest target that any run reached. Dashed: the target that ranks.",
-        f"The hardest target takes from {bounds.min():.0f} evaluations on.",
-        paint,
-        height_pt=height,
+        "Evaluations needed on average to come this close to the best known, restarting runs that do not get there;"
+        " lower is better, harder targets are on the right. A line that ends in a cross stops at the hardest target"
+        " that any run reached. Dashed: the target by which algorithms are ranked.",
+        f"The hardest target takes {every.min():.0f} evaluations or more.",
+        [
+            layer(line(), data, tooltip=said, x=x, y=y, color=colour, strokeWidth=context.widths(names)),
+            layer(cross, ends, tooltip=said, x=x, y=y, color=colour),
+            layer(rule(color=MUTED), ranks_by, x=x),
+        ],
+        height=context.height,
     )

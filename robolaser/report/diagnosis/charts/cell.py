@@ -1,17 +1,26 @@
-"""The cell drawn in a typical pose, the guilty places marked."""
+"""The cell drawn in a typical pose, the suspected places highlighted."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.canvas import FITTED, GRID, HELD_OUT, INK, MUTED, PAPER, Picture, picture
-from robolaser.report.diagnosis.pictures.posture import Posture
+from robolaser.report.chart import (
+    FITTED,
+    HELD_OUT,
+    INK,
+    MUTED,
+    PAPER,
+    Chart,
+    Spec,
+    chart,
+    equal_axes,
+    hover,
+    layer,
+    records,
+)
+from robolaser.report.diagnosis.charts.posture import Posture
 
 ELEVATION = np.radians(18.0)
 """How far from above the cell is looked at."""
@@ -19,46 +28,48 @@ FAN_LINES = 40
 NEAR = 0.06
 """Distance, relative to the arm's size, below which joints share a label."""
 LEAST_SHARE = 0.1
-"""Share from which on a place is guilty."""
+"""Share from which on a place is suspected."""
 
 
-def cell(diagnosis: Diagnosis) -> Picture:
+def cell(diagnosis: Diagnosis) -> Chart:
     """Arm, sensor and target as seen from the side on which the arm spreads."""
     posture = Posture.of(diagnosis)
-    guilty = accused(diagnosis)
+    marked = suspected(diagnosis)
     view = _view(posture)
-
-    def paint(figure: Figure) -> None:
-        ax = figure.subplots()
-        ax.set_aspect("equal", adjustable="datalim")
-        ax.axis("off")
-        _target(ax, posture.points @ view, "target" in guilty)
-        if len(posture.light):
-            _light(ax, posture.light @ view, "laser" in guilty)
-        _arm(ax, posture, view, guilty)
-        _marks(ax, posture, view, guilty)
-        ax.margins(0.12)
-
-    marked = ", ".join(f"{site} ({said})" if said else site for site, said in guilty.items())
+    line = np.concatenate([posture.line, posture.camera[None]]) @ view
+    places = _places(posture, view)
+    seen = np.concatenate([line, posture.points @ view, posture.light @ view])
+    x, y, height = equal_axes(seen, ("", ""), margin=0.12)
+    for channel in (x, y):
+        channel |= {"axis": None, "title": None}
+    at = {"x": x, "y": y}
+    named = ", ".join(f"{site} ({share})" if share else site for site, share in marked.items())
     what = (
-        f"Marked: {marked}."
+        f"Highlighted: {named}."
         if marked
-        else "No place is marked: what is left is noise."
+        else "No place is highlighted: what is left is noise."
         if diagnosis.verdict == "no_gap"
-        else "No place is marked: the gap lies at none of them alone."
+        else "No place is highlighted: the gap lies at none of them alone."
     )
     whose = "share of what is left" if diagnosis.verdict == "unexplained" else "share of the gap"
-    said = f" In brackets: {whose} that lies there." if any(guilty.values()) else ""
-    return picture(
+    brackets = f" In brackets: {whose} that lies there." if any(marked.values()) else ""
+    return chart(
         "Where the gap lies",
-        f"The cell in pose {posture.name}, one in the middle of those measured. {what}{said}",
+        f"The cell in pose {posture.name}, one in the middle of those measured. {what}{brackets}",
         f"A line drawing of the cell. {what}",
-        paint,
+        [
+            *_target(posture, view, marked, at),
+            *_light(posture, view, marked, at),
+            *_arm(posture, line, marked, at),
+            *_marks(places, marked, at),
+            *_labels(posture, line, places, marked, at),
+        ],
+        height=height,
     )
 
 
-def accused(diagnosis: Diagnosis) -> Mapping[str, str]:
-    """The guilty places, each with its share where it has one: those of effects found, and those where a gap lies."""
+def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
+    """Places of the effects found and those where a gap lies, each with its share where it has one."""
     shares: dict[str, float] = {}
     for lies in diagnosis.where:
         shares[lies.site] = shares.get(lies.site, 0.0) + lies.share
@@ -81,72 +92,99 @@ def _view(posture: Posture) -> Array:
     return np.column_stack([right, up])
 
 
-def _arm(ax: Axes, posture: Posture, view: Array, guilty: Mapping[str, str]) -> None:
-    line = np.concatenate([posture.line, posture.camera[None]]) @ view
-    base = line[0]
-    size = np.ptp(line, axis=0).max() or 1.0
-    ax.plot(base[0] + size * np.array([-0.09, 0.09]), [base[1]] * 2, color=_colour("base", guilty), linewidth=3.5)
-    if posture.joints:
-        ax.plot(*line[:-1].T, color=MUTED, linewidth=5, alpha=0.45, solid_capstyle="round", solid_joinstyle="round")
-    hand = "hand_eye" if posture.is_scanner else "tool"
-    ax.plot(*line[-2:].T, color=_colour(hand, guilty), linewidth=2.2)
-    for name, place in zip(posture.joints, posture.line[1:-1] @ view, strict=False):
-        if name not in guilty:
-            ax.plot(*place, "o", ms=6.5, mfc=PAPER, mec=MUTED, mew=1.4, zorder=4)
-    if posture.is_scanner and "camera" not in guilty:
-        ax.plot(*line[-1], "s", ms=7, mfc=PAPER, mec=INK, mew=1.4, zorder=4)
-
-
-def _light(ax: Axes, light: Array, is_guilty: object) -> None:
-    """The sheet as a fan from the projector, (1 + k, 2)."""
-    colour = HELD_OUT if is_guilty else FITTED
-    ends = light[1:][np.argsort(light[1:, 0])]
-    for end in ends[np.linspace(0, len(ends) - 1, min(FAN_LINES, len(ends))).round().astype(int)]:
-        ax.plot(*np.stack([light[0], end]).T, color=colour, linewidth=0.5, alpha=0.5)
-    ax.plot(*ends.T, color=colour, linewidth=1.6)
-    ax.plot(*light[0], "D", ms=5, mfc=PAPER, mec=colour, mew=1.4, zorder=4)
-
-
-def _target(ax: Axes, points: Array, is_guilty: object) -> None:
-    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - only here
-
-    colour = HELD_OUT if is_guilty else MUTED
-    with suppress(QhullError, ValueError):  # a few points on a line have no outline
-        ax.add_patch(Polygon(points[ConvexHull(points).vertices], fc=GRID, ec=colour, alpha=0.5, lw=1.0, zorder=0))
-    ax.plot(*points.T, "o", ms=1.5, mew=0, color=colour, alpha=0.6, zorder=1)
-
-
-def _marks(ax: Axes, posture: Posture, view: Array, guilty: Mapping[str, str]) -> None:
-    """A dot and a name at each guilty place; those that are nowhere in space are named in a corner."""
+def _places(posture: Posture, view: Array) -> Mapping[str, Array]:
+    """Where in the drawing each site is, those that are somewhere in space."""
     places = {name: posture.line[1 + i] for i, name in enumerate(posture.joints)}
     places |= {"base": posture.line[0], "camera": posture.camera, "target": posture.points.mean(axis=0)}
     places["hand_eye" if posture.is_scanner else "tool"] = (posture.line[-1] + posture.camera) / 2
     if len(posture.light):
         places["laser"] = posture.light[0]
-    here = [site for site in guilty if site in places]
-    for site in here:
-        at = places[site] @ view
-        if site != "target":
-            ax.plot(*at, "o", ms=11, color=HELD_OUT, zorder=5)
-        beside = (11, 5) if site in posture.joints else (11, -15)
-        ax.annotate(
-            _label(site, guilty), at, beside, textcoords="offset points", color=HELD_OUT, weight="bold", zorder=6
-        )
-    elsewhere = [_label(site, guilty) for site in guilty if site not in places]
-    if elsewhere:
-        ax.annotate("\n".join(elsewhere), (0, 1), xycoords="axes fraction", va="top", color=HELD_OUT, weight="bold")
-    for label, at in _innocent(posture, view, guilty):
-        ax.annotate(
-            label, tuple(at), (-9, 0), textcoords="offset points", ha="right", va="center", color=MUTED, fontsize=8
-        )
+    return {site: place @ view for site, place in places.items()}
 
 
-def _innocent(posture: Posture, view: Array, guilty: Mapping[str, str]) -> list[tuple[str, Array]]:
-    """Names of joints that are not guilty, those at one place in one label."""
-    near = NEAR * float(np.ptp(posture.line @ view, axis=0).max())
+def _target(posture: Posture, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    points = posture.points @ view
+    mark = {"type": "point", "size": 8, "color": HELD_OUT if "target" in marked else MUTED, "opacity": 0.7}
+    return [layer(mark, records(x=points[:, 0], y=points[:, 1]), **at)]
+
+
+def _light(posture: Posture, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    """The laser plane as a fan from the projector."""
+    if not len(posture.light):
+        return []
+    light = posture.light @ view
+    ends = light[1:][np.argsort(light[1:, 0])]
+    some = ends[np.linspace(0, len(ends) - 1, min(FAN_LINES, len(ends))).round().astype(int)]
+    colour = HELD_OUT if "laser" in marked else FITTED
+    fan = records(x=light[0, 0], y=light[0, 1], x2=some[:, 0], y2=some[:, 1])
+    rays = {"type": "rule", "color": colour, "strokeWidth": 0.6, "opacity": 0.5}
+    return [
+        layer(rays, fan, x2={"field": "x2"}, y2={"field": "y2"}, **at),
+        _path(ends, {"color": colour, "strokeWidth": 2}, at),
+        _shape(light[:1], ["laser"], {"shape": "diamond", "stroke": colour}, at),
+    ]
+
+
+def _arm(posture: Posture, line: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    base, size = line[0], float(np.ptp(line, axis=0).max()) or 1.0
+    ground = base + size * np.array([[-0.09, 0.0], [0.09, 0.0]])
+    hand = "hand_eye" if posture.is_scanner else "tool"
+    layers = [_path(ground, {"color": _colour("base", marked), "strokeWidth": 5}, at)]
+    if posture.joints:
+        layers.append(_path(line[:-1], {"color": MUTED, "strokeWidth": 7, "opacity": 0.45}, at))
+    layers.append(_path(line[-2:], {"color": _colour(hand, marked), "strokeWidth": 3}, at))
+    innocent = [i for i, name in enumerate(posture.joints) if name not in marked]
+    if innocent:
+        layers.append(
+            _shape(line[[1 + i for i in innocent]], [posture.joints[i] for i in innocent], {"stroke": MUTED}, at)
+        )
+    if posture.is_scanner and "camera" not in marked:
+        layers.append(_shape(line[-1:], ["camera"], {"shape": "square", "stroke": INK}, at))
+    return layers
+
+
+def _marks(places: Mapping[str, Array], marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    here = [site for site in marked if site in places]
+    dots = [site for site in here if site != "target"]
+    if not dots:
+        return []
+    where = np.stack([places[site] for site in dots])
+    data = records(x=where[:, 0], y=where[:, 1], site=dots, share=[marked[site] for site in dots])
+    return [
+        layer(
+            {"type": "point", "size": 190, "color": HELD_OUT, "opacity": 1}, data, tooltip=hover("site", "share"), **at
+        )
+    ]
+
+
+def _labels(
+    posture: Posture, line: Array, places: Mapping[str, Array], marked: Mapping[str, str], at: Spec
+) -> list[Spec]:
+    """Names of the highlighted places beside them, or in a corner for those nowhere in space; of other joints small."""
+    layers = []
+    bold = {"type": "text", "align": "left", "color": HELD_OUT, "fontWeight": "bold"}
+    for site in (site for site in marked if site in places):
+        text = records(x=float(places[site][0]), y=float(places[site][1]), label=_label(site, marked))
+        offset = {"dx": 13, "dy": -11 if site in posture.joints else 15}
+        layers.append(layer(bold | offset, text, text={"field": "label"}, **at))
+    for i, site in enumerate(site for site in marked if site not in places):
+        corner = {"x": {"value": 4}, "y": {"value": 12 + 17 * i}}
+        layers.append(layer(bold, records(label=_label(site, marked)), text={"field": "label"}, **corner))
+    others = _other_joints(posture, line, marked)
+    if others:
+        where = np.stack([place for _, place in others])
+        data = records(x=where[:, 0], y=where[:, 1], label=[label for label, _ in others])
+        small = {"type": "text", "align": "right", "dx": -12, "color": MUTED, "fontSize": 11}
+        layers.append(layer(small, data, text={"field": "label"}, **at))
+    return layers
+
+
+def _other_joints(posture: Posture, line: Array, marked: Mapping[str, str]) -> list[tuple[str, Array]]:
+    """Names of joints that are not suspected, those at one place in one label."""
+    near = NEAR * float(np.ptp(line, axis=0).max())
     labels: list[tuple[str, Array]] = []
-    for name, at in zip(posture.joints, posture.line[1:] @ view, strict=False):
-        if name in guilty:
+    for name, at in zip(posture.joints, line[1:], strict=False):
+        if name in marked:
             continue
         if labels and np.linalg.norm(at - labels[-1][1]) < near:
             labels[-1] = (f"{labels[-1][0]}, {name}", labels[-1][1])
@@ -155,9 +193,20 @@ def _innocent(posture: Posture, view: Array, guilty: Mapping[str, str]) -> list[
     return labels
 
 
-def _label(site: str, guilty: Mapping[str, str]) -> str:
-    return f"{site} {guilty[site]}".rstrip()
+def _path(places: Array, look: Spec, at: Spec) -> Spec:
+    data = records(x=places[:, 0], y=places[:, 1], order=np.arange(len(places)))
+    mark = {"type": "line", "strokeCap": "round", "strokeJoin": "round"} | look
+    return layer(mark, data, order={"field": "order", "type": "quantitative"}, **at)
 
 
-def _colour(site: str, guilty: Mapping[str, str]) -> str:
-    return HELD_OUT if site in guilty else INK
+def _shape(places: Array, names: list[str], look: Spec, at: Spec) -> Spec:
+    mark = {"type": "point", "size": 80, "fill": PAPER, "strokeWidth": 2, "opacity": 1} | look
+    return layer(mark, records(x=places[:, 0], y=places[:, 1], site=names), tooltip=hover("site"), **at)
+
+
+def _label(site: str, marked: Mapping[str, str]) -> str:
+    return f"{site} {marked[site]}".rstrip()
+
+
+def _colour(site: str, marked: Mapping[str, str]) -> str:
+    return HELD_OUT if site in marked else INK

@@ -1,46 +1,63 @@
 """Which poses erred before the effects were in the model, and which still do."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, NOISE, Picture, picture, plain_log
+from robolaser.report.chart import (
+    FITTED,
+    HELD_OUT,
+    NOISE,
+    Chart,
+    chart,
+    colours,
+    hover,
+    layer,
+    quantity,
+    records,
+    rule,
+)
 
-FEW = 80  # poses up to which dots find room
+FEW = 80  # poses up to which dots are large
 
 
-def poses(diagnosis: Diagnosis) -> Picture:
-    """Root-mean-square error of each pose on held-out data, before and after, over the order of the run."""
+def poses(diagnosis: Diagnosis) -> Chart:
+    """Root-mean-square error of each pose on held-out data, before and after, in the order of the run."""
     dataset = diagnosis.observed
     seen = np.unique(dataset.points.pose)
-    before, after = (
-        np.array([1e3 * rms(errors[dataset.points.pose == number]) for number in seen])
-        for errors in (diagnosis.before_m, diagnosis.after_m)
-    )
     time = dataset.poses.time_s
-    order = np.arange(len(seen)) if time is None else np.argsort(time[seen], kind="stable")
-    size = 4.0 if len(seen) <= FEW else 2.2
-
-    def paint(figure: Figure) -> None:
-        ax = figure.subplots()
-        ax.set_yscale("log")
-        floor = 1e3 * diagnosis.gap.noise_floor_m
-        ax.axhline(floor, color=NOISE, linestyle=(0, (4, 3)), label="noise alone")
-        if diagnosis.findings:
-            ax.plot(before[order], "o", ms=size + 1, mfc="none", mew=1.0, color=HELD_OUT, label="before")
-        ax.plot(after[order], "o", ms=size, mew=0, color=FITTED, label="after" if diagnosis.findings else "each pose")
-        ax.set_xlim(-0.7, len(seen) - 0.3)
-        ax.set_xlabel("pose, in the order of poses.csv" if time is None else "pose, in the order of the run")
-        ax.set_ylabel("RMS error when held out [mm]", color=MUTED)
-        plain_log(ax.yaxis)
-        figure.legend(loc="outside upper left", ncols=3)
-
-    names = [dataset.poses.names[seen[i]] for i in np.argsort(-after)[:3]]
-    return picture(
+    seen = seen if time is None else seen[np.argsort(time[seen], kind="stable")]
+    both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
+    after = "after" if diagnosis.findings else "each pose"
+    errors = {after: both["after"]} | ({"before": both["before"]} if diagnosis.findings else {})
+    of = {"before": HELD_OUT, after: FITTED, "noise alone": NOISE}
+    names = [dataset.poses.names[i] for i in seen]
+    data = {
+        series: records(
+            number=np.arange(1, len(seen) + 1),
+            pose=names,
+            rms=[1e3 * rms(whose[dataset.points.pose == i]) for i in seen],
+            series=series,
+        )
+        for series, whose in errors.items()
+    }
+    floor = records(rms=1e3 * diagnosis.gap.noise_floor_m, series="noise alone")
+    title = "pose, in the order of " + ("poses.csv" if time is None else "the run")
+    x, y = quantity("number", title, domain=(0, len(seen) + 1)), quantity("rms", "held-out RMS error [mm]", log=True)
+    colour = colours({name: of[name] for name in of if name in (*errors, "noise alone")})
+    dots = {"type": "point", "size": 46 if len(seen) <= FEW else 18}
+    rings = dots | {"filled": False, "strokeWidth": 1.4}
+    said = hover("pose", "series", rms="held-out RMS error [mm]")
+    ranked = sorted(data[after], key=lambda row: -(row["rms"] or 0.0))
+    largest = [row["pose"] for row in ranked[:3]]
+    return chart(
         "Errors of each pose",
-        "Each pose predicted by fits that did not see it. A slope or a step along the run speaks of something that"
-        f" changed meanwhile. Largest now: {', '.join(names)}.",
-        f"Errors of {len(seen)} poses before and after; the largest now is that of {names[0]}.",
-        paint,
-    )
+        "Each pose predicted by fits that did not see it. A slope or a step along the run indicates something that"
+        f" changed meanwhile. Largest now: {', '.join(largest)}.",
+        f"Errors of {len(seen)} poses before and after; the largest now is that of {largest[0]}.",
+        [
+            layer(dots, data[after], tooltip=said, x=x, y=y, color=colour),
+            layer(rings, data.get("before", []), tooltip=said, x=x, y=y, color=colour),
+            layer(rule(), floor, tooltip=hover("series", rms="RMS error [mm]"), y=y, color=colour),
+        ],
+    )  # fmt: skip

@@ -14,7 +14,7 @@ from robolaser.model.sensors.sensor import motion, vector
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
-from robolaser.report.evidence import known_points
+from robolaser.report.calibration.evidence import known_points
 
 MOST = 500  # points that a drawing carries
 

@@ -3,24 +3,39 @@
 from dataclasses import dataclass
 from typing import final
 
-from matplotlib.figure import Figure
-
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.canvas import FITTED, HELD_OUT, INK, MUTED, NOISE, Picture, picture, plain_log
+from robolaser.report.chart import (
+    FITTED,
+    HELD_OUT,
+    INK,
+    MUTED,
+    NOISE,
+    Chart,
+    chart,
+    colours,
+    hover,
+    layer,
+    quantity,
+    records,
+    rule,
+)
 from robolaser.report.digits import millimetres
 
 MOST = 7
 """Effects with a step of their own."""
 WIDE = 6.0
-"""Ratio of the largest gap to the smallest, from which on steps are drawn on a logarithmic scale."""
+"""Ratio of the largest gap to the smallest, from which on the axis is logarithmic."""
 LEAST = 1e-6
 """Gaps below this are drawn as this [mm]."""
+STEP_PX, AROUND_PX = 34, 70
+
+LEFT = "left on new poses"
 
 
 @final
 @dataclass(frozen=True)
 class Step:
-    """A bar: from one gap to another [mm], or from nothing."""
+    """A dot: from one gap to another [mm], or a gap by itself."""
 
     label: str
     colour: str
@@ -29,64 +44,60 @@ class Step:
 
 
 def steps(diagnosis: Diagnosis) -> list[Step]:
-    """The bars, from the top."""
+    """The dots, from the top."""
     gap = diagnosis.gap
     nominal, calibrated, after, floor = (
         max(LEAST, 1e3 * length) for length in (gap.nominal_m, gap.calibrated_m, gap.after_m, gap.noise_floor_m)
     )
-    found = [Step("the sim as given", MUTED, None, nominal), Step("parameters fitted", MUTED, nominal, calibrated)]
+    found = [Step("nominal model", MUTED, None, nominal), Step("parameters fitted", MUTED, nominal, calibrated)]
     for finding in diagnosis.findings[:MOST]:
-        label = f"{finding.candidate_effect.kind.name}\n{finding.candidate_effect.where}"
+        label = f"{finding.candidate_effect.kind.name}, {finding.candidate_effect.where}"
         found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
     more = len(diagnosis.findings) - MOST
     if more > 0:
         found.append(Step(f"and {more} more", FITTED, found[-1].after, after))
-    return [*found, Step("left on new poses", HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]
+    return [*found, Step(LEFT, HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]
 
 
-def waterfall(diagnosis: Diagnosis) -> Picture:
-    """Each step's bar hangs between the gap before it and the gap after it."""
-    bars = steps(diagnosis)
-    everything = [value for bar in bars for value in (bar.before, bar.after) if value is not None]
+def waterfall(diagnosis: Diagnosis) -> Chart:
+    """Each step's dot stands at the gap after it; a line leads there from the gap before."""
+    rows = steps(diagnosis)
+    everything = [value for row in rows for value in (row.before, row.after) if value is not None]
     low, high = min(everything), max(everything)
     logarithmic = high > WIDE * low
-    start = low / 2 if logarithmic else 0.0
-    end = 1e3 * diagnosis.gap.after_ci95_m[0], 1e3 * diagnosis.gap.after_ci95_m[1]
-
-    def paint(figure: Figure) -> None:
-        ax = figure.subplots()
-        if logarithmic:
-            ax.set_xscale("log")
-        for i, bar in enumerate(bars):
-            left, right = sorted((start if bar.before is None else bar.before, bar.after))
-            ax.barh(
-                i, right - left, left=left, height=0.62, color=bar.colour, alpha=0.55 if bar.before is None else 1.0
-            )
-            if bar.before is not None:
-                ax.plot([bar.before] * 2, [i - 1, i], color=MUTED, linewidth=0.7, linestyle=(0, (2, 2)), zorder=0)
-            at = max(right, end[1]) if bar.colour == HELD_OUT else right
-            ax.annotate(
-                millimetres(bar.after / 1e3), (at, i), (5, 0), textcoords="offset points", va="center", color=INK
-            )
-        left_over = next(i for i, bar in enumerate(bars) if bar.colour == HELD_OUT)
-        ax.plot([max(end[0], start), end[1]], [left_over] * 2, color=INK, linewidth=1.2, zorder=3)
-        ax.axvline(bars[-1].after, color=NOISE, linestyle=(0, (4, 3)), zorder=0)
-        ax.set_yticks(range(len(bars)), [bar.label for bar in bars], color=INK)
-        ax.set_ylim(len(bars) - 0.45, -0.55)
-        ax.set_xlim(start, high * (1.0 + 0.9 * (high / start) ** 0.12 if logarithmic else 1.22))
-        ax.grid(visible=False, axis="y")
-        ax.spines["left"].set_visible(False)
-        ax.set_xlabel("error on new poses, RMS [mm]")
-        if logarithmic:
-            plain_log(ax.xaxis)
-
-    scale = " The scale is logarithmic." if logarithmic else ""
-    return picture(
+    start, end = (low / 1.5, high * 2.2) if logarithmic else (0.0, 1.18 * high)
+    ci = [max(1e3 * length, start) for length in diagnosis.gap.after_ci95_m]
+    data = records(
+        step=[row.label for row in rows],
+        series=[row.label for row in rows],
+        after=[row.after for row in rows],
+        before=[row.after if row.before is None else row.before for row in rows],
+        said=[millimetres(row.after / 1e3) for row in rows],
+    )
+    x = quantity("after", "error on new poses, RMS [mm]", log=logarithmic, domain=(start, end))
+    y = {"field": "step", "type": "nominal", "sort": None, "title": None,
+         "axis": {"labelColor": INK, "domain": False}}  # fmt: skip
+    colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
+    told = hover("step", before="gap before [mm]", after="gap after [mm]")
+    interval = records(step=LEFT, low=ci[0], high=ci[1])
+    scale = " The axis is logarithmic." if logarithmic else ""
+    return chart(
         "How far the gap shrinks",
-        "From the sim as given, through the ordinary parameters fitted and each effect added, to what is left on poses"
-        " that were not fitted; the number is the gap after the step. Black line: its 95 % interval. Dashed: what noise"
-        f" alone would give.{scale}",
+        "From the nominal model, through the ordinary parameters fitted and each effect added, to what is left on"
+        " poses that were not fitted; the number is the gap after the step. Black line: its 95 % interval. Dashed:"
+        f" what noise alone would give.{scale}",
         f"The gap falls from {millimetres(diagnosis.gap.nominal_m)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
-        paint,
-    )
+        [
+            layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=told,
+                  x=x | {"field": "before"}, x2={"field": "after"}, y=y, color=colour),
+            layer(rule(color=NOISE), records(after=rows[-1].after), x=x),
+            layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=told, x=x, y=y, color=colour),
+            layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, interval,
+                  tooltip=hover(low="95 % from [mm]", high="to [mm]"),
+                  x=x | {"field": "low"}, x2={"field": "high"}, y=y),
+            layer({"type": "text", "dy": -13}, data, x=x, y=y, text={"field": "said"}),
+        ],
+        height=AROUND_PX + STEP_PX * len(rows),
+        zoomable=False,
+    )  # fmt: skip
