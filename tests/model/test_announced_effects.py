@@ -58,9 +58,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
         info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
-        (info / "entry_points.txt").write_text(
-            f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8"
-        )
+        (info / "entry_points.txt").write_text(f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path
