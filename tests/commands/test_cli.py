@@ -235,7 +235,7 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
 
 
 def test_importing_the_package_loads_no_physics() -> None:
-    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich'}"
+    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'rich'}"
     code = f"import sys, robolaser, robolaser.cli; robolaser.cli.parser(); print(sorted({heavy} & set(sys.modules)))"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said.strip() == "[]"
