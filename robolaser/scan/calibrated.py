@@ -116,7 +116,7 @@ def read_calibration(path: Path) -> Calibrated:
         CalibrationUnreadable: It lacks something, something in it is impossible, or it is of no stripe scanner.
         DataError: It is of another format.
         EffectForeign: An effect is not known here.
-        DataError, UrdfError: It or the robot beside it cannot be read.
+        DataError, RobotError: It or the robot beside it cannot be read.
     """
     path = path / FILE if path.is_dir() else path
     try:

@@ -9,12 +9,12 @@ from robolaser.data.writing import save
 from robolaser.errors import (
     BentOutOfSight,
     DemandSenseless,
+    DependencyMissing,
     EffectBendsNothing,
     EffectSizeUnclear,
     EffectTooLarge,
     PlaceUnknown,
     RobolaserError,
-    RobotNotInstalled,
     ShapeOutside,
     TargetOutOfSight,
 )
@@ -245,7 +245,7 @@ def test_the_papers_experiment_fixes_all_but_the_gauge(robot: Robot) -> None:
 def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) -> None:
     try:
         robot = find_robot(entry.name)
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip("its package is not installed")
     simulated = small(robot, kind)
     assert rms(simulated) < 1e-11
