@@ -31,9 +31,9 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         f"{name} lies on or beyond one of its bounds: a diagnosis takes them for a guess."
         for name in np.array(parameters.names)[on_bound]
     ]
-    if len(diagnosis.gross):
+    if len(diagnosis.outliers):
         doubts.append(
-            f"{len(diagnosis.gross)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
+            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
             " but the parameters are those of the others. diagnosis.json lists them."
         )
     model = Model(diagnosis.dataset, diagnosis.model.effects)

@@ -113,7 +113,7 @@ def optimum(
 
 def thinned(model: Model) -> Model:
     """The model of rows enough to search on; itself where it has no more."""
-    few = model.dataset.thinned(SEARCH_POINTS)
+    few = model.dataset.subsampled(SEARCH_POINTS)
     return model if few is model.dataset else Model(few, model.effects)
 
 

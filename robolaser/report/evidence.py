@@ -8,7 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
-from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import disturbances

@@ -8,7 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
 from robolaser.estimation.jacobian import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
