@@ -23,10 +23,10 @@ def limits(signatures: Iterable[Signature], spread: float) -> tuple[DetectionLim
     found = []
     for signature in signatures:
         candidate_effect = signature.candidate_effect
-        name, unit, *_ = candidate_effect.kind.declared()[0]
+        name, unit, *_ = candidate_effect.effect.amplitudes()[0]
         length = float(np.linalg.norm(signature.columns[:, 0]))
         unseen = length**2 < SEEN * max(float((signature.white[:, 0] ** 2).sum()), 1e-12)
         needed = (np.sqrt(price(candidate_effect, signature.tried)) + DETECTED) * np.sqrt(spread)
         size = None if unseen else float(needed / length * typical(candidate_effect)[0])
         found.append(DetectionLimit(candidate_effect, name, size, unit))
-    return tuple(sorted(found, key=lambda limit: (limit.candidate_effect.kind.name, limit.candidate_effect.where)))
+    return tuple(sorted(found, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

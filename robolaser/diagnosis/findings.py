@@ -89,9 +89,9 @@ def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float
             found[candidate_effect.where].share if candidate_effect.where in found else 0.0
         )
         coordinate = (
-            seen[candidate_effect.where].coordinate if candidate_effect.where in seen else candidate_effect.kind.title
+            seen[candidate_effect.where].coordinate if candidate_effect.where in seen else candidate_effect.effect.title
         )
-        p_value = float(chi2.sf(gain, len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())))
+        p_value = float(chi2.sf(gain, len(candidate_effect.effect.units())))
         found[candidate_effect.where] = Localization(candidate_effect.where, coordinate, share, gain, p_value)
     return sorted(found.values(), key=lambda lies: -lies.share)
 
@@ -106,7 +106,7 @@ def not_testable(
     unseen: dict[str, list[str]] = {}
     for one in limit:
         if one.size is None:
-            unseen.setdefault(one.candidate_effect.kind.name, []).append(one.candidate_effect.where)
+            unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, places in unseen.items():
         reasons.setdefault(name, f"at {', '.join(places)} these poses cannot tell it from the ordinary parameters")
     return reasons

@@ -132,10 +132,10 @@ def question(fitted: Fitted, signatures: Sequence[Signature], fold: Ints) -> Gap
         plain = slopes(fitted, candidate_effect, np.array([signature.shapes]))
         additions.append(
             Addition(
-                name=f"{candidate_effect.kind.name} {candidate_effect.where}",
+                name=f"{candidate_effect.effect.name} {candidate_effect.where}",
                 white=np.vstack([signature.white, np.zeros((d, len(plain)))]),
                 plain=by(np.moveaxis(plain, 0, -1)),
-                reach=np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
+                reach=np.array([bound for _, _, bound, _ in candidate_effect.effect.amplitudes()])
                 / typical(candidate_effect),
             )
         )

@@ -22,8 +22,7 @@ from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.verdict import FEWEST_POSES, dispersion, judge
 from robolaser.diagnosis.warm_start import sought
-from robolaser.errors import EffectUnknown
-from robolaser.model.effects import EFFECTS
+from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
 
 ROUNDS = 2
@@ -69,7 +68,7 @@ def examine(
         progress: Is told what is going on, and what share of the work is done.
 
     Raises:
-        EffectUnknown: There is no such effect to take out.
+        UsageError: There is no such effect to take out.
         NoPoints, NothingSeen: The data set holds nothing to judge.
     """
     began = time.perf_counter()
@@ -81,7 +80,7 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
     kinds = list(EFFECTS if effects is None else effects)
     for name in without:
         if name not in {kind.name for kind in kinds}:
-            raise EffectUnknown(name, {kind.name: kind for kind in kinds})
+            raise unknown_effect(name, [kind.name for kind in kinds])
     return [kind for kind in kinds if kind.name not in without]
 
 

@@ -31,8 +31,8 @@ def explicable(fitted: Fitted, candidate_effects: Sequence[CandidateEffect]) -> 
     """
     parts = [fitted.slopes * fitted.problem.prior]
     for one in candidate_effects:
-        bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
-        columns = slopes(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
+        bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
+        columns = slopes(fitted, one, one.effect.grid(fitted.problem.model.dataset, one.where)[:1])
         parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / typical(one)))
     every = np.hstack(parts)
     if len(every) < ENOUGH * every.shape[1]:

@@ -94,7 +94,7 @@ def best_steps(columns: Array, rest: Array) -> Array:
 
 def typical(candidate_effect: CandidateEffect) -> Array:
     """Typical sizes of a candidate_effect's numbers, (k,)."""
-    return np.array([size for *_, size in candidate_effect.kind.declared()])
+    return np.array([size for *_, size in candidate_effect.effect.amplitudes()])
 
 
 @final
@@ -140,9 +140,9 @@ def signatures(
     for candidate_effect in candidate_effects:
         if candidate_effect in fitted.effects:
             continue
-        grid = candidate_effect.kind.grid(fitted.problem.model.dataset, candidate_effect.where)
+        grid = candidate_effect.effect.grid(fitted.problem.model.dataset, candidate_effect.where)
         tried = len(grid)
-        if tried > DENSE and candidate_effect.kind.stage is Stage.JOINTS:
+        if tried > DENSE and candidate_effect.effect.stage is Stage.JOINTS:
             grid = motions.best(candidate_effect, grid)
         elif tried > DENSE and grid.shape[1] == 1:
             grid = _closing_in(fitted, candidate_effect, grid, known)
@@ -169,7 +169,7 @@ def _closing_in(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, 
 def _best(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Slopes) -> Signature:
     white = known.candidate_effect(fitted, candidate_effect, grid)
     projected = fitted.projected(white)
-    k = len(candidate_effect.kind.declared())
+    k = len(candidate_effect.effect.amplitudes())
     options = [
         Signature(
             candidate_effect,
@@ -238,7 +238,7 @@ class JointMotions:
     def best(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising value of the shapes, (1, s)."""
         slope, own, shared = self.free(candidate_effect.where)
-        scene = self._fitted.problem.model.scene
+        scene = self._fitted.problem.model.run
         assert scene.poses.q is not None
         assert scene.robot is not None
         q = scene.poses.q[None]
@@ -261,4 +261,4 @@ class JointMotions:
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
     """Every effect at every place that the data set has for it."""
-    return [CandidateEffect(kind, where) for kind in kinds for where in kind.places(dataset)]
+    return [CandidateEffect(kind, where) for kind in kinds for where in kind.locations(dataset)]

@@ -64,7 +64,7 @@ class Search:
         key = frozenset(chosen)
         begun = tuple(
             sorted(
-                (signature.candidate_effect.kind.name, signature.candidate_effect.where, signature.shapes)
+                (signature.candidate_effect.effect.name, signature.candidate_effect.where, signature.shapes)
                 for signature in added
             )
         )
@@ -86,7 +86,7 @@ class Search:
     def settled(self, state: Fitted) -> Fitted:
         """The same effects, the shapes of each sought anew now that the others are known."""
         for candidate_effect in state.effects[:-1]:
-            if candidate_effect.kind.shapes() and len(state.effects) > 1:
+            if candidate_effect.effect.nonlinear_parameters() and len(state.effects) > 1:
                 less = self.fit(state, removed=candidate_effect)
                 state = min(
                     state,

@@ -25,7 +25,7 @@ POSE_FREEDOMS = 4.0
 
 def price(candidate_effect: CandidateEffect, tried: int) -> float:
     """What an effect must gain in squared whitened misfit, its shapes chosen out of so many."""
-    numbers = len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())
+    numbers = len(candidate_effect.effect.units())
     further = max(0, numbers - FEW)
     return ENTRY + PER_NUMBER * (numbers - further) + PER_FURTHER * further + 2.0 * float(np.log(tried))
 

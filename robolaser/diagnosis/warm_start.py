@@ -24,7 +24,7 @@ def sought(search: Search, begin: Fitted | None = None) -> Fitted:
     if begin is not None or search.start.problem.model.dataset.kind == "stripe":
         return search.best(begin)
     few = search.best(most=FEW)
-    geometry = [s for s in search.signatures(search.start) if s.candidate_effect.kind is LinkGeometry]
+    geometry = [s for s in search.signatures(search.start) if s.candidate_effect.effect is LinkGeometry]
     if (len(few.effects) < FEW and dispersion(few) <= 1.0 and explained(few) <= 0.0) or not geometry:
         return few
     arm = search.fit(search.start, geometry)

@@ -148,9 +148,9 @@ def command(evidence: Evidence) -> str:
 def _asked_for(evidence: Evidence) -> Iterator[str]:
     """The effects as the command line names them, without places where an effect is at all of its own."""
     model = evidence.calibration.model
-    for kind, group in groupby(model.effects, key=lambda candidate_effect: candidate_effect.kind):
+    for kind, group in groupby(model.effects, key=lambda candidate_effect: candidate_effect.effect):
         places = [candidate_effect.where for candidate_effect in group]
-        everywhere = places == list(kind.places(model.dataset))
+        everywhere = places == list(kind.locations(model.dataset))
         yield from [kind.name] if everywhere else [f"{kind.name}:{place}" for place in places]
 
 

@@ -16,7 +16,7 @@ from robolaser.data.toml_schema import POSITIVE, unit_of
 from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.parameters import Parameter, Values
 from robolaser.scan.entries import Entries
@@ -58,7 +58,7 @@ class Calibrated:
     image_px: tuple[int, int]
     noise: Mapping[str, float]
     rms_m: float | None
-    run: Run | None
+    run: RunSummary | None
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -184,10 +184,10 @@ def _noise(part: Entries) -> dict[str, float]:
     return {key: part.number(key, least=0.0) for key in part.keys}
 
 
-def _run(part: Entries) -> Run:
+def _run(part: Entries) -> RunSummary:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
-    return Run(
+    return RunSummary(
         poses=part.count("poses"),
         sha256=part.text("sha256"),
         middle_m=(x, y, z),

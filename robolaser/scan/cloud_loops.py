@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.compiled.loops import compiled
-from robolaser.scan.lens_loops import RADIAL
+from robolaser.model.effects.compiled_terms import RADIAL
 
 
 @compiled

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled.loops import compiled
-from robolaser.scan.light_loops import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
+from robolaser.vision.profile_constants import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
 
 
 @compiled

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.compiled.loops import compiled
-from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
+from robolaser.vision.profile_constants import FOOT, FULL, LEAST_TOLD, LEVEL
 
 
 @compiled

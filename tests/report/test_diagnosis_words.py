@@ -69,7 +69,7 @@ def test_every_verdict_leads_to_something_to_do(diagnosis):
     assert said
     for found in diagnosis.findings:
         assert any(
-            one.startswith(f"{found.candidate_effect.kind.name} at {found.candidate_effect.where}") for one in said
+            one.startswith(f"{found.candidate_effect.effect.name} at {found.candidate_effect.where}") for one in said
         )
 
 
@@ -89,7 +89,7 @@ def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path)
     assert len(text.splitlines()) <= 24
     assert str(tmp_path / "report.html") in text.replace("\n", "")
     for found in diagnosis.findings:
-        assert f"{found.candidate_effect.kind.name}:{found.candidate_effect.where}" in text
+        assert f"{found.candidate_effect.effect.name}:{found.candidate_effect.where}" in text
 
 
 def test_names_are_not_taken_for_markup():

@@ -54,9 +54,7 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
     for text in wanted:
         name, _, where = text.partition(":")
         if name == outliers.NAME:
-            raise UsageError(
-                f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis."
-            )
+            raise UsageError(f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis.")
         if name not in by_name:
             raise unknown_effect(name, by_name)
         effect = by_name[name]

@@ -9,8 +9,8 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
-from robolaser.model.effects.requirements import path
 from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.requirements import path
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
@@ -53,7 +53,7 @@ class Backlash(Effect):
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It follows the path of the other run; where in the play its first pose is stays unknown."""
-        if reason := self.missing(run.dataset):
+        if reason := self.hindrance(run):
             off = (JointOffset(self.where, sign * self.lost_motion / 2) for sign in (-1, 1))
             return CarryOver(None, reason, alternatives=tuple(off))
         ends = (replace(self, start=np.array([end])) for end in (-1.0, 1.0))

@@ -35,9 +35,7 @@ class BaseShift(Effect):
     clause = "robot or target was moved during the run"
     caveat = "a moved robot and a moved target look the same: either may have moved"
     remedy = "Find what is loose, clamp base and target, and measure again."
-    reference = (
-        "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
-    )
+    reference = "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
     stage = Stage.FLANGE
     site = "base"
     needs = (pose_order, enough_poses)
@@ -66,7 +64,7 @@ class BaseShift(Effect):
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         shift = np.stack([self.x, self.y, self.z], axis=-1)
         turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
-        middle = run.T_base_flange[:, :3, 3].mean(axis=0)
+        middle = run.flange[:, :3, 3].mean(axis=0)
         moved = np.broadcast_to(T_base_flange, (len(shift), *T_base_flange.shape[1:])).copy()
         moved[..., :3, :3] += turned @ T_base_flange[..., :3, :3]
         arm = T_base_flange[..., :3, 3] - middle
@@ -79,7 +77,7 @@ class BaseShift(Effect):
         doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate anew"
         if found_in is None:
             return CarryOver(self, doubt)
-        apart = run.T_base_flange[:, :3, 3].mean(axis=0) - np.array(found_in.middle_m)
+        apart = run.flange[:, :3, 3].mean(axis=0) - np.array(found_in.middle_m)
         turn = exp_so3(np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1))[0]
         x, y, z = (turn - np.eye(3)) @ apart
         return CarryOver(replace(self, x=self.x + x, y=self.y + y, z=self.z + z), doubt)

@@ -137,8 +137,12 @@ class Effect(ABC):
             run: The other run, as `continued` gives it.
             found_in: The run that it was found in; None where nothing is known of it.
         """
-        reason = self.missing(run.dataset)
+        reason = self.hindrance(run)
         return CarryOver(None, doubt=reason) if reason else CarryOver(self)
+
+    def hindrance(self, run: Run) -> str:
+        """Why it cannot act in a run; "" where it can."""
+        return self.missing(run.dataset)
 
     def compiled_terms(self, run: Run) -> tuple[float, ...] | None:
         """Its term and numbers for the compiled loop over scanned points, see `compiled_terms`; None: it has none."""
@@ -153,6 +157,12 @@ class Effect(ABC):
     def nonlinear_parameters(cls) -> tuple[Nonlinear, ...]:
         """Its inner parameters."""
         return tuple(Nonlinear(f.name, *f.metadata["nonlinear"]) for f in fields(cls) if "nonlinear" in f.metadata)
+
+    @classmethod
+    def units(cls) -> dict[str, str]:
+        """The units of its parameters by name, amplitudes first."""
+        inner = {each.name: each.unit for each in cls.nonlinear_parameters()}
+        return {each.name: each.unit for each in cls.amplitudes()} | inner
 
 
 @final
@@ -213,8 +223,7 @@ class CandidateEffect:
 
     def at(self, values: Values) -> Effect:
         """The effect with the values of each candidate."""
-        declared = (*self.effect.amplitudes(), *self.effect.nonlinear_parameters())
-        return self.effect(where=self.where, **{each.name: values[self.key(each.name)] for each in declared})
+        return self.effect(where=self.where, **{name: values[self.key(name)] for name in self.effect.units()})
 
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:

@@ -8,8 +8,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
 

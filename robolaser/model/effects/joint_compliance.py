@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 

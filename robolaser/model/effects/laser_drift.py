@@ -10,7 +10,14 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import LONGEST, SHORTEST, USUAL, carried_by_temperature, time_constants, warmed
+from robolaser.model.effects.thermal_state import (
+    LONGEST,
+    SHORTEST,
+    USUAL,
+    carried_by_temperature,
+    time_constants,
+    warmed,
+)
 from robolaser.model.stages import Stage
 
 

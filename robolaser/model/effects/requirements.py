@@ -1,4 +1,4 @@
-"""What an effect needs of a data set. Each function returns why the data cannot test it, or "" where nothing is missing."""
+"""What effects need of a data set: each function says why the data do not have it, "" where they do."""
 
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.joints import turning_joints
@@ -69,10 +69,8 @@ def velocities(dataset: Dataset) -> str:
 
 
 def flat_target(dataset: Dataset) -> str:
-    """A camera sees points of a flat target, or of one with flat steps."""
+    """A camera sees points of a flat target, or of one with flat steps; a target without points may be flat."""
     if reason := passes(Stage.PIXELS, dataset):
         return reason
-    if dataset.points.xyz is None:
-        return "the target points are not known"
-    flat = plane_of(dataset.points.xyz).flatness < THIN
+    flat = dataset.points.xyz is None or plane_of(dataset.points.xyz).flatness < THIN
     return "" if flat else "the target points do not lie in one plane, nor in parallel ones"

@@ -92,7 +92,7 @@ class Run:
 
     @cached_property
     def progress(self) -> Array:
-        """Share of the run that had passed at each pose, (n,), from 0 to 1: of its time, or where that is unknown of its poses."""
+        """Share of the run that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
         if self.course is not None:
             return self.course.progress
         passed = np.empty(len(self.order))
@@ -103,7 +103,7 @@ class Run:
 
     @cached_property
     def rise(self) -> Array | None:
-        """Temperature above the lowest over the largest such rise, (n,), 0 to 1; None where it is unknown or constant."""
+        """Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant."""
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
 
     @cached_property
@@ -126,8 +126,8 @@ class Run:
         return torques_of_one_kg(self.robot, self.q)
 
     @cached_property
-    def T_base_flange(self) -> Array:
-        """Flange poses by the nominal arm or the measurement, (n, 4, 4)."""
+    def flange(self) -> Array:
+        """T_base_flange by the nominal arm or the measurement, (n, 4, 4)."""
         return self.dataset.flange()
 
     @cached_property
@@ -139,7 +139,7 @@ class Run:
     @cached_property
     def tilt(self) -> Array:
         """Tangent of the surface's tilt against each ray, across the stripe, by the nominal model, (m,)."""
-        return surface_tilt(self.dataset, self.T_base_flange, self.target)
+        return surface_tilt(self.dataset, self.flange, self.target)
 
 
 def temperature_rise(poses: Poses) -> Array | None:

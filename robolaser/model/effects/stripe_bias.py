@@ -31,9 +31,7 @@ class StripeBias(Effect):
     clause = "the stripe's centre is biased where the surface is tilted"
     caveat = "holds for this target's surface"
     remedy = "View surfaces squarely, expose shorter, or use a duller target."
-    reference = (
-        "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
-    )
+    reference = "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
     stage = Stage.PIXELS
     site = "laser"
     needs = (flat_target,)
@@ -51,8 +49,13 @@ class StripeBias(Effect):
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It needs the tilt of the surface, which only the target points of a data set tell."""
-        if not self.missing(run.dataset):
+        if not (reason := self.hindrance(run)):
             return CarryOver(self)
         tilted = replace(self, tilt=float(np.tan(np.radians(ORDINARY_DEG))))
         assumption = f"On a surface tilted by {ORDINARY_DEG:.0f}°"
-        return CarryOver(None, "the tilt of the surface is not known", assumption, alternatives=(tilted,))
+        return CarryOver(None, reason, assumption, alternatives=(tilted,))
+
+    def hindrance(self, run: Run) -> str:
+        """No target points, or no flat target."""
+        known = run.points.xyz is not None and not self.missing(run.dataset)
+        return "" if known else "the tilt of the surface is not known"

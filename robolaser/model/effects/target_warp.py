@@ -30,9 +30,7 @@ class TargetWarp(Effect):
     clause = "the target is not flat"
     caveat = "the height is known where points were seen, not beyond"
     remedy = "Use a stiffer target, or glue it to glass."
-    reference = (
-        "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
-    )
+    reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
     stage = Stage.TARGET
     site = "target"
     needs = (flat_target,)

@@ -9,10 +9,17 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.joints import joint_column, moving_joints
+from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import LONGEST, SHORTEST, USUAL, carried_by_temperature, time_constants, warmed
+from robolaser.model.effects.thermal_state import (
+    LONGEST,
+    SHORTEST,
+    USUAL,
+    carried_by_temperature,
+    time_constants,
+    warmed,
+)
 from robolaser.model.stages import Stage
 
 SHORTEST_LINK_M = 1e-3

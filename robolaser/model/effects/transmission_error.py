@@ -9,8 +9,8 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
 FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: a bearing has two, a harmonic drive at most twice 160

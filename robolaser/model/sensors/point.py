@@ -22,6 +22,7 @@ class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
     kind: ClassVar[str] = "point"
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.toml_schema import unit_of
 from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
-from robolaser.model.stages import Perturbation
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -22,6 +22,8 @@ class Sensor(ABC):
     """A way to measure, for one data set. A subclass is one kind of `[sensor]`."""
 
     kind: ClassVar[str]
+    stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
+    """Stages that its values pass: effects at others have no meaning for it."""
 
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset

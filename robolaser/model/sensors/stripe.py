@@ -23,6 +23,7 @@ class Stripe(Sensor):
     """The laser scanner of the paper, eqs. 1-13, its target placed or not."""
 
     kind: ClassVar[str] = "stripe"
+    stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.compiled import available
-from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.vision.board import Image
+from robolaser.vision.profile_constants import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.vision.runs import Runs, grey_at
 
 FLANK_PX = 0.05

@@ -4,9 +4,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import available
-from robolaser.scan.light_loops import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.vision.board import Image
 from robolaser.vision.line_centers.center_of_gravity import Profiles
+from robolaser.vision.profile_constants import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.vision.runs import Runs
 
 BEYOND_SIGMAS = 3.0

@@ -54,7 +54,7 @@ def _newest(choices: list[ParetoPoint], i: int) -> str:
     """What a set has that the one before has not."""
     before = set(choices[i - 1].effects) if i else set()
     new = [
-        f"+ {candidate_effect.kind.name} {candidate_effect.where}"
+        f"+ {candidate_effect.effect.name} {candidate_effect.where}"
         for candidate_effect in choices[i].effects
         if candidate_effect not in before
     ]
