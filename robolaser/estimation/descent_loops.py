@@ -8,7 +8,7 @@ Sethna 2012); the damping follows Nielsen 1999. It finds the valley and its floo
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.model.sensors.stripe_loops import Scanner, errors_of_one
 
 STEP = 1e-5

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 
 
 @compiled
