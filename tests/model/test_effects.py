@@ -66,6 +66,22 @@ def test_it_has_a_meaning_somewhere_and_a_reference(effect: type[Effect]) -> Non
     assert effect.title
 
 
+def test_its_words_make_sentences(effect: type[Effect]) -> None:
+    candidate = CandidateEffect(effect, "joint_3")
+    for words in (candidate.clause, candidate.remedy):
+        assert len(words) > 15
+        assert "{" not in words
+    assert effect.clause != Effect.clause
+    assert effect.caveat
+    assert not effect.caveat.endswith(".")
+    assert candidate.remedy.endswith(".")
+
+
+def test_an_effect_without_a_clause_of_its_own_is_described_by_its_title() -> None:
+    made = type("Unheard", (Effect,), {"title": "the floor gives way", "__module__": "__main__"})
+    assert CandidateEffect(made, "base").clause == "base: the floor gives way"
+
+
 def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
     for _, _, bound, typical in effect.amplitudes():
         assert 0 < typical < bound
