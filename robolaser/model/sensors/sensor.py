@@ -8,7 +8,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.toml_schema import unit_of
 from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -188,9 +187,10 @@ class Sensor(ABC):
             nominal = {item.name: np.array([item.nominal]) for item in items}
             found = self.initialize(nominal, T_base_flange, perturb)
             for name in self.derived:
-                span = ANGLE_SPAN_RAD if unit_of(name) == "rad" else LENGTH_SPAN_M
+                unit = self.dataset.format.unit_of(name)
+                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
                 at = float(found[name][0])
-                start = Parameter(name, unit_of(name), at, at - span, at + span, given=False)
+                start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
 
