@@ -15,7 +15,7 @@ from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format,
 from robolaser.errors import CalibrationUnreadable, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.model.sensors.formats import STRIPE
 from robolaser.parameters import Parameter, Values
@@ -58,7 +58,7 @@ class Calibrated:
     image_px: tuple[int, int]
     noise: Mapping[str, float]
     rms_m: float | None
-    run: Run | None
+    run: RunSummary | None
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -182,10 +182,10 @@ def _noise(part: Entries) -> dict[str, float]:
     return {key: part.number(key, least=0.0) for key in part.keys}
 
 
-def _run(part: Entries) -> Run:
+def _run(part: Entries) -> RunSummary:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
-    return Run(
+    return RunSummary(
         poses=part.count("poses"),
         sha256=part.text("sha256"),
         middle_m=(x, y, z),

@@ -98,7 +98,8 @@ def find_robot(
         if len(leaves) != 1:
             more = f", and {len(leaves) - MOST_LISTED} more" if len(leaves) > MOST_LISTED else ""
             raise RobotError(
-                f"{path.name} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}. State which link is the flange."
+                f"{path.name} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}."
+                " State which link is the flange."
             )
         flange = leaves[0]
     return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=path.name)

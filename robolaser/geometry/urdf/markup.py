@@ -2,11 +2,10 @@
 
 import io
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 from typing import final
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler, LexicalHandler, property_lexical_handler
-from xml.sax.xmlreader import InputSource
+from xml.sax.xmlreader import AttributesImpl, InputSource
 
 from defusedxml import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
@@ -46,7 +45,7 @@ def read(text: str, source: str, most_bytes: int) -> ET.Element:
         ) from None
     except SAXParseException as fault:
         raise RobotError(
-            f"{source}, line {fault.getLineNumber()}, column {fault.getColumnNumber() + 1}: not well-formed XML"
+            f"{source}, line {fault.getLineNumber()}, column {(fault.getColumnNumber() or 0) + 1}: not well-formed XML"
             f" ({fault.getMessage()}). Is the file complete?"
         ) from None
     except UnicodeEncodeError as fault:
@@ -73,7 +72,7 @@ class _Shallow(ContentHandler, LexicalHandler):
         self.tree = ET.TreeBuilder(insert_comments=True)
         self._source, self._depth = source, 0
 
-    def startElement(self, name: str, attrs: Mapping[str, str]) -> None:  # noqa: N802 - SAX's names
+    def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802 - SAX's names
         self._depth += 1
         if self._depth > MOST_NESTING:
             raise too_large(self._source, "levels of nested elements", MOST_NESTING)
