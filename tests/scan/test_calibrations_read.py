@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
-from robolaser.errors import CalibrationUnreadable, EffectForeign, FileUnreadable, FormatUnknown, PathLeaves
+from robolaser.errors import CalibrationUnreadable, DataError, EffectForeign
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.run import Run
 from robolaser.scan import read_calibration
@@ -142,19 +142,19 @@ def test_an_effect_from_elsewhere_is_named(folder):
 
 def test_another_format_is_named(folder):
     change(folder, ("format",), "robolaser-calibration/9")
-    with pytest.raises(FormatUnknown):
+    with pytest.raises(DataError):
         read_calibration(folder)
 
 
 def test_a_robot_elsewhere_is_not_read(folder):
     change(folder, ("model", "robot"), "../robot.urdf")
-    with pytest.raises(PathLeaves):
+    with pytest.raises(DataError):
         read_calibration(folder)
 
 
 def test_a_file_that_is_not_there_or_no_json_is_told(folder):
     (folder / "robot.urdf").unlink()
-    with pytest.raises(FileUnreadable, match=r"robot\.urdf"):
+    with pytest.raises(DataError, match=r"robot\.urdf"):
         read_calibration(folder)
     (folder / "calibration.json").write_text("{")
     with pytest.raises(CalibrationUnreadable, match="no JSON"):

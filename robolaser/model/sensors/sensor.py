@@ -191,9 +191,10 @@ class Sensor(ABC):
             nominal = {item.name: np.array([item.nominal]) for item in items}
             found = self.initialize(nominal, T_base_flange, perturb)
             for name in self.derived:
-                span = ANGLE_SPAN_RAD if self.format.unit_of(name) == "rad" else LENGTH_SPAN_M
+                unit = self.format.unit_of(name)
+                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
                 at = float(found[name][0])
-                start = Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False)
+                start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
 
