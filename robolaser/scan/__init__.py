@@ -6,9 +6,9 @@ from typing import final
 from robolaser.data.dataset import Dataset
 from robolaser.data.stripe_file import FILE
 from robolaser.scan.calibrated import Calibrated, read_calibration
+from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
 from robolaser.scan.sources import newer_images, probe, source_of
-from robolaser.scan.transferred import carried_over
 
 __all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
 

@@ -15,9 +15,9 @@ from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format,
 from robolaser.errors import CalibrationUnreadable, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
-from robolaser.model.sensors.formats import STRIPE
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter, Values
 from robolaser.scan.entries import Entries
 from robolaser.scan.found import effects_in_file
@@ -58,7 +58,7 @@ class Calibrated:
     image_px: tuple[int, int]
     noise: Mapping[str, float]
     rms_m: float | None
-    run: Run | None
+    run: RunSummary | None
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -158,7 +158,7 @@ def read_calibration(path: Path) -> Calibrated:
 
 def _parameter(name: str, part: Entries) -> Parameter:
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
-    return Parameter(name, STRIPE.unit_of(name), nominal, lower, upper)
+    return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
 
 
 def _robot(path: Path, model: Entries) -> Robot | None:
@@ -175,17 +175,17 @@ def _robot(path: Path, model: Entries) -> Robot | None:
 
 
 def _value(name: str, part: Entries) -> float:
-    return part.positive("value") if name in STRIPE.positive else part.number("value")
+    return part.positive("value") if name in Stripe.format.positive else part.number("value")
 
 
 def _noise(part: Entries) -> dict[str, float]:
     return {key: part.number(key, least=0.0) for key in part.keys}
 
 
-def _run(part: Entries) -> Run:
+def _run(part: Entries) -> RunSummary:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
-    return Run(
+    return RunSummary(
         poses=part.count("poses"),
         sha256=part.text("sha256"),
         middle_m=(x, y, z),

@@ -24,9 +24,14 @@ def sensors() -> dict[str, type[Sensor]]:
     return REGISTERED
 
 
+def sensor_class(kind: str) -> type[Sensor]:
+    """The sensor of that name."""
+    return (REGISTERED if kind in REGISTERED else sensors())[kind]
+
+
 def sensor_of(dataset: Dataset) -> Sensor:
     """The sensor that a data set was measured with."""
-    return (REGISTERED if dataset.kind in REGISTERED else sensors())[dataset.kind](dataset)
+    return sensor_class(dataset.kind)(dataset)
 
 
 @cache
@@ -35,4 +40,4 @@ def _announced() -> None:
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Point", "Sensor", "Socket", "Stripe", "sensor_of", "sensors"]
+__all__ = ["Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

@@ -27,6 +27,7 @@ class Point(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="point", title="laser tracker", columns={"xyz": XYZ}, named_points=True
     )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
     task: ClassVar[str] = "the model predicts tracked points"
     row_point: ClassVar[str] = "measured point"

@@ -13,7 +13,7 @@ from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.known_distances import KnownDistances
-from robolaser.model.stages import Perturbation
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -33,6 +33,7 @@ class Sensor(ABC):
 
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
+        stages: Those that its values pass: effects at others have no meaning for it.
         whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
             joint readings explain: a tracker that measures six dimensions at a time does.
         task: What it does, as "the scanner places points": reports say how far off that is.
@@ -41,6 +42,7 @@ class Sensor(ABC):
     """
 
     format: ClassVar[SensorFormat]
+    stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
     whole_pose_errors: ClassVar[bool] = False
     task: ClassVar[str] = "the model predicts measurements"
     row_point: ClassVar[str] = "point"

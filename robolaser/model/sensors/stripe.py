@@ -43,6 +43,7 @@ class Stripe(Sensor):
         },
         positive=("f", "s_u", "s_v"),
     )  # fmt: skip
+    stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
     task: ClassVar[str] = "the scanner places points"
     row_point: ClassVar[str] = "known point"
 
