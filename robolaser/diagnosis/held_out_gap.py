@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.averaging import Observed
 from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.estimation.cross_validation import FOLDS, dealt
+from robolaser.estimation.folds import FOLDS
 
 RESAMPLES = 2000
 STEPS = 4
@@ -35,7 +35,7 @@ def folds(observed: Observed, seed: int) -> Ints:
                 fold[pose] = order[whole[name]] % FOLDS
             return fold
     shuffled = np.random.default_rng(seed).permutation(np.unique(dataset.points.pose))
-    fold[shuffled] = dealt(len(shuffled))
+    fold[shuffled] = np.arange(len(shuffled)) % FOLDS
     return fold
 
 

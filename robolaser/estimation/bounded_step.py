@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 
 EPS = float(np.finfo(np.float64).eps)
 ROUNDING = 100.0 * EPS
@@ -47,7 +47,7 @@ def bounded_steps(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array
     return step, gain
 
 
-def _solved(A: Array, g: Array, step: Array, free: Array) -> Array:
+def _solved(A: Array, g: Array, step: Array, free: Bools) -> Array:
     """Steps (c, d) with the best values of the free variables beside those of the others."""
     if free.all():
         return np.asarray(np.linalg.solve(A, -g[..., None])[..., 0])

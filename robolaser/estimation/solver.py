@@ -15,7 +15,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.bounded_step import EPS, bounded_steps
-from robolaser.estimation.problem import Problem
+from robolaser.estimation.least_squares import LeastSquares
 
 TOLERANCE = 1e-13
 MOST_STEPS = 3000
@@ -27,7 +27,7 @@ PROBE = 0.1
 ACCELERATED = 0.75
 """Length of the acceleration, relative to the step, up to which it is applied."""
 KEPT = 4_000_000
-"""Numbers that derivatives may have to be kept, 32 MB: of more rows steps are not accelerated, since they need not be."""
+"""Numbers that derivatives may have to be kept, 32 MB. With more rows steps are not accelerated: they need not be."""
 
 
 @final
@@ -58,7 +58,7 @@ class Solution:
 
 
 def solve(
-    problem: Problem,
+    problem: LeastSquares,
     starts: Array,
     *,
     kept: Bools | None = None,
@@ -82,9 +82,9 @@ def solve(
         return Solution(starts, none, none, none > 0, none.astype(np.int64), 0)
     numbers = max(1, problem.rows) * (len(problem.scale) + 1) * 3
     at_once = max(1, KEPT // numbers)
+    parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[i : i + at_once], None if kept is None else kept[i : i + at_once], tol).run(most_steps)
-        for i in range(0, len(starts), at_once)
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol).run(most_steps) for part in parts
     ]
     if len(ends) == 1:
         return ends[0]
@@ -101,7 +101,7 @@ class _Descents:
     Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far.
     """
 
-    def __init__(self, problem: Problem, x: Array, kept: Bools | None, tol: float) -> None:
+    def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float) -> None:
         c, d = x.shape
         self._problem, self._kept, self._tol = problem, kept, tol
         self._x, self._cost = x.copy(), np.empty(c)
@@ -117,12 +117,13 @@ class _Descents:
 
     @property
     def _keeps(self) -> bool:
-        return sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT
+        return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
     def run(self, most_steps: int) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
-        self._linearize(active)
+        if len(active):
+            self._linearize(active)
         for _ in range(4 * most_steps):
             if not len(active):
                 break
@@ -134,11 +135,11 @@ class _Descents:
         """Residuals of a block that count, (c, d) -> (c, K)."""
         rows, part = self._problem.blocks[block]
         r = part.residuals(x)
-        return r if self._kept is None else r * self._kept[which][:, rows][:, part.row_of_number]
+        return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:
         """Cost of candidates (c, d) with their residuals, (c,)."""
-        costs = np.square(self._problem.prior_residuals(x)).sum(axis=1)
+        costs: Array = np.square(self._problem.prior_residuals(x)).sum(axis=1)
         for (_, part), r in zip(self._problem.blocks, residuals, strict=True):
             costs = costs + part.loss.costs(r, part.starts)
         return costs

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.estimation.multistart import thinned
+from robolaser.estimation.multistart import subsampled
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, Picture, picture, plain_log
 from robolaser.report.digits import millimetres
 from robolaser.report.evidence import Evidence
@@ -14,7 +14,7 @@ def convergence(evidence: Evidence) -> Picture | None:
     calibration, history = evidence.calibration, evidence.calibration.history
     if history is None or len(history.best) < 2:
         return None
-    rows = len(thinned(calibration.model).dataset.points)
+    rows = len(subsampled(calibration.model).dataset.points)
     best_mm = 1e3 * np.sqrt(np.where(np.isfinite(history.best), history.best, np.nan) / rows)
     final_mm = 1e3 * calibration.rms_m
     generation = np.arange(1, len(best_mm) + 1)
