@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from calibrated import arm, point, socket, stripe
 
-from robolaser.diagnosis.localization import Lies
-from robolaser.diagnosis.result import Choice, Diagnosis, Finding, Gap, Limit, Number, Rival
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap, ParetoPoint
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect
@@ -34,7 +34,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         for item in one.parameters.items:
             i = names.index(item.name)
             std = float(calibration.std[i])
-            number = Number(float(x[i]), std if np.isfinite(std) else None, item.unit)
+            number = Estimate(float(x[i]), std if np.isfinite(std) else None, item.unit)
             numbers[item.name.rpartition(".")[2]] = number
         findings.append(
             Finding(
@@ -44,7 +44,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
                 gap_m[k],
                 gap_m[k + 1],
                 gap_m[0],
-                tuple(Rival(candidate_effect(text), numbers, 1.01 * gap_m[k + 1]) for text in rivals),
+                tuple(Alternative(candidate_effect(text), numbers, 1.01 * gap_m[k + 1]) for text in rivals),
             )
         )
     joints = model.dataset.robot.joints if model.dataset.robot else ()
@@ -52,7 +52,10 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     lies = (
         ()
         if verdict == "no_gap"
-        else (Lies(site, f"angle of {site}", 0.91, 80.0, 1e-12), Lies("image", "time", 0.06, 20.0, 1e-3))
+        else (
+            Localization(site, f"angle of {site}", 0.91, 80.0, 1e-12),
+            Localization("image", "time", 0.06, 20.0, 1e-3),
+        )
     )
     gap = Gap(0.012, gap_m[0], gap_m[-1], 1.1e-4, (0.9 * gap_m[-1], 1.1 * gap_m[-1]))
     gross = np.array(gross, dtype=np.int64)
@@ -64,13 +67,14 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         gap=gap,
         where=lies,
         findings=tuple(findings),
-        gross=gross,
+        outliers=gross,
         not_testable={"latency": "no joint velocities in the data"},
         next_poses=tuple(dict.fromkeys(joints, 0.1 * (k + 1)) for k in range(2 if joints else 0)),
         limits=tuple(
-            Limit(one, one.kind.declared()[0][0], size, "rad") for one, size in zip(free, (1e-4, None), strict=False)
+            DetectionLimit(one, one.kind.declared()[0][0], size, "rad")
+            for one, size in zip(free, (1e-4, None), strict=False)
         ),
-        front=tuple(Choice(model.effects[:k], float(gap_m[k])) for k in range(len(gap_m))),
+        front=tuple(ParetoPoint(model.effects[:k], float(gap_m[k])) for k in range(len(gap_m))),
         model=model,
         x=x,
         std=calibration.std,

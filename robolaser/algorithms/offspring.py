@@ -2,17 +2,17 @@
 
 import sys
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled import available
+from robolaser.compiled import Loops, compiles
 from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.non_uniform_mutation import non_uniform
 from robolaser.operators.roulette_selection import spin
 
+_LOOPS = Loops("robolaser.algorithms.offspring_loops", pays_after=0.0)
 PAYS_AFTER = 10_000
 """Generations after which a compiled loop has made up for the half second that numba takes to load."""
 
@@ -60,16 +60,8 @@ def brood(
 
 
 def loop(generation: int) -> Callable[..., Any]:
-    """`brood`, compiled where that costs nothing any more or will pay."""
-    if generation > PAYS_AFTER or "numba" in sys.modules:
-        return _compiled()
-    return brood
-
-
-@cache
-def _compiled() -> Callable[..., Any]:
-    if not available():
+    """`brood`, compiled where that has been loaded already or will pay: both give the same children to the last bit."""
+    if compiles() == "0" or not (compiles() == "1" or generation > PAYS_AFTER or "numba" in sys.modules):
         return brood
-    from robolaser.algorithms.offspring_loops import brood as made  # noqa: PLC0415 - half a second to import
-
-    return made
+    loops = _LOOPS.after(1.0)
+    return loops.brood if loops else brood

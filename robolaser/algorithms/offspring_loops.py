@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled.loops import compiled_exactly
+from robolaser.compiled.decorators import compiled_exactly
 
 
 @compiled_exactly
@@ -49,3 +49,10 @@ def brood(
 @compiled_exactly
 def _within(x: float, low: float, high: float) -> float:
     return min(max(x, low), high)
+
+
+def warm_up() -> None:
+    """Compile `brood`."""
+    X, one = np.zeros((2, 1)), np.ones(1)
+    couple, hit, no = np.zeros((1, 2)), np.zeros(1, np.int64), np.zeros(1, np.bool_)
+    brood(X, np.ones(2), couple, no, np.zeros(1), hit, no, np.zeros(1), np.zeros(2), 1.0, one, one.copy())

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Bools
 from robolaser.calibration.checks import check_poses, check_target
 from robolaser.calibration.initialization import find_start, nothing_found
 from robolaser.calibration.options import Plan

@@ -38,7 +38,9 @@ def check_poses(problem: Problem) -> None:
     needed = int(np.ceil(parameters / max(1.0, float(np.median(ranks)))))
     different = len(np.unique(model.dataset.flange()[poses].round(ALIKE), axis=0))
     if different < needed:
-        differing = f", of which only {different} differ{'s' if different == 1 else ''}," if different < len(poses) else ""
+        differing = (
+            f", of which only {different} differ{'s' if different == 1 else ''}," if different < len(poses) else ""
+        )
         raise EstimationError(
             f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot fix {parameters} "
             f"parameters: at least {needed} are needed. Measure more poses, turned and tilted against each other."
@@ -63,8 +65,8 @@ def check_target(model: Model) -> None:
     if behind.mean() > 0.5:
         row = int(np.argmax(behind))
         raise DataError(
-            f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal parameters "
-            f"the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check the "
+            f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal "
+            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check the "
             "target's frame and units, bracket_quat and the flange.",
             file="points.csv",
             row=row + HEADER,

@@ -70,12 +70,12 @@ def find_start(
         AlgorithmError: There is no algorithm of that name.
     """
     tell = progress or (lambda what, share: None)
-    algorithm = plan.algorithm or (SCREENING if model.sensor.own else POLISH_ONLY)
+    algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
         return _downhill(subsampled(model), plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
-    if not model.sensor.own and not model.effects:
+    if not model.sensor.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
         return replace(_downhill(subsampled(model), plan), warnings=(warning,))
     if algorithm == SCREENING:

@@ -1,54 +1,103 @@
-"""How loops are compiled: without Python's lock, and kept on disk from one run to the next.
+"""When compiled loops take over from NumPy: after work enough to pay for them, and once they are on disk."""
 
-What is kept is made anew when the file of a function changes, but not when a function or a number in another file does
-that it takes from there: after such a change, delete `__pycache__/*.nb?`.
-"""
-
+import importlib.util
+import os
+import subprocess
 import sys
-from collections.abc import Callable
+import time
+from functools import cache
+from importlib import import_module
 from typing import Any, final
 
-import numba
-from numba.core import event
+from robolaser.compiled.kept import folder
 
-MADE_FREELY = {"contract", "reassoc"}
-"""Sums may be taken in any order and products fused; what is not finite stays so."""
-
-
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function of arrays and numbers when it is first called."""
-    return _made(function, fastmath=MADE_FREELY)
+GIVEN_UP_AFTER_S = 600.0  # who is still compiling then was killed
+SWITCH = "ROBOLASER_COMPILE"
+"""Environment variable: `0` does without the compiler; `1` compiles at once and uses the loops for work of any size."""
 
 
-def compiled_exactly(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The same without any freedom: sums in their order, products and sums each rounded."""
-    return _made(function)
+def compiles() -> str:
+    """`0`, `1`, or `auto`: see `SWITCH`; `0` also where numba is not installed."""
+    return os.environ.get(SWITCH, "auto") if _has_numba() else "0"
 
 
-def _made(function: Callable[..., Any], **freedom: Any) -> Callable[..., Any]:
-    how: dict[str, Any] = {"nogil": True, "error_model": "numpy", **freedom}
-    try:
-        made: Callable[..., Any] = numba.njit(cache=True, **how)(function)
-    except RuntimeError:  # nowhere to keep it: neither beside the package nor in the user's folder may be written
-        made = numba.njit(**how)(function)
-    return made
+@cache
+def _has_numba() -> bool:
+    return importlib.util.find_spec("numba") is not None
 
 
 @final
-class _Announcement(event.Listener):
-    """Says, on a terminal, why the first run waits."""
+class Loops:
+    """The compiled loops of one module, which declares `warm_up()`: it calls each of them once, with few numbers.
 
-    def __init__(self) -> None:
-        self.made = False
+    Args:
+        module: Its full name, `robolaser.….…_loops`.
+        pays_after: Work, in the caller's units, that NumPy does in about two seconds: to load numba takes one.
+    """
 
-    def on_start(self, event: Any) -> None:
-        """Something is about to be compiled that is not on disk."""
-        if not self.made and sys.stderr.isatty():
-            print("Compiling for this machine, once: up to half a minute.", file=sys.stderr)
-        self.made = True
+    def __init__(self, module: str, *, pays_after: float) -> None:
+        self._module, self._pays_after = module, pays_after
+        self._done = 0.0
+        self._decided = False
+        self._loops: Any = None
+        self._compiling: subprocess.Popen[bytes] | None = None
 
-    def on_end(self, event: Any) -> None:
-        """Nothing to say."""
+    def after(self, work: float) -> Any:
+        """The module of loops to do this work with, or None where NumPy does it.
+
+        The decision is made once a process. Where the machine code is not on disk, another process makes it for later.
+        """
+        mode = compiles()
+        if mode == "0":
+            return None
+        if mode == "1":
+            return import_module(self._module)
+        self._done += work
+        if self._done >= self._pays_after and not self._decided:
+            self._decided = True
+            self._loops = self._made()
+        return self._loops
+
+    def _made(self) -> Any:
+        try:
+            if ready(self._module):
+                return import_module(self._module)
+            self._compiling = subprocess.Popen(
+                [sys.executable, "-P", "-m", "robolaser.compiled", self._module],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        except OSError:
+            pass  # no folder to keep machine code in, or no process to be had: NumPy goes on
+        return None
 
 
-event.register("numba:compile", _Announcement())  # type: ignore[no-untyped-call]
+def ready(module: str) -> bool:
+    """Whether the machine code of a module is on disk.
+
+    Raises:
+        OSError: There is no folder to keep it in.
+    """
+    return (folder() / f"{module}.ready").exists()
+
+
+def compile_now(module: str) -> None:
+    """Compile the loops of a module and keep them; once, whoever asks.
+
+    Raises:
+        OSError: There is no folder to keep them in.
+    """
+    mark = folder() / f"{module}.compiling"
+    if mark.exists() and time.time() - mark.stat().st_mtime > GIVEN_UP_AFTER_S:
+        mark.unlink(missing_ok=True)
+    try:
+        os.close(os.open(mark, os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        return
+    try:
+        import_module(module).warm_up()
+        (folder() / f"{module}.ready").touch()
+    finally:
+        mark.unlink(missing_ok=True)

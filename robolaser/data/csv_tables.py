@@ -71,21 +71,18 @@ class Table:
                 continue
             if column not in self.columns:
                 raise ColumnMissing(self.file, column, self.header)
-            for i, cell in enumerate(self.columns[column]):
-                out[i, j] = _finite(self.file, self.lines[i], column, cell)
+            out[:, j] = [finite(cell) for cell in self.columns[column]]
+            for i in np.flatnonzero(~np.isfinite(out[:, j]))[:1]:
+                raise BadCell(self.file, self.lines[i], column, self.columns[column][i], "a finite number")
         return out
 
 
-def _finite(file: str, line: int, column: str, cell: str) -> float:
+def finite(cell: str) -> float:
+    """A cell as a number; NaN where it is none. Underscores and other scripts' digits are not taken for numbers."""
     try:
-        if "_" in cell or not cell.isascii():  # Python's own writing, and other scripts' digits
-            raise ValueError
-        value = float(cell)
+        return float(cell) if "_" not in cell and cell.isascii() else np.nan
     except ValueError:
-        raise BadCell(file, line, column, cell, "a number") from None
-    if not np.isfinite(value):
-        raise BadCell(file, line, column, cell, "a finite number")
-    return value
+        return np.nan
 
 
 def read_text(path: Path) -> str:
@@ -183,7 +180,7 @@ def _columns(text: str, width: int) -> list[list[str]]:
 
 def _numbers(cells: list[str]) -> Array:
     whole = "".join(cells)
-    if "_" in whole or not whole.isascii():  # as in `_finite`
+    if "_" in whole or not whole.isascii():  # as in `finite`
         raise ValueError
     values = np.fromiter(map(float, cells), np.float64, len(cells))
     if not np.isfinite(values).all():

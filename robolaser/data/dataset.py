@@ -1,14 +1,18 @@
 """What was measured in a cell: poses, points and what is known of robot, sensor and target beforehand."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.csv_tables import finite
+from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.subsampling import some_of_each
+from robolaser.errors import DataError, RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.parameters import Parameter
 
@@ -25,7 +29,9 @@ class Poses:
         qd: Joint velocities at the exposure, (n, j) [rad/s or m/s].
         T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
         image: Path of each pose's image in the data set's folder.
-        extra: Any further column, as texts; `temperature_c` and `payload_kg` among them.
+        payload_kg: Mass that the flange carries at each pose, (n,) [kg]; None: not stated.
+        temperature_c: Temperature at each pose, (n,) [°C]; None: not measured.
+        extra: Any further column, as texts; see `coordinates`.
     """
 
     names: tuple[str, ...]
@@ -34,10 +40,28 @@ class Poses:
     qd: Array | None = None
     T_base_flange: Array | None = None
     image: tuple[str, ...] | None = None
+    payload_kg: Array | None = None
+    temperature_c: Array | None = None
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @cached_property
+    def configuration(self) -> Ints:
+        """Number of each pose's configuration, (n,): poses whose readings are equal to the last bit share one."""
+        readings = self.q if self.q is not None else self.T_base_flange
+        if readings is None:
+            return np.arange(len(self))
+        _, number = np.unique(readings.reshape(len(self), -1), axis=0, return_inverse=True)
+        return number.reshape(-1)
+
+    @cached_property
+    def coordinates(self) -> Mapping[str, Array]:
+        """Columns in which a gap may lie, (n,) each: payload, temperature and all of `extra` that is numbers."""
+        further = {name: numbers(cells) for name, cells in self.extra.items()}
+        known = {"payload_kg": self.payload_kg, "temperature_c": self.temperature_c, **further}
+        return {name: values for name, values in known.items() if values is not None}
 
     def take(self, rows: Ints) -> "Poses":
         """Only the poses with these numbers."""
@@ -52,6 +76,8 @@ class Poses:
             qd=some(self.qd),
             T_base_flange=some(self.T_base_flange),
             image=None if self.image is None else tuple(self.image[i] for i in rows),
+            payload_kg=some(self.payload_kg),
+            temperature_c=some(self.temperature_c),
             extra={name: tuple(cells[i] for i in rows) for name, cells in self.extra.items()},
         )
 
@@ -65,8 +91,11 @@ class Points:
         pose: Number of the pose each row was taken in, (m,).
         names: A stripe's point is unique within its pose only; a tracker's names the reflector, a socket's the socket.
         repeat: Number of the shot at an unmoved pose, (m,), or None.
-        pixel: u and v, (m, 2) [px]; stripe only.
+        pixel: u and v, (m, 2) [px], where the sensor has pixels.
         xyz: Target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets.
+        columns: Further arrays that the sensor's format names, (m, k) each.
+
+    An array that must be there is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """
 
     pose: Ints
@@ -74,9 +103,27 @@ class Points:
     repeat: Ints | None = None
     pixel: Array | None = None
     xyz: Array | None = None
+    columns: Mapping[str, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.pose)
+
+    def __contains__(self, name: str) -> bool:
+        return self._array(name) is not None
+
+    def __getitem__(self, name: str) -> Array:
+        """An array of the sensor's format by name, (m, k).
+
+        Raises:
+            DataError: These points have no such array.
+        """
+        values = self._array(name)
+        if values is None:
+            raise DataError(f"points.csv has no {name} of the points, which is needed here.", file="points.csv")
+        return values
+
+    def _array(self, name: str) -> Array | None:
+        return {"pixel": self.pixel, "xyz": self.xyz, **self.columns}.get(name)
 
     @cached_property
     def number(self) -> Ints:
@@ -99,6 +146,7 @@ class Points:
             repeat=None if self.repeat is None else self.repeat[rows],
             pixel=None if self.pixel is None else self.pixel[rows],
             xyz=None if self.xyz is None else self.xyz[rows],
+            columns={name: values[rows] for name, values in self.columns.items()},
         )
 
 
@@ -115,12 +163,21 @@ class Board:
 @final
 @dataclass(frozen=True)
 class Noise:
-    """Known standard deviations per axis; None: to be estimated."""
+    """Known standard deviations per axis; None: to be estimated.
+
+    Attributes:
+        pixel_px: Of a pixel.
+        target_m: Of a target point; its repeats share one error.
+        joint_rad: Of a joint reading.
+        point_m: Of a tracker's point.
+        distance_m: Of the known distances.
+    """
 
     pixel_px: float | None = None
     target_m: float | None = None
     joint_rad: float | None = None
     point_m: float | None = None
+    distance_m: float | None = None
 
 
 @final
@@ -129,13 +186,14 @@ class Dataset:
     """A data set of the format `robolaser-dataset/1`, checked.
 
     Attributes:
-        kind: "stripe", "point" or "socket".
+        kind: Of the sensor: "stripe", "point", "socket", or a further one that is registered.
+        options: The sensor's own keys of `[sensor]`, an instance of its format's `options`; None where it has none.
         parameters: The sim: nominal values and bounds as given, by name.
         bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
         angles: Order of the hand-eye angles, "xyz" or "zyz".
         image_px: Width and height of the images [px].
         placed: Whether target points are given in the base frame.
-        distances_m: Known distances between sockets: (socket, socket, distance).
+        distances_m: Known distances between named points: (point, point, distance).
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the robot went straight from each pose to the next.
         warnings: What is odd, but no error.
@@ -147,6 +205,7 @@ class Dataset:
     kind: str = "stripe"
     robot: Robot | None = None
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    options: Any = None
     stripe_axis: str = "u"
     bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     angles: str = "xyz"
@@ -162,13 +221,32 @@ class Dataset:
     folder: Path | None = None
     warnings: tuple[str, ...] = ()
 
+    @property
+    def format(self) -> SensorFormat:
+        """What its kind of sensor needs in a data set."""
+        return sensor_format(self.kind)
+
+    @property
+    def arm(self) -> tuple[Robot, Array]:
+        """The robot and its joint angles as read, (n, j) [rad or m].
+
+        Raises:
+            RobotError: Flange poses were measured instead.
+        """
+        if self.robot is None or self.poses.q is None:
+            raise RobotError(f"{self.name} has measured flange poses and no joint angles, which are needed here.")
+        return self.robot, self.poses.q
+
     def flange(self) -> Array:
-        """T_base_flange at every pose, as measured or by the nominal kinematics, (n, 4, 4)."""
-        if self.robot is None:
-            assert self.poses.T_base_flange is not None  # the folder's reader sees to both
+        """T_base_flange at every pose, as measured or by the nominal kinematics, (n, 4, 4).
+
+        Raises:
+            RobotError: There are neither joint angles nor flange poses.
+        """
+        if self.robot is None and self.poses.T_base_flange is not None:
             return self.poses.T_base_flange
-        assert self.poses.q is not None
-        T: Array = self.robot.forward(self.poses.q[None])[0]
+        robot, q = self.arm
+        T: Array = robot.forward(q[None])[0]
         return T
 
     def of_poses(self, chosen: Bools) -> "Dataset":
@@ -181,24 +259,19 @@ class Dataset:
             points=replace(points, pose=number[points.pose]),
         )
 
-    def thinned(self, most: int) -> "Dataset":
-        """The same data set with at most about `most` points, evenly taken along each pose's rows."""
+    def subsampled(self, most: int) -> "Dataset":
+        """The same data set with at most about `most` points, every pose or, where points have names, every name kept.
+
+        At least three rows of each pose or name are kept, evenly taken along them.
+        """
         points = self.points
-        share = max(3, most // max(1, len(np.unique(points.pose))))
-        table = some_of_each(points.pose, share)
+        group = points.number if self.format.named_points else points.pose
+        table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
         rows = np.sort(table[table >= 0])
         return self if len(rows) == len(points) else replace(self, points=points.take(rows))
 
 
-def some_of_each(group: Ints, most: int) -> Ints:
-    """At most so many rows of each group (m,), evenly taken along them, (groups, most); -1 where it has fewer."""
-    order = np.argsort(group, kind="stable")
-    counts = np.bincount(group)
-    starts = (np.cumsum(counts) - counts)[counts > 0, None]
-    counts = counts[counts > 0, None]
-    most = min(most, int(counts.max(initial=0)))
-    taken, place = np.minimum(most, counts), np.arange(most)
-    last = (place > 0) & (place == taken - 1)
-    along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
-    rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
-    return np.where(place < taken, rows, -1)
+def numbers(cells: Sequence[str]) -> Array | None:
+    """Cells of a table as finite numbers, (n,); None where one of them is not."""
+    values = np.array([finite(cell) for cell in cells], dtype=np.float64)
+    return values if len(values) and np.isfinite(values).all() else None

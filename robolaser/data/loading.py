@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.csv_tables import Table, read_table, read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
+from robolaser.data.sensor_format import XYZ, SensorFormat, sensor_format
 from robolaser.data.toml_schema import Settings, read_settings
 from robolaser.errors import (
     BadCell,
@@ -30,9 +31,7 @@ from robolaser.geometry.robots import find_robot
 
 FORMAT = "robolaser-dataset/1"
 FLANGE_COLUMNS = ("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
-XYZ = ("x_m", "y_m", "z_m")
-UV = ("u_px", "v_px")
-MEASURED = ("repeat", *UV, *XYZ)
+AT_THE_POSE = ("payload_kg", "temperature_c")
 OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
 FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
 QUATERNION_SLACK = 0.01  # files round their digits
@@ -55,7 +54,8 @@ def load(folder: str | Path) -> Dataset:
     has_points = (folder / "points.csv").is_file()
     points = said.points
     if has_points:
-        points = _points(read_table(folder / "points.csv", MEASURED), poses, said.kind, said.image_px)
+        columns = [column for group in said.format.columns.values() for column in group]
+        points = _points(read_table(folder / "points.csv", ["repeat", *columns]), poses, said.format, said.image_px)
         silent = [poses.names[i] for i in np.flatnonzero(np.bincount(points.pose, minlength=len(poses)) == 0)]
         if silent:
             warnings.append(f"{len(silent)} of {len(poses)} poses have no points: {_some(silent)}.")
@@ -65,7 +65,7 @@ def load(folder: str | Path) -> Dataset:
         said,
         poses=poses,
         points=points,
-        distances_m=target.distances("distances_m", sockets) if said.kind == "socket" else (),
+        distances_m=target.distances("distances_m", sockets) if said.format.named_points else (),
         warnings=tuple(warnings),
     )
 
@@ -88,7 +88,8 @@ def _read(folder: Path) -> tuple[Settings, Dataset]:
     if found != FORMAT:
         raise FormatUnknown("dataset.toml", found, FORMAT)
 
-    kind = settings.section("sensor").text("kind", default="stripe", one_of=("stripe", "point", "socket"))
+    kind = settings.section("sensor").text("kind", default="stripe")
+    declared = sensor_format(kind)
     arm, sensor, scanner = (settings.section(name) for name in ("robot", "sensor", "scanner"))
     image, target, noise = (settings.section(name) for name in ("image", "target", "noise"))
     quat = scanner.numbers("bracket_quat", 4, default=(0.0, 0.0, 0.0, 1.0))
@@ -107,7 +108,7 @@ def _read(folder: Path) -> tuple[Settings, Dataset]:
         stripe_axis=sensor.text("stripe_axis", default="u", one_of=("u", "v")),
         bracket_quat=(quat[0], quat[1], quat[2], quat[3]),
         angles=scanner.text("angles", default="xyz", one_of=("xyz", "zyz")),
-        image_px=(image.count("width_px", least=1), image.count("height_px", least=1)) if kind == "stripe" else None,
+        image_px=_image(image) if "image" in declared.required else None,
         board=_board(settings.section("board")) if "board" in settings else None,
         placed=target.flag("placed", default=True),
         noise=Noise(**{key: noise.number(key, positive=True) for key in Noise.__annotations__ if key in noise}),
@@ -149,6 +150,10 @@ def _robot(settings: Settings, folder: Path) -> Robot:
     )
 
 
+def _image(settings: Settings) -> tuple[int, int]:
+    return settings.count("width_px", least=1), settings.count("height_px", least=1)
+
+
 def _board(settings: Settings) -> Board:
     return Board(
         columns=settings.count("columns", least=3),
@@ -169,10 +174,11 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
     _all_different(table, names, "pose")
     if not names:
         raise BadCell(table.file, 2, "pose", "", "at least one pose")
-    known = {"pose", "time_s", "image"}
+    known = {"pose", "time_s", "image", *AT_THE_POSE}
     poses = Poses(names)
     if "time_s" in table:
         poses = replace(poses, time_s=table.numbers(["time_s"])[:, 0])
+    poses = replace(poses, payload_kg=_stated(table, "payload_kg"), temperature_c=_stated(table, "temperature_c"))
     if "image" in table.columns:
         images = tuple(table.columns["image"])
         for line, image in zip(table.lines, images, strict=True):
@@ -203,6 +209,11 @@ def _poses(table: Table, robot: Robot | None, folder: Path, warnings: list[str])
     return replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
 
 
+def _stated(table: Table, column: str) -> Array | None:
+    """A column that may be absent or empty throughout, but not in part, (n,)."""
+    return table.numbers([column])[:, 0] if column in table and any(table.columns.get(column, ("",))) else None
+
+
 def _limits(table: Table, q: Array, robot: Robot) -> list[str]:
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     if (beyond > OUT_OF_RANGE_RAD).any():
@@ -219,7 +230,7 @@ def _limits(table: Table, q: Array, robot: Robot) -> list[str]:
     ]
 
 
-def _points(table: Table, poses: Poses, kind: str, image_px: tuple[int, int] | None) -> Points:
+def _points(table: Table, poses: Poses, declared: SensorFormat, image_px: tuple[int, int] | None) -> Points:
     of_name = {name: i for i, name in enumerate(poses.names)}
     in_pose, names = table.texts("pose"), table.texts("point")
     strangers = set(in_pose) - set(of_name)
@@ -231,22 +242,23 @@ def _points(table: Table, poses: Poses, kind: str, image_px: tuple[int, int] | N
     if "repeat" in table:
         points = replace(points, repeat=_whole(table, "repeat"))
     _no_point_twice(table, points, in_pose)
-    if kind != "socket":
-        xyz = table.numbers(XYZ)
-        _not_too_far(table, xyz)
-        points = replace(points, xyz=xyz)
-    elif XYZ[0] in table:
-        raise SettingWrong(
-            "[sensor] kind", kind, 'points.csv without x_m: a socket\'s place is not measured (kind "point" is)'
-        )
-    if kind == "stripe" and image_px is not None:
-        pixel = table.numbers(UV)
-        outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
-        if outside.any():
-            row = int(np.argmax(outside))
-            raise NotAPixel(table.lines[row], float(pixel[row, 0]), float(pixel[row, 1]), image_px)
-        points = replace(points, pixel=pixel)
-    return points
+    for column, why in declared.absent.items():
+        if column in table:
+            raise SettingWrong("[sensor] kind", declared.kind, f"points.csv without {column}: {why}")
+    arrays = {name: table.numbers(columns) for name, columns in declared.columns.items()}
+    if "xyz" in arrays:
+        _not_too_far(table, arrays["xyz"])
+    if "pixel" in arrays and image_px is not None:
+        _in_the_image(table, arrays["pixel"], image_px)
+    pixel, xyz = arrays.pop("pixel", None), arrays.pop("xyz", None)
+    return replace(points, pixel=pixel, xyz=xyz, columns=arrays)
+
+
+def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None:
+    outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
+    if outside.any():
+        row = int(np.argmax(outside))
+        raise NotAPixel(table.lines[row], float(pixel[row, 0]), float(pixel[row, 1]), image_px)
 
 
 def _no_point_twice(table: Table, points: Points, in_pose: tuple[str, ...]) -> None:

@@ -33,7 +33,7 @@ KNOWN = {
     "image": ("width_px", "height_px"),
     "board": ("columns", "rows", "square_m"),
     "target": ("placed", "distances_m"),
-    "noise": ("pixel_px", "target_m", "joint_rad", "point_m"),
+    "noise": ("pixel_px", "target_m", "joint_rad", "point_m", "distance_m"),
     "arm": ("kind", "port", "baud", "flow", "ids", "reference_rad", "direction", "home"),
     "camera": ("source", "exposure", "gain", "settle_s"),
     "laser": ("output",),

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import write_table, write_text
-from robolaser.data.dataset import Dataset, Points
-from robolaser.data.loading import FLANGE_COLUMNS, FORMAT, GRAVITY, XYZ
+from robolaser.data.dataset import Dataset
+from robolaser.data.loading import AT_THE_POSE, FLANGE_COLUMNS, FORMAT, GRAVITY
 from robolaser.errors import FileUnwritable, OutputExists
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -48,7 +48,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 def save_points(dataset: Dataset, folder: Path) -> None:
     """Write points.csv and nothing else."""
-    _write_columns(folder / "points.csv", dict(_points(dataset.points, dataset.poses.names)))
+    _write_columns(folder / "points.csv", dict(_points(dataset)))
 
 
 def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:
@@ -79,18 +79,25 @@ def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
         yield from _spread(FLANGE_COLUMNS[3:], to_quaternion(T[:, :3, :3]))
     if poses.image is not None:
         yield "image", poses.image
+    for column in AT_THE_POSE:
+        values = getattr(poses, column)
+        if values is not None:
+            yield column, _digits(values)
+    for column in AT_THE_POSE:
+        values = getattr(poses, column)
+        if values is not None:
+            yield column, _digits(values)
     yield from poses.extra.items()
 
 
-def _points(points: Points, poses: Sequence[str]) -> Iterator[tuple[str, Sequence[str]]]:
-    yield "pose", [poses[i] for i in points.pose]
+def _points(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+    points = dataset.points
+    yield "pose", [dataset.poses.names[i] for i in points.pose]
     yield "point", points.names
     if points.repeat is not None:
         yield "repeat", [str(shot) for shot in points.repeat]
-    if points.pixel is not None:
-        yield from _spread(("u_px", "v_px"), points.pixel)
-    if points.xyz is not None:
-        yield from _spread(XYZ, points.xyz)
+    for name, columns in dataset.format.columns.items():
+        yield from _spread(columns, points[name])
 
 
 def _settings(dataset: Dataset) -> Iterator[str]:

@@ -9,14 +9,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.subsampling import telling, worth_keeping
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
-from robolaser.model.noise.covariance import FLOOR_M, OF_POSES, noise_from
-from robolaser.model.noise.sources import Disturbance, disturbances
+from robolaser.model.noise.covariance import FLOOR, noise_from
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.whitening import group_sums
-
-AVERAGED = ("pixel", "point", "seat")
-"""Sources of error that each shot has anew; a target point's error and a pose's are shared by its repeats."""
 
 
 @final
@@ -86,7 +84,7 @@ class Observed:
             raw: The data set with its repeats.
         """
         sources, known = self._sources(model, x, raw)
-        if any(source.name not in OF_POSES and known.get(source.name) is None for source in sources):
+        if any(source.level != "pose" and known.get(source.name) is None for source in sources):
             return of_rows(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 
@@ -100,27 +98,27 @@ class Observed:
         x: Array,
         J: Array,
         raw: Dataset,
-        sources: tuple[Disturbance, ...],
+        sources: tuple[ErrorSource, ...],
         known: Mapping[str, float | None],
     ) -> NoiseModel:
-        stated = replace(raw.noise, pixel_px=known["pixel"])
-        with_pixel = replace(self.dataset, noise=stated)
-        return noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
+        stated = tuple(replace(source, stated=known.get(source.name)) for source in sources)
+        return noise_from(self.dataset, stated, model.residuals(x[None])[0], J)
 
-    def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[Disturbance, ...], dict[str, float | None]]:
+    def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[ErrorSource, ...], dict[str, float | None]]:
         """What may shake the rows, and how much where that is known.
 
         Where each pose has one row only, an error of the pose would be the row's under another name.
         """
-        stated = raw.noise
-        pixel = stated.pixel_px if stated.pixel_px is not None else pixel_from_repeats(raw)
-        known = {"pixel": pixel, "target": stated.target_m, "joint": stated.joint_rad, "point": stated.point_m}
+        every = error_sources(model, x)
+        known = {source.name: source.stated for source in every}
+        if "pixel" in known and known["pixel"] is None:
+            known["pixel"] = pixel_from_repeats(raw)
         alone = np.bincount(self.dataset.points.pose).max() == 1
         share = 1.0 / np.sqrt(self.shots)[:, None, None]
         sources = tuple(
-            replace(source, effect=source.effect * share) if source.name in AVERAGED else source
-            for source in disturbances(model, x)
-            if not alone or source.name not in OF_POSES or known.get(source.name) is not None
+            replace(source, effect=source.effect * share) if source.level == "shot" else source
+            for source in every
+            if not alone or source.level != "pose" or known.get(source.name) is not None
         )
         return sources, known
 
@@ -131,8 +129,8 @@ def of_rows(noise: NoiseModel) -> NoiseModel:
     Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
     errors, and those of whole poses are all that is known.
     """
-    rows = [name for name in noise.sigmas if name not in OF_POSES]
-    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR_M for name in rows)
+    rows = [source.name for source in noise.sources if source.level != "pose"]
+    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
     return noise if exact else noise.for_weights()
 
 

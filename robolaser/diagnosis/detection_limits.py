@@ -4,12 +4,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robolaser.diagnosis.result import Limit
+from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import SEEN, Signature, typical
 from robolaser.diagnosis.verdict import DETECTED, price
 
 
-def limits(signatures: Iterable[Signature], spread: float) -> tuple[Limit, ...]:
+def limits(signatures: Iterable[Signature], spread: float) -> tuple[DetectionLimit, ...]:
     """For each effect that is not in the model, the size of its principal number that is found nine times in ten.
 
     The squared signature of a size δ is δ² |s|², s being what the fitted parameters cannot imitate of it. What is
@@ -28,5 +28,5 @@ def limits(signatures: Iterable[Signature], spread: float) -> tuple[Limit, ...]:
         unseen = length**2 < SEEN * max(float((signature.white[:, 0] ** 2).sum()), 1e-12)
         needed = (np.sqrt(price(candidate_effect, signature.tried)) + DETECTED) * np.sqrt(spread)
         size = None if unseen else float(needed / length * typical(candidate_effect)[0])
-        found.append(Limit(candidate_effect, name, size, unit))
+        found.append(DetectionLimit(candidate_effect, name, size, unit))
     return tuple(sorted(found, key=lambda limit: (limit.candidate_effect.kind.name, limit.candidate_effect.where)))

@@ -103,8 +103,14 @@ def _after(poses: Poses, q: Array) -> Poses:
         time_s=None if poses.time_s is None else np.concatenate([poses.time_s, np.full(k, poses.time_s[last])]),
         q=np.concatenate([poses.q, q]),
         qd=None if poses.qd is None else np.concatenate([poses.qd, np.repeat(poses.qd[[last]], k, axis=0)]),
+        payload_kg=_as_last(poses.payload_kg, last, k),
+        temperature_c=_as_last(poses.temperature_c, last, k),
         extra={name: (*cells, *(cells[last],) * k) for name, cells in poses.extra.items()},
     )
+
+
+def _as_last(values: Array | None, last: int, k: int) -> Array | None:
+    return None if values is None else np.append(values, np.full(k, values[last]))
 
 
 def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, Bools]:

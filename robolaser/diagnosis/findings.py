@@ -10,10 +10,10 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import of_rows, size
 from robolaser.diagnosis.held_out_gap import Unseen, interval
-from robolaser.diagnosis.localization import Lies, where
+from robolaser.diagnosis.localization import Localization, where
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.probabilities import Stand, rival
-from robolaser.diagnosis.result import Finding, Gap, Limit, Number, Rival
+from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.selection import Search
 from robolaser.diagnosis.verdict import FEWEST_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -42,11 +42,11 @@ def findings_of(
         Finding(
             candidate_effect=candidate_effect,
             probability=stand_of[candidate_effect].probability,
-            numbers=_numbers(final, candidate_effect),
+            parameters=_numbers(final, candidate_effect),
             gap_before_m=gaps[i],
             gap_after_m=gaps[i + 1],
             gap_without_m=unseen.gap(stand_of[candidate_effect].without),
-            rivals=_rivals(stand_of[candidate_effect], final, unseen),
+            alternatives=_rivals(stand_of[candidate_effect], final, unseen),
         )
         for i, candidate_effect in enumerate(order)
     )
@@ -57,33 +57,33 @@ def findings_of(
     return gap, findings, before, after
 
 
-def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Rival, ...]:
+def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Alternative, ...]:
     return tuple(
-        Rival(candidate_effect, _numbers(fit, candidate_effect), unseen.gap(fit))
-        for candidate_effect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.rivals, strict=False)
+        Alternative(candidate_effect, _numbers(fit, candidate_effect), unseen.gap(fit))
+        for candidate_effect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.alternatives, strict=False)
     )
 
 
-def _numbers(final: Fitted, candidate_effect: CandidateEffect) -> Mapping[str, Number]:
+def _numbers(final: Fitted, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
     names = final.problem.parameters.names
     found = {}
     for item in candidate_effect.parameters.items:
         column = names.index(item.name)
         variance = float(final.covariance[column, column])
-        found[item.name.rsplit(".", 1)[1]] = Number(
+        found[item.name.rsplit(".", 1)[1]] = Estimate(
             float(final.x[column]), float(np.sqrt(max(variance, 0.0))), item.unit
         )
     return found
 
 
-def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float]) -> list[Lies]:
+def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float]) -> list[Localization]:
     """Where the gap lay, by what each effect explains of it."""
     freedoms = len(start.r) - len(start.x)
     excess = max(start.misfit - freedoms, 1e-9)
     closed = float(np.clip((start.misfit - final.misfit) / excess, 0.0, 1.0))
     total = max(sum(lost.values()), 1e-9)
     seen = {lies.site: lies for lies in reversed(where(start))}
-    found: dict[str, Lies] = {}
+    found: dict[str, Localization] = {}
     for candidate_effect, gain in lost.items():
         share = closed * gain / total + (
             found[candidate_effect.where].share if candidate_effect.where in found else 0.0
@@ -92,12 +92,12 @@ def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float
             seen[candidate_effect.where].coordinate if candidate_effect.where in seen else candidate_effect.kind.title
         )
         p_value = float(chi2.sf(gain, len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())))
-        found[candidate_effect.where] = Lies(candidate_effect.where, coordinate, share, gain, p_value)
+        found[candidate_effect.where] = Localization(candidate_effect.where, coordinate, share, gain, p_value)
     return sorted(found.values(), key=lambda lies: -lies.share)
 
 
 def not_testable(
-    kinds: Sequence[type[Effect]], dataset: Dataset, limit: Sequence[Limit], *, enough: bool
+    kinds: Sequence[type[Effect]], dataset: Dataset, limit: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
     """Why an effect could not be tested, by its name."""
     if not enough:

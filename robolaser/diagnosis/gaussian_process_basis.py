@@ -72,8 +72,9 @@ class OfPoses:
         poses = self._dataset.poses
         if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
             yield "time", smooth(self._scene.progress[:, None])
-        for name, values in numeric(poses.extra).items():
-            yield _words(name), smooth(values[:, None])
+        for name, values in poses.coordinates.items():
+            if np.ptp(values) > 0:
+                yield _words(name), smooth(values[:, None])
 
     def posture(self) -> Iterator[tuple[str, Array]]:
         """All joints at once."""
@@ -113,19 +114,6 @@ class OfPoses:
                 yield f"direction of approach of {name}", approach.astype(np.float64)
         if dataset.poses.qd is not None and np.ptp(dataset.poses.qd[:, column]) > 0:
             yield f"velocity of {name}", dataset.poses.qd[:, [column]] / np.abs(dataset.poses.qd[:, column]).max()
-
-
-def numeric(extra: object) -> dict[str, Array]:
-    """Further columns of poses.csv that hold numbers which differ."""
-    found = {}
-    for name, cells in dict(extra).items():  # type: ignore[call-overload]
-        try:
-            values = np.array([float(cell) for cell in cells])
-        except ValueError:
-            continue
-        if np.isfinite(values).all() and np.ptp(values) > 0:
-            found[name] = values
-    return found
 
 
 def _words(name: str) -> str:

@@ -20,7 +20,7 @@ MOST = 4
 
 @final
 @dataclass(frozen=True)
-class Lies:
+class Localization:
     """A place where the gap, or a part of it, lies.
 
     Attributes:
@@ -57,7 +57,7 @@ def likelihood_ratio(B: Array, rest: Array, most: float) -> tuple[float, float]:
     return max(0.0, float(value[best])), float(sizes[best])
 
 
-def where(fitted: Fitted) -> list[Lies]:
+def where(fitted: Fitted) -> list[Localization]:
     """Divide what a model leaves among the sites, one at a time, the likeliest first.
 
     A smooth random function of one coordinate at one site is added to the noise, its size by maximum likelihood; then
@@ -72,7 +72,7 @@ def where(fitted: Fitted) -> list[Lies]:
     excess = fitted.misfit - (len(fitted.r) - len(fitted.x))
     whole = max(excess, sum(ratio for _, ratio in chosen))
     found = [
-        Lies(site.site, site.coordinate, ratio / whole, ratio, float(min(1.0, 0.5 * asked * chi2.sf(ratio, 1))))
+        Localization(site.site, site.coordinate, ratio / whole, ratio, float(min(1.0, 0.5 * asked * chi2.sf(ratio, 1))))
         for site, ratio in chosen
     ]
     return sorted(found, key=lambda lies: -lies.share)

@@ -5,9 +5,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.verdict import GROSS
-from robolaser.geometry.rigid_motion import skew
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import arms
 from robolaser.model.noise.whitening import group_sums
 
 ROUNDS = 8
@@ -51,9 +49,9 @@ def gross_rows(fitted: Fitted) -> Bools:
     enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= LEAST_POINTS
     if not enough.any():
         return beyond(fitted)
-    moves = np.concatenate(
-        [np.broadcast_to(np.eye(3), (len(of_pose), 3, 3)) * SHIFT_M, skew(arms(model, values)) * TURN_RAD], axis=-1
-    )
+    perturb = model.perturb(values)
+    shifts, turns = model.sensor.moved_with_pose(values, model.flange(values, perturb), perturb)
+    moves = np.concatenate([shifts * SHIFT_M, turns * TURN_RAD], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r
     for _ in range(ROUNDS):

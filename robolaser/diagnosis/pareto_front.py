@@ -14,7 +14,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.held_out_gap import held_out
 from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.result import Choice
+from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import Signature, slopes, typical
 from robolaser.diagnosis.verdict import price
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
@@ -34,7 +34,7 @@ LEAST = 1e-12
 """Share of a signature's square beyond which something of it is left beside those that were taken before."""
 
 
-def front(fitted: Fitted, signatures: Sequence[Signature], fold_of_pose: Ints, seed: int) -> tuple[Choice, ...]:
+def front(fitted: Fitted, signatures: Sequence[Signature], fold_of_pose: Ints, seed: int) -> tuple[ParetoPoint, ...]:
     """The sets of effects that no set with as few has a smaller gap than, from none on.
 
     NSGA-II with the paper's operators chooses the sets; stepwise least squares gives it sets to start from. Gaps are
@@ -54,12 +54,12 @@ def front(fitted: Fitted, signatures: Sequence[Signature], fold_of_pose: Ints, s
     leaders = [signatures[i] for i in path]
     fold = fold_of_pose[fitted.problem.model.dataset.points.pose]
     if not leaders or len(np.unique(fold)) < 2:
-        return (Choice((), rms(held_out(fitted, fold_of_pose))),)
+        return (ParetoPoint((), rms(held_out(fitted, fold_of_pose))),)
     problem = question(fitted, leaders, fold)
     sets = np.unique(np.concatenate([_staircase(len(leaders)), searched(problem, seed)]), axis=0)
     gaps = problem.unseen(sets)
     return tuple(
-        Choice(
+        ParetoPoint(
             tuple(leader.candidate_effect for leader, inside in zip(leaders, sets[i], strict=True) if inside),
             float(gaps[i]),
         )

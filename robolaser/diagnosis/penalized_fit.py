@@ -62,7 +62,7 @@ class Problem:
         own = sensor or Model(model.dataset).parameters
         parameters = own + model.effect_parameters
         prior = UNIFORM * parameters.width
-        prior[np.isin(parameters.names, model.sensor.held)] = 0.0
+        prior[np.isin(parameters.names, model.sensor.fixed)] = 0.0
         return cls(model, parameters, prior, noise)
 
     @property

@@ -121,8 +121,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
     remaining = search.signatures(final)
     limit = limits(remaining, spread)
     front_ = front(start, search.signatures(start), fold, seed) if enough else ()
-    unsure = [stand for stand in standing if stand.rivals]
-    following = next_poses(final, min(unsure, key=lambda s: s.probability).rivals[0], seed=seed) if unsure else ()
+    unsure = [stand for stand in standing if stand.alternatives]
+    following = next_poses(final, min(unsure, key=lambda s: s.probability).alternatives[0], seed=seed) if unsure else ()
     gross_rows: Ints = np.flatnonzero(gross).astype(np.int64)
     problem = final.problem
     deviations = np.sqrt(np.maximum(np.diag(final.covariance), 0.0))
@@ -133,7 +133,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progr
         gap=gap,
         where=tuple(places) if verdict != "no_gap" else (),
         findings=findings,
-        gross=gross_rows,
+        outliers=gross_rows,
         not_testable=not_testable(kinds, dataset, limit, enough=enough),
         next_poses=tuple(following),
         limits=limit,

@@ -14,7 +14,7 @@ from robolaser.estimation.jacobian import jacobian
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 from robolaser.parameters import Parameters
 
 CALMER = 0.7
@@ -52,7 +52,7 @@ class Beginning:
         near = robust(Problem.of(thin, noise, sensor).fit(x, steps=STEPS)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
-            sources = tuple(source for source in disturbances(model, near) if source.name in noise.sigmas)
+            sources = tuple(source for source in error_sources(model, near) if source.name in noise.sigmas)
             shots = NoiseModel(sources, noise.sigmas)
         return cls(dataset, sensor, shots, near), gross_rows(Fitted(Problem.of(model, shots, sensor), near))
 

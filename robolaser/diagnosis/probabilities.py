@@ -27,14 +27,14 @@ class Stand:
         probability: Of it.
         credit: Probability that it, and nothing unknown, explains what it does.
         without: The final model without it, fitted.
-        rivals: Those that these poses cannot tell from it, nearest first, and what each leaves.
+        alternatives: Those that these poses cannot tell from it, nearest first, and what each leaves.
     """
 
     candidate_effect: CandidateEffect
     probability: float
     credit: float
     without: Fitted
-    rivals: tuple[Fitted, ...]
+    alternatives: tuple[Fitted, ...]
 
 
 def stand(
@@ -68,7 +68,7 @@ def stand(
 def rival(stand: Stand, final: Fitted) -> list[CandidateEffect]:
     """The effects that stand in its place in each of its rivals."""
     held = set(final.effects)
-    return [next(s for s in fit.effects if s not in held) for fit in stand.rivals]
+    return [next(s for s in fit.effects if s not in held) for fit in stand.alternatives]
 
 
 def echoes(standing: Sequence[Stand], final: Fitted) -> list[CandidateEffect]:

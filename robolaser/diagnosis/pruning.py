@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.diagnosis.held_out_gap import Unseen
-from robolaser.diagnosis.localization import Lies, where
+from robolaser.diagnosis.localization import Localization, where
 from robolaser.diagnosis.penalized_fit import Fitted
 from robolaser.diagnosis.probabilities import Stand, echoes, stand
 from robolaser.diagnosis.selection import Search
@@ -13,7 +13,7 @@ from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
 from robolaser.model.effects.effect import CandidateEffect
 
 
-def believed(search: Search, final: Fitted, unseen: Unseen) -> tuple[Fitted, list[Stand], list[Lies]]:
+def believed(search: Search, final: Fitted, unseen: Unseen) -> tuple[Fitted, list[Stand], list[Localization]]:
     """Take back effects that something unknown explains better, and those that only echo the form of a larger one.
 
     Also those without which poses that were held out are predicted as well.
@@ -78,7 +78,7 @@ def _helpful(search: Search, final: Fitted, unseen: Unseen) -> Fitted:
     return final
 
 
-def rest_of(search: Search, final: Fitted, standing: Sequence[Stand], left: list[Lies]) -> list[Lies]:
+def rest_of(search: Search, final: Fitted, standing: Sequence[Stand], left: list[Localization]) -> list[Localization]:
     """Where lies what is left by those effects that are rather believed than not."""
     doubted = [one.candidate_effect for one in standing if one.probability < BELIEVED]
     for candidate_effect in doubted:

@@ -6,7 +6,7 @@ from typing import Any, final
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.localization import Lies
+from robolaser.diagnosis.localization import Localization
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
@@ -15,8 +15,8 @@ FORMAT = "robolaser-diagnosis/1"
 
 @final
 @dataclass(frozen=True)
-class Number:
-    """A number of an effect: value and one standard deviation in its unit; None where the data do not tell."""
+class Estimate:
+    """A parameter of an effect: value and one standard deviation in its unit; None where the data do not fix it."""
 
     value: float
     std: float | None
@@ -25,17 +25,17 @@ class Number:
 
 @final
 @dataclass(frozen=True)
-class Rival:
+class Alternative:
     """An effect that these poses cannot tell from one that was found.
 
     Attributes:
         candidate_effect: Which, and where.
-        numbers: Its numbers in the other's place, by name.
+        parameters: Its parameters in the other's place, by name.
         gap_m: Held-out gap with it in the other's place.
     """
 
     candidate_effect: CandidateEffect
-    numbers: Mapping[str, Number]
+    parameters: Mapping[str, Estimate]
     gap_m: float
 
 
@@ -47,20 +47,20 @@ class Finding:
     Attributes:
         candidate_effect: Which, and where.
         probability: Of it, at this place, against every other candidate, none, and something unknown.
-        numbers: By name.
+        parameters: By name.
         gap_before_m: Held-out gap with the effects found before it in the model.
         gap_after_m: With this one too.
         gap_without_m: With all but this one.
-        rivals: Effects that these poses cannot tell from it, the nearest first.
+        alternatives: Effects that these poses cannot tell from it, the nearest first.
     """
 
     candidate_effect: CandidateEffect
     probability: float
-    numbers: Mapping[str, Number]
+    parameters: Mapping[str, Estimate]
     gap_before_m: float
     gap_after_m: float
     gap_without_m: float
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...]
 
 
 @final
@@ -77,25 +77,25 @@ class Gap:
 
 @final
 @dataclass(frozen=True)
-class Limit:
+class DetectionLimit:
     """The smallest size of an effect's principal number that these data would have shown nine times in ten.
 
     Attributes:
         candidate_effect: Which, and where.
-        number: Name of its principal number.
+        parameter: Name of its principal parameter.
         size: In its unit; None where no size shows.
         unit: SI.
     """
 
     candidate_effect: CandidateEffect
-    number: str
+    parameter: str
     size: float | None
     unit: str
 
 
 @final
 @dataclass(frozen=True)
-class Choice:
+class ParetoPoint:
     """A set of effects on the front of gap against complexity: none with fewer has a smaller held-out gap."""
 
     effects: tuple[CandidateEffect, ...]
@@ -114,7 +114,7 @@ class Diagnosis:
         gap: How far the gap shrinks.
         where: Places of the gap; for `unexplained`, of what is left.
         findings: Effects found, most important first.
-        gross: Rows of points.csv (from 0) that are gross errors.
+        outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
         next_poses: Joint values by name, that would tell the leading rivals apart.
         limits: Detection limits of effects that were not found.
@@ -133,13 +133,13 @@ class Diagnosis:
     verdict: str
     sentence: str
     gap: Gap
-    where: tuple[Lies, ...]
+    where: tuple[Localization, ...]
     findings: tuple[Finding, ...]
-    gross: Ints
+    outliers: Ints
     not_testable: Mapping[str, str]
     next_poses: tuple[Mapping[str, float], ...]
-    limits: tuple[Limit, ...]
-    front: tuple[Choice, ...]
+    limits: tuple[DetectionLimit, ...]
+    front: tuple[ParetoPoint, ...]
     model: Model
     x: Array
     std: Array
@@ -169,12 +169,12 @@ class Diagnosis:
                 {"site": lies.site, "coordinate": lies.coordinate, "share": lies.share, "p_value": lies.p_value}
                 for lies in self.where
             ],
-            "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.gross) else []),
-            "gross_errors": self.gross.tolist(),
+            "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.outliers) else []),
+            "gross_errors": self.outliers.tolist(),
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
             "detection_limits": [
-                {**_place(limit.candidate_effect), "number": limit.number, "size": limit.size, "unit": limit.unit}
+                {**_place(limit.candidate_effect), "number": limit.parameter, "size": limit.size, "unit": limit.unit}
                 for limit in self.limits
             ],
             "front": [
@@ -207,18 +207,18 @@ def _finding(found: Finding) -> dict[str, Any]:
         "probability": found.probability,
         "parameters": {
             name: {"value": number.value, "std": number.std, "unit": number.unit}
-            for name, number in found.numbers.items()
+            for name, number in found.parameters.items()
         },
         "gap_mm_before": _mm(found.gap_before_m),
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
-        "indistinguishable_from": [_pair(rival.candidate_effect) for rival in found.rivals],
+        "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
     }
 
 
 def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
     """Gross errors as a finding: survived, not modelled, so they change no gap."""
-    share = len(diagnosis.gross) / max(1, len(diagnosis.dataset.points))
+    share = len(diagnosis.outliers) / max(1, len(diagnosis.dataset.points))
     after = _mm(diagnosis.gap.after_m)
     return {
         "effect": "outliers",

@@ -4,7 +4,6 @@ import numpy as np
 
 from robolaser.arrays import Bools
 from robolaser.data.dataset import Dataset, Points
-from robolaser.diagnosis.gaussian_process_basis import numeric
 
 MOST_POSES = 300
 """Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
@@ -32,7 +31,7 @@ def worth_keeping(dataset: Dataset) -> Bools:
     """Mark poses with rows, and those at the ends of time and of what else was measured, (n,)."""
     poses = dataset.poses
     kept = np.bincount(dataset.points.pose, minlength=len(poses)) > 0
-    measured = list(numeric(poses.extra).values())
+    measured = list(poses.coordinates.values())
     if poses.time_s is not None:
         measured.append(poses.time_s)
     for values in measured:

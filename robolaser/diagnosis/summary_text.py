@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Ints
-from robolaser.diagnosis.localization import Lies
+from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Finding, Gap
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -36,7 +36,7 @@ SAID: Mapping[str, str] = {
 """Effects as clauses; one that is not here is said by its title."""
 
 
-def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Lies], gap: Gap, gross: Ints) -> str:
+def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
     """Say the verdict.
 
     Args:
@@ -72,18 +72,18 @@ def millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
-def _no_gap(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+def _no_gap(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
     return (
         f"There is no gap: on new poses the model errs by {millimetres(gap.after_m)},"
         f" and noise alone gives {millimetres(gap.noise_floor_m)}."
     )
 
 
-def _explained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+def _explained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
     return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_untold(findings)}"
 
 
-def _unexplained(findings: Sequence[Finding], where: Sequence[Lies], gap: Gap) -> str:
+def _unexplained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
     lies = f" What is left lies at {where[0].site} ({where[0].coordinate})." if where else ""
     if not findings:
         return (
@@ -114,9 +114,9 @@ def _perhaps(found: Finding) -> str:
 
 def _untold(findings: Sequence[Finding]) -> str:
     """What could as well be the cause; may be empty."""
-    torn = [found for found in findings if found.rivals]
+    torn = [found for found in findings if found.alternatives]
     said = [
-        f"{_at(found.candidate_effect)} from {_one_of([rival.candidate_effect for rival in found.rivals])}"
+        f"{_at(found.candidate_effect)} from {_one_of([rival.candidate_effect for rival in found.alternatives])}"
         for found in torn[:NAMED]
     ]
     more = len(torn) - len(said)

@@ -9,7 +9,7 @@ from robolaser.diagnosis.averaging import size
 from robolaser.model.effects.effect import CandidateEffect
 
 if TYPE_CHECKING:
-    from robolaser.diagnosis.localization import Lies
+    from robolaser.diagnosis.localization import Localization
     from robolaser.diagnosis.penalized_fit import Fitted
     from robolaser.diagnosis.result import Gap
 
@@ -79,7 +79,7 @@ BELIEVED = 0.5
 """Probability that something unknown explains what an effect does, beyond which the effect is not named."""
 
 
-def judge(start: "Fitted", final: "Fitted", left: Sequence["Lies"], gap: "Gap") -> str:
+def judge(start: "Fitted", final: "Fitted", left: Sequence["Localization"], gap: "Gap") -> str:
     """`no_gap`, `explained` or `unexplained`.
 
     Args:

@@ -40,10 +40,16 @@ from robolaser.errors.types import (
     ImageError as ImageError,
 )
 from robolaser.errors.types import (
+    Interrupted as Interrupted,
+)
+from robolaser.errors.types import (
     OutputError as OutputError,
 )
 from robolaser.errors.types import (
     PlanError as PlanError,
+)
+from robolaser.errors.types import (
+    PluginError as PluginError,
 )
 from robolaser.errors.types import (
     RobotError as RobotError,

@@ -12,26 +12,6 @@ class EffectUnknown(WrongUsage):
         super().__init__(f"No effect '{name}'.{near(name, known)}")
 
 
-class AnnouncementUnusable(RobolaserError):
-    """An installed package announces an effect that is none."""
-
-    def __init__(self, package: str, announced: str, reason: str) -> None:
-        super().__init__(
-            f"The installed package {package} announces {announced} as an effect, but it cannot be used: {reason}."
-            f" Expected a complete subclass of robolaser.model.effects.effect.Effect: mend or uninstall {package}."
-        )
-
-
-class AnnouncedTwice(RobolaserError):
-    """An installed package announces an effect whose name is taken."""
-
-    def __init__(self, name: str, package: str, announced: str, owner: str) -> None:
-        super().__init__(
-            f"The installed package {package} announces {announced} as the effect '{name}', but {owner} has one of"
-            f" that name: rename one of them, or uninstall {package}."
-        )
-
-
 class PlaceUnknown(RobolaserError):
     """An effect has no meaning at that place."""
 
@@ -117,10 +97,3 @@ class DemandSenseless(RobolaserError):
 
     def __init__(self, what: str, value: object, expected: str) -> None:
         super().__init__(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
-
-
-class OptionsClash(WrongUsage):
-    """Options of which one fixes what the others ask for."""
-
-    def __init__(self, option: str, others: Iterable[str]) -> None:
-        super().__init__(f"{option} fixes what {', '.join(others)} would change: leave out one or the other.")

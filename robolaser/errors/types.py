@@ -79,5 +79,9 @@ class DependencyMissing(RobolaserError):
     """An optional package is not installed."""
 
 
+class PluginError(RobolaserError):
+    """An installed package announces something that cannot be used."""
+
+
 class Interrupted(RobolaserError):
     """The user stopped it; what was done so far is kept where the message says."""

@@ -13,7 +13,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.model.derivatives import jacobian
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 
 UNMOVED = 1e-10
 """[row's unit] A parameter whose whole range moves rows by less only moves the last digits: a step's moment does."""
@@ -125,6 +125,6 @@ def information(problem: Problem, x: Array, sigmas: Mapping[str, float]) -> Info
 
 
 def _of_block(block: Problem, x: Array, sigmas: Mapping[str, float]) -> Information:
-    noise = NoiseModel(disturbances(block.model, x), sigmas)
+    noise = NoiseModel(error_sources(block.model, x), sigmas)
     weights = None if block.loss.is_square else block.loss.weights(block.residuals(x[None]), block.starts)[0]
     return Information.of(jacobian(block.model, x[None])[0], noise, weights=block.noise, row_weights=weights)

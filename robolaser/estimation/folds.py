@@ -80,7 +80,7 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
 
 
 def _configurations(dataset: Dataset) -> tuple[Ints, int]:
-    """The first pose of each pose's configuration, (n,), and how many poses with points are copies of an earlier one."""
+    """The first pose of each pose's configuration, (n,), and how many poses with points repeat an earlier one."""
     poses = dataset.poses
     values = dataset.flange().reshape(len(poses), -1) if poses.q is None else poses.q
     _, first, number = np.unique((values / ALIKE).round(), axis=0, return_index=True, return_inverse=True)
@@ -148,8 +148,8 @@ def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, 
     """Fits without each fold (f, d), whether each still has some way to go (f,), and the evaluations."""
     f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
     others = 1.0 - np.eye(f)
-    slopes = problem.prior_slopes
-    A = np.einsum("gf,fij->gij", others, _normals(problem, x, folds, slopes_of)) + np.diag(slopes**2)
+    extra = problem.extra_jacobian(x[None])[0]
+    A = np.einsum("gf,fij->gij", others, _normals(problem, x, folds, slopes_of)) + extra @ extra.T
     lengths = np.sqrt(np.einsum("gii->gi", A))
     unit = np.where(lengths > 0.0, lengths, 1.0)
     A = A / unit[:, :, None] / unit[:, None, :] + LEAST_DAMPING * np.eye(d)
@@ -185,8 +185,9 @@ def _normals(problem: Problem, x: Array, folds: Folds, slopes_of: Callable[[int]
 
 def _at(problem: Problem, fits: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> tuple[Array, Array]:
     """Cost of the others at each fold's parameters, (f,), and its gradient by the given derivatives, (f, d)."""
-    costs = np.square(problem.prior_residuals(fits)).sum(axis=1)
-    gradients = problem.prior_slopes * problem.prior_residuals(fits)
+    extra = problem.extra_residuals(fits)
+    costs = np.square(extra).sum(axis=1)
+    gradients = (problem.extra_jacobian(fits) @ extra[..., None])[..., 0]
     for i, (rows, block) in enumerate(problem.blocks):
         of_number = folds.of_row[rows][block.row_of_number]
         r = block.residuals(fits) * (of_number != np.arange(folds.count)[:, None])

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.estimation.fisher_information import NULL, Information, lengths
 
 LOADING = 1e-4

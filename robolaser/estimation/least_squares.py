@@ -46,15 +46,14 @@ class LeastSquares(Protocol):
 
     @property
     def rows(self) -> int:
-        """m."""
+        """M."""
 
     @property
     def blocks(self) -> Sequence[tuple[Ints, Rows]]:
         """The rows in blocks: their numbers (m',), and what they are."""
 
-    @property
-    def prior_slopes(self) -> Array:
-        """Derivatives of the prior's rows by each parameter over its scale, (d,); zero without a prior."""
+    def extra_residuals(self, x: Array) -> Array:
+        """Further residuals, whose squares count whichever rows are left out, (c, d) -> (c, e)."""
 
-    def prior_residuals(self, x: Array) -> Array:
-        """Distances from the nominal values in units of the prior, (c, d) -> (c, d)."""
+    def extra_jacobian(self, x: Array) -> Array:
+        """Derivatives of these by each parameter over its scale, (c, d) -> (c, d, e)."""

@@ -23,7 +23,7 @@ RANK = 1e-12
 @final
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Rows are the K whitened numbers of the data and beneath them one row of the prior for each parameter (d).
+    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's.
 
     Attributes:
         problem: Of which.
@@ -40,13 +40,13 @@ class Linearization:
 
     @cached_property
     def white(self) -> Array:
-        """Whitened residuals without the prior's rows, (K,)."""
+        """Whitened residuals without the extra rows, (K,)."""
         return np.asarray(self.problem.whitened(self.plain[None])[0])
 
     @cached_property
     def r(self) -> Array:
-        """Whitened residuals, the prior's rows beneath, (K + d,)."""
-        return np.concatenate([self.white, self.problem.prior_residuals(self.x[None])[0]])
+        """Whitened residuals, the extra rows beneath, (K + e,)."""
+        return np.concatenate([self.white, self.problem.extra_residuals(self.x[None])[0]])
 
     @cached_property
     def cost(self) -> float:
@@ -59,10 +59,15 @@ class Linearization:
         return np.asarray(self.problem.jacobian(self.x[None])[0].T)
 
     @cached_property
+    def _every(self) -> Array:
+        """Derivatives of `r` by every parameter over its scale, (K + e, d)."""
+        return np.concatenate([self.slopes, self.problem.extra_jacobian(self.x[None])[0].T])
+
+    @cached_property
     def pushed(self) -> Bools:
         """Parameters on a bound that the cost would push beyond it, (d,)."""
         problem, x = self.problem, self.x
-        gradient = self.slopes.T @ self.white + problem.prior_slopes * problem.prior_residuals(x[None])[0]
+        gradient = self._every.T @ self.r
         near = TOUCH * problem.scale
         low, high = x <= problem.lower + near, x >= problem.upper - near
         return np.asarray(~problem.fixed & ((low & (gradient > 0.0)) | (high & (gradient < 0.0))))
@@ -74,17 +79,15 @@ class Linearization:
 
     @cached_property
     def J(self) -> Array:  # noqa: N802 - the letter that the field knows it by
-        """Derivatives of `r` by each parameter over its scale, zero for those that cannot move, (K + d, d)."""
-        prior = np.diag(self.problem.prior_slopes)
-        return np.asarray(np.concatenate([self.slopes, prior]) * self.free)
+        """Derivatives of `r` by each parameter over its scale, zero for those that cannot move, (K + e, d)."""
+        return np.asarray(self._every * self.free)
 
     @cached_property
     def release(self) -> Array:
-        """Derivatives of `r` by those pushed against a bound, on their way back, (K + d, q)."""
+        """Derivatives of `r` by those pushed against a bound, on their way back, (K + e, q)."""
         middle = (self.problem.lower + self.problem.upper) / 2.0
         ways = np.where(self.x < middle, 1.0, -1.0)[self.pushed]
-        prior = np.diag(self.problem.prior_slopes)
-        return np.asarray(np.concatenate([self.slopes, prior])[:, self.pushed] * ways)
+        return np.asarray(self._every[:, self.pushed] * ways)
 
     @cached_property
     def _svd(self) -> tuple[Array, Array]:
@@ -95,19 +98,19 @@ class Linearization:
 
     @cached_property
     def Q(self) -> Array:  # noqa: N802 - likewise
-        """Orthonormal basis of what the parameters can do to `r`, (K + d, n)."""
+        """Orthonormal basis of what the parameters can do to `r`, (K + e, n)."""
         s, Vt = self._svd
         Q: Array = np.linalg.qr(self.J @ (Vt.T / s))[0]
         return Q
 
     def step(self, r: Array | None = None) -> Array:
-        """The undamped step against `r`, or against other residuals (K + d,), as changes of the parameters, (d,)."""
+        """The undamped step against `r`, or against other residuals (K + e,), as changes of the parameters, (d,)."""
         s, Vt = self._svd
         moved: Array = -Vt.T @ ((Vt @ (self.J.T @ (self.r if r is None else r))) / s**2)
         return moved * self.problem.scale
 
     def project(self, columns: Array) -> Array:
-        """What of columns (K, q) or (K + d, q) no parameter can imitate, (K + d, q)."""
+        """What of columns (K, q) or (K + e, q) no parameter can imitate, (K + e, q)."""
         tall = np.zeros((len(self.J), columns.shape[1]))
         tall[: len(columns)] = columns
         return np.asarray(tall - self.Q @ (self.Q.T @ tall))
@@ -149,7 +152,7 @@ class Linearization:
         Zero for those that cannot move, and along directions that move no row.
         """
         s, Vt = self._svd
-        inverse = (Vt.T / s) * 1.0
+        inverse = Vt.T / s
         found: Array = self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
         return found
 

@@ -102,7 +102,7 @@ def multistart(
 
 def subsampled(model: Model) -> Model:
     """The model of rows enough to search on; itself where it has no more."""
-    few = model.dataset.thinned(SEARCH_POINTS)
+    few = model.dataset.subsampled(SEARCH_POINTS)
     return model if few is model.dataset else Model(few, model.effects)
 
 

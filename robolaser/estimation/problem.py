@@ -58,7 +58,7 @@ class Problem:
     @cached_property
     def fixed(self) -> Bools:
         """Parameters that stay at their nominal values, by the sensor's gauge or by bounds without room, (d,)."""
-        gauge = np.isin(self.parameters.names, self.model.sensor.held)
+        gauge = np.isin(self.parameters.names, self.model.sensor.fixed)
         return np.asarray(gauge | (self.parameters.upper <= self.parameters.lower))
 
     @cached_property
@@ -98,7 +98,7 @@ class Problem:
 
     @cached_property
     def _axes(self) -> int:
-        return int(self.model.residuals(self.parameters.nominal[None]).shape[-1])
+        return len(self.model.sensor.units)
 
     def plain(self, x: Array) -> Array:
         """Residuals as the sensor has them, (c, d) -> (c, m, k)."""
@@ -121,25 +121,45 @@ class Problem:
         return white
 
     @cached_property
-    def _prior_scale(self) -> Array:
-        """What a step of one scale adds to a parameter's distance from its nominal value, in units of its prior, (d,)."""
+    def _prior_slopes(self) -> Array:
+        """What a step of one scale changes of a parameter's distance from its nominal value over its prior, (d,)."""
         if self.prior is None:
             return np.zeros(len(self.scale))
         return np.where(self.fixed, 0.0, self.scale / np.where(self.prior > 0.0, self.prior, np.inf))
 
-    @property
-    def prior_slopes(self) -> Array:
-        """Derivatives of the prior's rows by each parameter over its scale, (d,): row i depends on parameter i alone."""
-        return self._prior_scale
+    @cached_property
+    def _number_scale(self) -> float:
+        """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
 
-    def prior_residuals(self, x: Array) -> Array:
-        """Distances from the nominal values in units of the priors, (c, d); zero without a prior."""
-        return self._prior_scale * (x - self.parameters.nominal) / self.scale
+        One where rows are whitened; else the standard deviation of a row's numbers at the nominal values.
+        """
+        if self.noise is not None or self.model.known_distances is None:
+            return 1.0
+        plain = self.model.residuals(self.parameters.nominal[None])
+        return float(np.sqrt(np.square(plain).mean()))
+
+    def extra_residuals(self, x: Array) -> Array:
+        """Rows that belong to no row of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.
+
+        They count in every fit, whichever rows of the data are left out.
+        """
+        prior = self._prior_slopes * (x - self.parameters.nominal) / self.scale
+        return np.concatenate([self._number_scale * self.model.extra_residuals(x), prior], axis=1)
+
+    def extra_jacobian(self, x: Array) -> Array:
+        """Derivatives of these by each parameter over its scale, (c, d) -> (c, d, e)."""
+        prior = np.broadcast_to(np.diag(self._prior_slopes), (len(x), x.shape[1], x.shape[1]))
+        known = self.model.known_distances
+        if known is None:
+            return prior
+        slopes = known.jacobian(self.parameters.values(x), self.parameters.names) / known.sigma_m
+        slopes = self._number_scale * np.swapaxes(slopes, 1, 2) * np.where(self.fixed, 0.0, self.scale)[:, None]
+        return np.concatenate([slopes, prior], axis=2)
 
     def costs(self, x: Array) -> Array:
         """Cost of candidates, (c, d) -> (c,); infinite at the model's poles."""
         rows = sum(block.loss.costs(block.residuals(x), block.starts) for _, block in self.blocks)
-        return np.asarray(rows + np.square(self.prior_residuals(x)).sum(axis=1))
+        return np.asarray(rows + np.square(self.extra_residuals(x)).sum(axis=1))
 
     def inliers(self, x: Array) -> Bools:
         """Rows to which the loss gives half their weight or more at x (d,), (m,)."""
@@ -152,7 +172,7 @@ class Problem:
     def blocks(self) -> tuple[tuple[Ints, "Problem"], ...]:
         """The rows in blocks of whole poses, so that little is kept of large data: row numbers (m,), and their problem.
 
-        The prior belongs to the whole alone.
+        Extra rows belong to the whole alone.
         """
         parts = blocks_of(self.model)
         if len(parts) == 1:

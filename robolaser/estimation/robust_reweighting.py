@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import some_of_each
+from robolaser.data.subsampling import some_of_each
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve

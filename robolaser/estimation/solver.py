@@ -139,16 +139,16 @@ class _Descents:
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:
         """Cost of candidates (c, d) with their residuals, (c,)."""
-        costs: Array = np.square(self._problem.prior_residuals(x)).sum(axis=1)
+        costs: Array = np.square(self._problem.extra_residuals(x)).sum(axis=1)
         for (_, part), r in zip(self._problem.blocks, residuals, strict=True):
             costs = costs + part.loss.costs(r, part.starts)
         return costs
 
     def _linearize(self, which: Ints) -> None:
         """Work out the quadratic model of candidates at their places."""
-        slopes = self._problem.prior_slopes
-        A = np.broadcast_to(np.diag(slopes**2), (len(which), len(slopes), len(slopes))).copy()
-        g = slopes * self._problem.prior_residuals(self._x[which])
+        J = self._problem.extra_jacobian(self._x[which])
+        A = J @ np.swapaxes(J, 1, 2)
+        g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
         for i, (rows, part) in enumerate(self._problem.blocks):
             J = part.jacobian(self._x[which])
             if self._kept is not None:
@@ -160,7 +160,7 @@ class _Descents:
             g += (J @ r[..., None])[..., 0]
         self._A[which], self._g[which] = A, g
         self._lengths[which] = np.maximum(self._lengths[which], np.sqrt(np.einsum("cii->ci", A)))
-        self._evaluations += len(which) * len(slopes)
+        self._evaluations += len(which) * A.shape[1]
 
     def _advance(self, active: Ints) -> Ints:
         """Try a step of each candidate; those that have not come to rest."""
@@ -181,13 +181,12 @@ class _Descents:
         digits = EPS * np.abs(x / problem.scale)
         enough = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
         self._to_go[active] = to_go
-        self._converged[active] = (to_go <= enough) | (
-            (promised <= enough) & (to_go <= np.sqrt(self._tol) * cost)
-        )
+        self._converged[active] = (to_go <= enough) | ((promised <= enough) & (to_go <= np.sqrt(self._tol) * cost))
         going = (to_go > enough) & (promised > enough) & (damping <= MOST_DAMPING)
         if not going.all():
             active, x, cost, damping, unit, A, g, step, promised, c = (
-                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, promised)), int(going.sum())
+                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, promised)),
+                int(going.sum()),
             )
             room = room[0][going], room[1][going]
             if not c:

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
-from robolaser.compiled.loops import compiled
+from robolaser.arrays import Array
+from robolaser.compiled.decorators import compiled
 
 Frame = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
 
@@ -63,23 +63,3 @@ def turned_zyz(w: float, phi: float, psi: float) -> Any:
         s_w * c_p * c_q + c_w * s_q, -s_w * c_p * s_q + c_w * c_q, s_w * s_p, 0.0,
         -s_p * c_q, s_p * s_q, c_p, 0.0,
     )  # fmt: skip
-
-
-@compiled
-def carried(T: Array, of_row: Ints, points: Array, out: Array) -> None:
-    """Carry points by the frame of each row; axes of length one count for every candidate, frame or row.
-
-    Args:
-        T: T_a_b, (c or 1, n or 1, 4, 4).
-        of_row: Number of each row's frame, (m,).
-        points: In frame b, (c or 1, m or 1, 3) [m].
-        out: Takes the points in frame a, (c, m, 3) [m].
-    """
-    for i in range(len(out)):
-        at, of = i if len(T) > 1 else 0, i if len(points) > 1 else 0
-        for r in range(len(of_row)):
-            n = of_row[r] if T.shape[1] > 1 else 0
-            m = r if points.shape[1] > 1 else 0
-            x, y, z = points[of, m, 0], points[of, m, 1], points[of, m, 2]
-            for row in range(3):
-                out[i, r, row] = T[at, n, row, 0] * x + T[at, n, row, 1] * y + T[at, n, row, 2] * z + T[at, n, row, 3]

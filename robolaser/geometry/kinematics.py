@@ -3,19 +3,17 @@
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled import available, share_out
 from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree
 
-POSES_AT_ONCE = 1000
 """That a thread works out at a time: below a tenth of a millisecond a second one does not pay."""
 _DOWN = (0.0, 0.0, -9.81)
 
@@ -120,21 +118,8 @@ class Robot:
         Returns:
             T_base_flange, (c, n, 4, 4).
         """
-        if available():
-            return self._compiled(q, self.placements[None, None] if placements is None else placements)
         last = deque(self._along(q, placements), maxlen=1)
         return _poses(last[0], self._from_axis[self.chain[-1]] @ self.end)
-
-    def _compiled(self, q: Array, placements: Array) -> Array:
-        from robolaser.geometry.arm_loops import forward  # noqa: PLC0415 - numba takes a third of a second to load
-
-        c, n = np.broadcast_shapes(q.shape[:2], placements.shape[:2])
-        T = np.empty((c, n, 4, 4))
-        q, placements = np.ascontiguousarray(q), np.ascontiguousarray(placements)
-        arm = np.array(self.chain), self.prismatic, placements, self._to_axis, self._from_axis, self.end, T
-        part = -(-POSES_AT_ONCE // max(1, n))
-        share_out(partial(forward, i, min(i + part, c), q, *arm) for i in range(0, c, part))
-        return T
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """Where the joints of the chain are, from base to flange, each turned by its own value.

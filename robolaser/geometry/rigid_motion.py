@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from robolaser import compiled
 from robolaser.arrays import Array, Ints
 
 _X, _Y, _Z = 0, 1, 2
@@ -90,13 +89,15 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
     Returns:
         In frame a, (c, m, 3) [m].
     """
-    if not compiled.available():
-        return apply(T[:, of_row], points)
-    from robolaser.geometry.frame_loops import carried  # noqa: PLC0415 - numba takes a third of a second to load
-
-    T, points = np.ascontiguousarray(T), np.ascontiguousarray(points)
-    moved = np.empty((common_length(T, points), len(of_row), 3))
-    carried(T, of_row, points, moved)
+    T, rows = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3), of_row  # (c, 3, 4, n): entries of one place lie together
+    x, y, z = np.moveaxis(points, -1, 0)
+    moved = np.empty((common_length(T, points), len(rows), 3))
+    for axis in range(3):
+        along = T[:, axis, 0].take(rows, axis=1) * x
+        along += T[:, axis, 1].take(rows, axis=1) * y
+        along += T[:, axis, 2].take(rows, axis=1) * z
+        along += T[:, axis, 3].take(rows, axis=1)
+        moved[..., axis] = along
     return moved
 
 
@@ -105,6 +106,15 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
     first = rot_x(w) if order == "xyz" else rot_z(w)
     R: Array = first @ rot_y(phi) @ rot_z(psi)
     return R
+
+
+def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
+    """Axes that `from_angles` turns about as each angle grows: dR = skew(axis) R; (...) [rad] -> rows (..., 3, 3)."""
+    first, x_or_z = (rot_x(w), _X) if order == "xyz" else (rot_z(w), _Z)
+    second = first @ rot_y(phi)
+    axis = np.broadcast_to(np.eye(3)[x_or_z], (*np.shape(w), 3))
+    axes: Array = np.stack([axis, first[..., :, _Y], second[..., :, _Z]], axis=-2)
+    return axes
 
 
 def to_angles(R: Array) -> tuple[Array, Array, Array]:

@@ -70,6 +70,8 @@ def _three_points(near: Array, far: Array, middle: Array, to_near: Array, to_far
 def jacobian(model: Model, x: Array) -> Array:
     """Derivatives of the residuals by all parameters.
 
+    By the sensor's own where it knows them, by the others, such as those of effects, numerically.
+
     Args:
         model: With its effects.
         x: Candidates in the order of `model.parameters`, (c, d).
@@ -77,12 +79,20 @@ def jacobian(model: Model, x: Array) -> Array:
     Returns:
         (c, d, m, k), in the residuals' unit per unit of each parameter.
     """
-    parameters = model.parameters
-    shape = model.residuals(x[:1]).shape[1:]
+    values = model.parameters.values(x)
+    perturb = model.perturb(values)
+    known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
+    m, k = len(model.dataset.points), len(model.sensor.units)
+    J = np.empty((*x.shape, m, k))
+    analytic = 0 if known is None else known.shape[-1]
+    if known is not None:
+        J[:, :analytic] = np.moveaxis(known, -1, 1)
+    if analytic < x.shape[1]:
+        numeric, everywhere = np.arange(analytic, x.shape[1]), np.full(x.shape[1], np.inf)
 
-    def flat(candidates: Array) -> Array:
-        return model.residuals(candidates).reshape(len(candidates), -1)
+        def flat(candidates: Array) -> Array:
+            return model.residuals(candidates).reshape(len(candidates), -1)
 
-    everywhere = np.full(len(parameters), np.inf)
-    J = differences(flat, x, STEP * parameters.width, np.arange(x.shape[1]), -everywhere, everywhere)
-    return J.reshape(*x.shape, *shape)
+        slopes = differences(flat, x, STEP * model.parameters.width, numeric, -everywhere, everywhere)
+        J[:, analytic:] = slopes.reshape(len(x), -1, m, k)
+    return J

@@ -41,7 +41,7 @@ def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
         found = {}
         for _ in range(ALTERNATIONS):
             found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, parameters), strict=True))
-            found |= sensor.follow({**values, **found}, T_base_flange, perturb)
+            found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
             known = apply(inverse(T), sensor.target({**values, **found}, perturb))
     return {
         name: np.where(good, np.clip(value, parameters[name].lower, parameters[name].upper), values[name])

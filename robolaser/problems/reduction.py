@@ -32,7 +32,7 @@ class Reduction:
         sensor = model.sensor
         self.model = model
         similarity = SIMILARITY if isinstance(sensor, Stripe) else ()
-        self.parameters = model.parameters.without((*similarity, *sensor.following, *sensor.held))
+        self.parameters = model.parameters.without((*similarity, *sensor.derived, *sensor.fixed))
 
     def completed(self, x: Array) -> Array:
         """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.

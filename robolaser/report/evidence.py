@@ -8,10 +8,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
-from robolaser.data.dataset import Dataset, some_of_each
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 from robolaser.model.sensors.sensor import vector
 from robolaser.model.sensors.stripe import Stripe
@@ -77,7 +78,7 @@ class Evidence:
             return None
         calibration = self.calibration
         some = _thinned(calibration.model)
-        sources = disturbances(some, calibration.x)
+        sources = error_sources(some, calibration.x)
         sigmas = {s.name: calibration.noise[s.name] if s.name in self.known_noise else 0.0 for s in sources}
         return NoiseModel(sources, sigmas)
 

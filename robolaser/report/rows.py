@@ -134,13 +134,13 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
 def note(calibration: Calibration, i: int) -> str:
     """What to beware of with the i-th parameter."""
     name = calibration.model.parameters.names[i]
-    if name in calibration.model.sensor.held:
+    if name in calibration.model.sensor.fixed:
         return HELD
     if calibration.on_bound[i]:
         return ON_BOUND
     if not np.isfinite(calibration.std[i]):
         return UNFIXED
-    held = set(calibration.model.sensor.held)
+    held = set(calibration.model.sensor.fixed)
     shared = [set(direction.parameters) for direction in calibration.unidentifiable if name in direction.parameters]
     if any(not held & names for names in shared):
         return ENTANGLED

@@ -85,7 +85,7 @@ def excess(evidence: Evidence, noise_m: float) -> tuple[float, float]:
     """
     calibration = evidence.calibration
     numbers = calibration.residuals.size
-    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.held))
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.fixed))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
     return ratio, ratio / float(np.sqrt(2 * free))
 

@@ -9,7 +9,7 @@ from robolaser.model.effects.laser_curvature import LaserCurvature
 from robolaser.model.effects.radial_distortion import RadialDistortion
 from robolaser.model.effects.tangential_distortion import TangentialDistortion
 from robolaser.model.stages import Stage
-from robolaser.scan.lens_loops import RADIAL, TANGENTIAL
+from robolaser.scan.lens_kinds import RADIAL, TANGENTIAL
 
 SEAMS = (Stage.PIXELS, Stage.IMAGE, Stage.LIGHT)  # where each middle is bent by itself
 

@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import islice
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.pymoo_search import Progress
-from robolaser.compiled import available, cores, share_out
+from robolaser.compiled import Loops, cores, share_out
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.errors import NoMiddles, NothingMet
 from robolaser.geometry.rigid_motion import apply
@@ -30,6 +30,7 @@ from robolaser.scan.sensitivity import levers
 from robolaser.scan.sources import Source, as_points, check_poses
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
+_LOOPS = Loops("robolaser.scan.cloud_loops", pays_after=3_000_000)  # points
 CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
 
 
@@ -96,20 +97,19 @@ class Cloud:
     def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:
         stripes = read()
         check_poses(stripes, self.sight.dataset)
-        whole = self.source.points is not None or self._bent is None or not available()
-        found[place] = len(stripes), self._in_numpy(stripes) if whole else self._compiled(stripes)
+        whole = self.source.points is not None or self._bent is None
+        loops = None if whole else _LOOPS.after(len(stripes))
+        found[place] = len(stripes), self._compiled(stripes, loops) if loops else self._in_numpy(stripes)
 
     @cached_property
     def _bent(self) -> tuple[Array, Array] | None:
         return bent(self.sight.effects, self.sight.dataset)
 
-    def _compiled(self, stripes: Stripes) -> Vertices:
-        from robolaser.scan.cloud_loops import vertices  # noqa: PLC0415 - numba takes a third of a second to load
-
+    def _compiled(self, stripes: Stripes, loops: Any) -> Vertices:
         assert self._bent is not None  # else it would be done in NumPy
         n, stripes = len(stripes), np.ascontiguousarray(stripes)
         out = np.empty(n, VERTEX)
-        count = vertices(
+        count = loops.vertices(
             stripes.view("<f4").reshape(n, STRIPE.itemsize // 4),
             stripes.view("<u4").reshape(n, STRIPE.itemsize // 4),
             np.array([self.sight.values[name][0] for name in CAMERA]),

@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.compiled.loops import compiled
-from robolaser.scan.lens_loops import RADIAL
+from robolaser.compiled.decorators import compiled
+from robolaser.scan.lens_kinds import RADIAL
 
 
 @compiled
@@ -101,3 +101,12 @@ def _slide(x: float, y: float, z: float, light: Array) -> float:
         bulge = curvature * beside * beside / (2.0 * away)
         far *= 2.0 / (less + np.sqrt(max(less * less - 4.0 * bulge, 0.0)))
     return far
+
+
+def warm_up() -> None:
+    """Compile `vertices`."""
+    stripes, out = np.zeros((1, 5), np.float32), np.zeros((1, 6), np.float32)
+    camera, frame, bent = np.ones(6), np.zeros((1, 4, 4)), (np.zeros((1, 3)), np.zeros((1, 4)))
+    arm, sheet = np.zeros(1), np.ones((1, 4))
+    taken = stripes.view(np.uint32), camera, True, sheet, frame, arm, *bent, 1.0, out, out.view(np.uint32)
+    vertices(stripes, *taken)

@@ -1,6 +1,7 @@
 """Effects that a calibration found: each of a kind that is known here, at a place where that kind may sit, and once."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,9 +9,7 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import CalibrationUnreadable, EffectForeign
 from robolaser.geometry.kinematics import Robot
 from robolaser.model import effects as library
-from robolaser.model.effects.course import TEMPERATURE
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.weight import PAYLOAD
 from robolaser.scan.entries import Entries
 
 SITES = ("camera", "laser", "hand_eye", "target", "base", "timing", "image", "tool")
@@ -53,11 +52,11 @@ def effects_in_file(parts: Sequence[Entries], robot: Robot | None) -> tuple[Cand
 def complete(robot: Robot | None) -> Dataset:
     """Data of a scanner on an arm that lack nothing an effect may look at: where it has no place, it never has."""
     run = np.arange(float(POSES))
-    warm = {TEMPERATURE: tuple(map(repr, run.tolist())), PAYLOAD: ("1.0",) * POSES}
-    poses = Poses(tuple(map(str, range(POSES))), time_s=run, extra=warm, T_base_flange=np.eye(4)[None].repeat(POSES, 0))
+    names, loaded = tuple(map(str, range(POSES))), np.ones(POSES)
+    poses = Poses(names, run, None, None, np.eye(4)[None].repeat(POSES, 0), payload_kg=loaded, temperature_c=run)
     if robot is not None:
         q = run[:, None] * np.ones(len(robot.joints))
-        poses = Poses(poses.names, time_s=run, q=q, qd=np.ones_like(q), extra=warm)
+        poses = replace(poses, q=q, qd=np.ones_like(q), T_base_flange=None)
     grid = np.stack(np.meshgrid(np.arange(SIDE), np.arange(SIDE), [0.0]), axis=-1).reshape(-1, 3)
     n = len(grid)
     points = Points(np.arange(n) % POSES, tuple(map(str, range(n))), pixel=grid[:, :2], xyz=grid)

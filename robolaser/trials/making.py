@@ -89,7 +89,7 @@ def make(source: Robot | Model, kind: str, *, seed: int, name: str = "blind", ra
         "noise_floor_mm": round(1e3 * flat.floor_m, 4),
         "each": each,
         "velocities": bool(dataset.poses.qd is not None and np.any(dataset.poses.qd)),
-        "temperatures": "temperature_c" in dataset.poses.extra,
+        "temperatures": dataset.poses.temperature_c is not None,
         "noise_stated": stated,
         "noise": {"pixel_px": built.noise.pixel_px, "target_m": built.noise.target_m},
         "parameters": dict(built.cell.eye.truth),
@@ -168,7 +168,7 @@ def _recorded(
     if rng.random() < MEASURED:
         warmed = built.cell.run.warmed(warming[0] if warming else float(np.exp(rng.uniform(*np.log(TAUS)))))
         celsius = ROOM_C + rng.uniform(*WARMER_C) * warmed + THERMOMETER_C * rng.normal(size=len(warmed))
-        poses = replace(poses, extra={**poses.extra, "temperature_c": tuple(f"{cell:.2f}" for cell in celsius)})
+        poses = replace(poses, temperature_c=celsius.round(2))
     noise = built.noise if stated else Noise(target_m=built.noise.target_m)
     return replace(dataset, poses=poses, noise=noise)
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled.loops import compiled
-from robolaser.scan.light_loops import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
+from robolaser.compiled.decorators import compiled
+from robolaser.vision.profile_levels import DAMPING, FEWEST, FULL, LONGEST, SETTLED, STEPS, STILL
 
 
 @compiled
@@ -139,3 +139,10 @@ def _solve(L: Array, r: Array) -> None:
         for k in range(i + 1, 5):
             r[i] -= L[k, i] * r[k]
         r[i] /= L[i, i]
+
+
+def warm_up() -> None:
+    """Compile `fit`."""
+    numbers, one = np.zeros(1, np.int64), np.zeros(1)
+    image = np.zeros((1, 8), np.uint8)
+    fit(image, numbers, numbers, numbers, numbers, np.ones((1, 5)), np.zeros(1, np.bool_), 1.0, one, one.copy())

@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.data.image_list import Shots
 from robolaser.errors import ImageSize, ImageUnreadable
-from robolaser.scan.light_loops import FULL
 from robolaser.vision.board import Image
+from robolaser.vision.profile_levels import FULL
 
 PEDESTAL = 16
 """Least grey of a difference where nothing was added, so that noise below nothing is not cut off."""

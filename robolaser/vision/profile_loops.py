@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled.loops import compiled
-from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
+from robolaser.compiled.decorators import compiled
+from robolaser.vision.profile_levels import FOOT, FULL, LEAST_TOLD, LEVEL
 
 
 @compiled
@@ -74,3 +74,9 @@ def _mass_above(level: float, row: Array, seat: int, low: int, high: int) -> tup
     if row[after - 1] < FULL:
         told -= (0.75 - 0.25 * to_tail * (2 + to_tail)) * (tail - middle) ** 2
     return seat + middle, tail - head + to_head + to_tail, area, max(told, LEAST_TOLD)
+
+
+def warm_up() -> None:
+    """Compile `measured`."""
+    numbers = np.zeros(1, np.int64)
+    measured(np.zeros((1, 8), np.uint8), numbers, numbers, numbers, np.zeros(1), 2, np.zeros((1, 10)))

@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from robolaser.algorithms import offspring as module
 from robolaser.algorithms.offspring import PAYS_AFTER, brood, loop
+from robolaser.compiled.loops import SWITCH
 
 LOWER, UPPER = np.array([-1.0, 0.0, 5.0, 2.0, -1e-9]), np.array([1.0, 1e6, 5.5, 2.0, 1e-9])
 
@@ -61,20 +63,17 @@ def test_without_luck_no_gene_moves():
 
 
 def test_a_long_run_is_compiled_and_a_short_one_does_not_wait_for_it(monkeypatch):
-    pytest.importorskip("robolaser.algorithms.offspring_loops")
-    if not module.available():
-        pytest.skip("the compiler is switched off")
-    monkeypatch.delitem(sys.modules, "numba")
+    pytest.importorskip("numba")
+    monkeypatch.delenv(SWITCH, raising=False)
+    monkeypatch.delitem(sys.modules, "numba", raising=False)
+    monkeypatch.setattr(module, "_LOOPS", SimpleNamespace(after=lambda work: SimpleNamespace(brood="compiled")))
     assert loop(1) is loop(PAYS_AFTER) is brood
-    assert loop(PAYS_AFTER + 1) is not brood
+    assert loop(PAYS_AFTER + 1) == "compiled"
 
 
 def test_without_a_compiler_children_are_made_in_numpy(monkeypatch):
-    module._compiled.cache_clear()
-    with monkeypatch.context() as patch:
-        patch.setattr(module, "available", lambda: False)
-        assert loop(PAYS_AFTER + 1) is brood
-    module._compiled.cache_clear()
+    monkeypatch.setenv(SWITCH, "0")
+    assert loop(PAYS_AFTER + 1) is brood
 
 
 def test_the_algorithm_does_not_load_the_compiler():

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-import scikit_posthocs
 from scipy import stats
 
 from robolaser.benchmark.convergence import Course
@@ -28,6 +27,12 @@ def test_wilsons_interval_is_scipys():
         ours = wilson(np.array(reached), np.array(runs))
         low, high = stats.binomtest(reached, runs).proportion_ci(method="wilson")
         assert (ours.value, ours.lower, ours.upper) == pytest.approx((reached / runs, low, high), abs=1e-12)
+
+
+def test_where_nobody_succeeds_the_lower_bound_is_zero_and_where_all_do_the_upper_is_one():
+    none, all_ = wilson(np.zeros(3, int), np.array([1, 7, 30])), wilson(np.array([1, 7, 30]), np.array([1, 7, 30]))
+    assert (none.lower == 0.0).all()
+    assert (all_.upper == 1.0).all()
 
 
 def test_without_runs_no_share_is_known():
@@ -310,6 +315,13 @@ def test_holm_counts_each_pair_once():
     assert difference.holm_pairs(p)[0, 0, 1] == difference.holm_pairs(p)[0, 1, 0] == pytest.approx(0.06)
 
 
+def test_holm_corrects_for_pairs_that_are_all_tied_too():
+    x = np.array([[np.ones(6), np.ones(6), np.arange(6.0) + 2]])
+    p = difference.rank_sum(x)
+    assert p[0, 0, 1] == 1.0
+    assert difference.holm_pairs(p)[0, 0, 2] == pytest.approx(3 * p[0, 0, 2])
+
+
 def test_the_smallest_p_there_is_falls_with_runs_and_problems():
     assert difference.smallest(4, 1) == pytest.approx(2 / 70)
     assert difference.smallest(4, 3) < difference.smallest(4, 1)
@@ -319,12 +331,18 @@ def test_the_smallest_p_there_is_falls_with_runs_and_problems():
 # mean ranks
 
 
-def test_mean_ranks_agree_with_scipy_and_scikit_posthocs():
+def test_mean_ranks_agree_with_scipy():
     blocks = np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2
     ranks = mean_ranks.mean_ranks(blocks)
     assert (ranks.statistic, ranks.p) == pytest.approx(tuple(stats.friedmanchisquare(*blocks.T)))
-    assert ranks.nemenyi == pytest.approx(scikit_posthocs.posthoc_nemenyi_friedman(blocks).to_numpy())
     assert ranks.mean.mean() == pytest.approx(3.0)
+
+
+def test_nemenyis_p_are_those_of_scikit_posthocs():
+    # posthoc_nemenyi_friedman of scikit-posthocs 0.11, its first row
+    ranks = mean_ranks.mean_ranks(np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2)
+    assert ranks.nemenyi[0] == pytest.approx([1.0, 0.987385731, 0.433877994, 0.144774683, 6.65956750e-05])
+    assert (ranks.nemenyi == ranks.nemenyi.T).all()
 
 
 def test_mean_ranks_differ_by_more_than_the_critical_difference_where_nemenyi_says_so():

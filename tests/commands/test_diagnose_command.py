@@ -81,7 +81,7 @@ def test_a_corrected_model_is_what_its_schema_says_and_predicts_as_the_diagnosis
     own = diagnosis.model.residuals_at(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
     np.testing.assert_allclose(predicted(diagnosis.observed, said), own, rtol=0, atol=1e-12)
     assert said["objective_m2"] == pytest.approx((own**2).sum())
-    assert len([one for one in said["warnings"] if "gross" in one]) == bool(len(diagnosis.gross))
+    assert len([one for one in said["warnings"] if "gross" in one]) == bool(len(diagnosis.outliers))
 
 
 def test_geometric_effects_are_in_the_corrected_urdf():

@@ -148,8 +148,14 @@ MISTAKES = {
     "NaN": (cell("points.csv", 4, "u_px", "nan"), ["points.csv, row 4, column u_px", "finite"]),
     "infinite": (cell("points.csv", 5, "x_m", "-inf"), ["points.csv, row 5, column x_m", "finite"]),
     "not a number": (cell("poses.csv", 3, "q_joint_2", "abc"), ["poses.csv, row 3, column q_joint_2: 'abc'"]),
-    "Python's digits": (cell("points.csv", 3, "u_px", "1_0"), ["points.csv, row 3, column u_px: '1_0'", "a number"]),
-    "other digits": (cell("points.csv", 3, "u_px", "\u0663\u0664"), ["points.csv, row 3, column u_px", "a number"]),
+    "Python's digits": (
+        cell("points.csv", 3, "u_px", "1_0"),
+        ["points.csv, row 3, column u_px: '1_0'", "a finite number"],
+    ),
+    "other digits": (
+        cell("points.csv", 3, "u_px", "\u0663\u0664"),
+        ["points.csv, row 3, column u_px", "a finite number"],
+    ),
     "a pipe": (as_pipe("poses.csv"), ["poses.csv", "no plain file"]),
     "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),

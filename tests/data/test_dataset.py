@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Points, some_of_each
+from robolaser.data.dataset import Points
+from robolaser.data.subsampling import some_of_each
 
 
 @pytest.fixture(params=range(8))

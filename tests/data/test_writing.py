@@ -42,7 +42,8 @@ def a_stripe_data_set(**changes: object) -> Dataset:
             q=rng.uniform(-0.5, 0.5, (n, 5)),
             qd=rng.normal(size=(n, 5)) * 1e-7,
             image=tuple(f"images/{i}.png" for i in range(n)),
-            extra={"temperature_c": ("20", "21.50", "22", ""), "remark, by hand": ("x", "y", "", "ü")},
+            temperature_c=np.array([20.0, 21.5, 22.0, 20.0]),
+            extra={"height": ("20", "21.50", "22", ""), "remark, by hand": ("x", "y", "", "ü")},
         ),
         points=Points(
             pose=np.repeat(np.arange(3), 4),

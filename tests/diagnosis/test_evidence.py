@@ -135,7 +135,7 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     pixel = dataset.points.pixel.copy()
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
     diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
-    assert set(diagnosis.gross) == set(spoilt)
+    assert set(diagnosis.outliers) == set(spoilt)
     assert [found.candidate_effect.kind.name for found in diagnosis.findings] == ["joint_offset"]
 
 

@@ -142,8 +142,8 @@ def test_perfect_data_leave_no_gap():
 def test_columns_that_say_nothing_are_passed_over():
     dataset = recorded()
     n = len(dataset.poses)
-    extra = {"temperature_c": ("20",) * n, "operator": ("me",) * n, "payload_kg": ("0",) * n}
-    answer(replace(dataset, poses=replace(dataset.poses, extra=extra)))
+    constant = {"temperature_c": np.full(n, 20.0), "payload_kg": np.zeros(n), "extra": {"operator": ("me",) * n}}
+    answer(replace(dataset, poses=replace(dataset.poses, **constant)))
 
 
 def test_a_pose_without_points_is_survived():

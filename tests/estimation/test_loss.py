@@ -40,7 +40,9 @@ def residuals(request):
 def test_the_optimum_is_that_of_a_plain_minimisation(residuals, name, scale):
     loss = Loss(name, scale)
     ours = fitted(residuals, loss)
-    theirs = minimize(lambda x: loss.costs(residuals(x[None]), STARTS)[0] / scale**2, ours.x[0] + 1e-3, method="BFGS", tol=1e-10)
+    theirs = minimize(
+        lambda x: loss.costs(residuals(x[None]), STARTS)[0] / scale**2, ours.x[0] + 1e-3, method="BFGS", tol=1e-10
+    )
     assert ours.converged[0]
     assert ours.cost[0] <= theirs.fun * scale**2 * (1 + 1e-9)
     assert ours.x[0] == pytest.approx(theirs.x, abs=1e-5)

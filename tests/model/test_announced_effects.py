@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from robolaser.errors import AnnouncedTwice, AnnouncementUnusable
-from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.announced import announced
+from robolaser.errors import PluginError
+from robolaser.model.effects import DECLARED, EFFECTS, GROUP
 from robolaser.model.effects.effect import Effect
+from robolaser.plugins import announced
 
 WORKING = """
 from dataclasses import dataclass
@@ -43,6 +43,11 @@ class Worn(Effect):
 Install = Callable[..., Path]
 
 
+def others() -> tuple[type[Effect], ...]:
+    """What installed packages announce beside our effects."""
+    return tuple(announced(GROUP, Effect, taken=[kind.name for kind in EFFECTS], required=DECLARED).values())
+
+
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     """Put a package with one module and one announcement where Python finds it."""
@@ -53,9 +58,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
         info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
-        (info / "entry_points.txt").write_text(
-            f"[robolaser.model.effects]\nworn = {module}:{attribute}\n", encoding="utf-8"
-        )
+        (info / "entry_points.txt").write_text(f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path
@@ -65,7 +68,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
 
 def test_an_announced_effect_is_found(install: Install) -> None:
     install(WORKING)
-    (found,) = announced(EFFECTS)
+    (found,) = others()
     assert found.name == "worn_bearing"
     assert issubclass(found, Effect)
 
@@ -96,32 +99,32 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         (
             "from robolaser.model.effects.effect import Effect as Worn",
             "Worn",
-            "name, title, reference, stage, perturb, places",
+            "name, title, reference, stage, apply, places",
         ),
-        (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not say its stage"),
+        (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not define stage"),
     ],
 )
 def test_a_broken_package_is_named_with_what_went_wrong(
     install: Install, code: str, attribute: str, reason: str
 ) -> None:
     install(code, attribute=attribute)
-    with pytest.raises(AnnouncementUnusable) as said:
-        announced(EFFECTS)
+    with pytest.raises(PluginError) as said:
+        others()
     assert "package worn-arms announces worn_arms_effects:Worn" in str(said.value)
     assert reason in str(said.value)
 
 
 def test_a_name_of_ours_is_taken(install: Install) -> None:
     install(WORKING.replace("worn_bearing", "backlash"))
-    with pytest.raises(AnnouncedTwice, match=r"worn-arms .* 'backlash', but robolaser has one of that name"):
-        announced(EFFECTS)
+    with pytest.raises(PluginError, match=r"worn-arms .* 'backlash', but robolaser has one of that name"):
+        others()
 
 
 def test_a_name_of_another_package_is_taken(install: Install) -> None:
     install(WORKING)
     install(WORKING, package="loose-arms")
-    with pytest.raises(AnnouncedTwice, match=r"worn-arms .* but loose-arms has one of that name"):
-        announced(EFFECTS)
+    with pytest.raises(PluginError, match=r"worn-arms .* but loose-arms has one of that name"):
+        others()
 
 
 def test_a_broken_package_ends_a_command_with_a_sentence(install: Install) -> None:

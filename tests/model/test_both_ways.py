@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser import compiled
 from robolaser.arrays import Array
-from robolaser.compiled import SWITCH
+from robolaser.compiled import threads
+from robolaser.compiled.loops import SWITCH, compiles
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.robots import find_robot
@@ -25,16 +25,19 @@ CELLS = {
     "tracker": {"kind": "point"},
     "sockets": {"kind": "socket"},
 }
-pytestmark = pytest.mark.skipif(not compiled.available(), reason="there is no compiler")
+pytestmark = pytest.mark.skipif(compiles() == "0", reason="there is no compiler")
+
+
+@pytest.fixture(autouse=True)
+def compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SWITCH, "1")
 
 
 @contextmanager
 def without_compiler() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(SWITCH, "0")
-        compiled.available.cache_clear()
         yield
-    compiled.available.cache_clear()
 
 
 @pytest.fixture(scope="module", params=list(CELLS))
@@ -101,7 +104,7 @@ def test_threads_change_no_digit(monkeypatch: pytest.MonkeyPatch) -> None:
     x = candidates(model, 64)
     costs = []
     for cores in (1, 3):
-        monkeypatch.setattr(compiled, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(threads, "cores", lambda cores=cores: cores)
         costs.append((model.cost(x), model.residuals(x)))
     for one, three in zip(*costs, strict=True):
         np.testing.assert_array_equal(one, three)
@@ -111,5 +114,3 @@ def test_points_are_carried_by_the_frame_of_their_row() -> None:
     T = se3.pose(se3.exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
     of_row, points = RNG.integers(0, 4, 9), RNG.normal(size=(1, 9, 3))
     np.testing.assert_allclose(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points), rtol=0, atol=1e-14)
-    with without_compiler():
-        np.testing.assert_array_equal(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points))

@@ -141,6 +141,6 @@ def test_a_population_costs_what_its_members_cost(made: Simulated) -> None:
 
 
 def test_thinning_keeps_every_pose(made: Simulated) -> None:
-    dataset: Dataset = made.dataset.thinned(18)
+    dataset: Dataset = made.dataset.subsampled(18)
     assert set(dataset.points.pose) == set(made.dataset.points.pose)
     assert len(dataset.points) <= 18

@@ -20,11 +20,11 @@ PLAY = 0.01
 ONE = np.ones(1)
 
 
-def arm(q: Array, *, time_s: Array | None = None, extra: dict[str, tuple[str, ...]] | None = None) -> Dataset:
+def arm(q: Array, *, time_s: Array | None = None, **measured: Array) -> Dataset:
     """The SCORBOT in given postures, (n, 5)."""
     names = tuple(map(str, range(len(q))))
     time_s = np.arange(len(q)) * 10.0 if time_s is None else time_s
-    poses = Poses(names, time_s=time_s, q=q, qd=np.full(q.shape, 0.1), extra=extra or {})
+    poses = Poses(names, time_s=time_s, q=q, qd=np.full(q.shape, 0.1), **measured)
     return Dataset("arm", poses, Points(np.empty(0, dtype=np.int64), ()), kind="point", robot=find_robot("scorbot_er7"))
 
 
@@ -98,7 +98,7 @@ def test_an_arm_gives_way_downwards() -> None:
 
 def test_a_payload_is_borne_as_its_energy_says() -> None:
     q = anywhere(6)
-    bare, loaded = arm(q), arm(q, extra={"payload_kg": ("2.0",) * 8})
+    bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
     borne = Scene.of(loaded).gravity_torques - Scene.of(bare).gravity_torques
     step = 1e-6 * np.eye(5)[:, None]
     height = bare.robot.forward(q + step)[:, :, 2, 3] - bare.robot.forward(q - step)[:, :, 2, 3]
@@ -107,7 +107,7 @@ def test_a_payload_is_borne_as_its_energy_says() -> None:
 
 def test_a_weight_at_the_flange_that_nobody_wrote_down_sinks_the_arm_as_one_written_down_does() -> None:
     q = anywhere(6)
-    bare, loaded = arm(q), arm(q, extra={"payload_kg": ("2.0",) * 8})
+    bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
     unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).perturb(q[None], Scene.of(bare))
     written = yielding(3, 1e-4).perturb(q[None], Scene.of(loaded))
     np.testing.assert_allclose(unwritten, written, atol=1e-15)
@@ -186,7 +186,7 @@ def grown(dataset: Dataset, tau: float = 0.3) -> Array:
 
 
 def test_a_link_grows_with_the_measured_temperature_where_there_is_one() -> None:
-    dataset = arm(anywhere(10, poses=4), extra={"temperature_c": ("21", "31", "26", "21")})
+    dataset = arm(anywhere(10, poses=4), temperature_c=np.array([21.0, 31.0, 26.0, 21.0]))
     np.testing.assert_allclose(grown(dataset), [0, 1e-3, 5e-4, 0], atol=1e-15)
     assert len(ThermalDrift.grid(dataset, "joint_3")) == 1
 

@@ -10,7 +10,7 @@ from calibrated import arm, stripe
 from diagnosed import MADE, of
 from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
 
-from robolaser.diagnosis.result import Limit
+from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.pictures.cell import accused
@@ -83,7 +83,7 @@ def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagno
     for row, found in zip(rows, diagnosis.findings, strict=True):
         assert found.candidate_effect.kind.name in row
         assert f" at {found.candidate_effect.where}" in row
-        assert row.count("±") == len([one for one in found.numbers.values() if one.std is not None])
+        assert row.count("±") == len([one for one in found.parameters.values() if one.std is not None])
         assert percent(found.probability) in row
         assert row.count(" mm") >= 3
         assert re.search(r'class="note">[^<]{10,}<', row)
@@ -95,7 +95,7 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
     assert "latency" in words
     assert "no joint velocities in the data" in words
     dataset = made["explained"].dataset
-    for row in made["explained"].gross:
+    for row in made["explained"].outliers:
         pose, point = dataset.poses.names[dataset.points.pose[row]], dataset.points.names[row]
         assert f'<th scope="row">{row + 1}</th><td>{pose}</td><td>{point}</td>' in pages["explained"]
 
@@ -103,7 +103,9 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     diagnosis = made["explained"]
     one = replace(diagnosis.limits[0], size=np.radians(0.01))
-    rows = list(limit_rows(replace(diagnosis, limits=(one, Limit(one.candidate_effect, one.number, None, "rad")))))
+    rows = list(
+        limit_rows(replace(diagnosis, limits=(one, DetectionLimit(one.candidate_effect, one.parameter, None, "rad"))))
+    )
     assert len(rows) == 1
     assert rows[0][0] == one.candidate_effect.kind.name
     assert rows[0][2].startswith(f"{one.candidate_effect.where} < 0.01°")

@@ -99,7 +99,10 @@ def test_compiled_and_plain_ways_agree(data, effects, tmp_path):
         calibrated(data, names, numbers), recorded(data, tmp_path / "data", middles(data, per_pose=200)), tmp_path
     )
     stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
-    compiled, plain = scan.cloud._compiled(stripes), scan.cloud._in_numpy(stripes)
+    compiled, plain = (
+        scan.cloud._compiled(stripes, pytest.importorskip("robolaser.scan.cloud_loops")),
+        scan.cloud._in_numpy(stripes),
+    )
     assert len(compiled) == len(plain) > 1000
     np.testing.assert_array_equal(compiled["pose"], plain["pose"])
     near = np.linalg.norm(places_of(plain), axis=1) < 2.0
@@ -173,11 +176,10 @@ def test_drifts_of_the_calibrated_run_are_taken_as_at_its_end_and_their_size_is_
 
 def test_what_warms_up_follows_the_thermometer_of_both_runs(data, tmp_path):
     warm = np.linspace(20.0, 30.0, len(data.poses))
-    texts = tuple(map(repr, warm.tolist()))
-    measured = replace(data, poses=replace(data.poses, extra={"temperature_c": texts}))
+    measured = replace(data, poses=replace(data.poses, temperature_c=warm))
     calibration = calibrated(measured, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
-    half = tuple("25.0" for _ in warm)
-    scan = scan_of(calibration, recorded(elsewhere(measured, extra={"temperature_c": half}), tmp_path / "r"), tmp_path)
+    half = np.full(len(warm), 25.0)
+    scan = scan_of(calibration, recorded(elsewhere(measured, temperature_c=half), tmp_path / "r"), tmp_path)
     theta = np.arctan2(scan.cloud.sight.sheet[:, 2], scan.cloud.sight.sheet[:, 0])
     np.testing.assert_allclose(theta - data.parameters["theta"].nominal, 0.005, atol=1e-9)
     assert scan.warnings == ()

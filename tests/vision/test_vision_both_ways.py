@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from drawn import WAVY, WIDTH, exposed, profile
 
-from robolaser import compiled
-from robolaser.compiled import SWITCH
+from robolaser.compiled.loops import SWITCH, compiles
 from robolaser.vision.stripe import stripe_centres
 
-pytestmark = pytest.mark.skipif(not compiled.available(), reason="there is no compiler")
+pytestmark = pytest.mark.skipif(compiles() == "0", reason="there is no compiler")
 IMAGES = {
     "clean": 20 + profile(WAVY, 2, 150),
     "saturated": 20 + profile(WAVY, 3, 600),
@@ -23,13 +22,16 @@ IMAGES = {
 }
 
 
+@pytest.fixture(autouse=True)
+def compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SWITCH, "1")
+
+
 @contextmanager
 def without_compiler() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(SWITCH, "0")
-        compiled.available.cache_clear()
         yield
-    compiled.available.cache_clear()
 
 
 @pytest.mark.parametrize("way", ["mass", "gauss"])

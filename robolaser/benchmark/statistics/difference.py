@@ -10,7 +10,6 @@ from typing import Literal
 
 import numpy as np
 from scipy.stats import mannwhitneyu, norm
-from statsmodels.stats.multitest import multipletests
 
 from robolaser.arrays import Array
 
@@ -80,9 +79,10 @@ def holm(p: Array) -> Array:
         (...), never below p.
     """
     adjusted = np.full(p.shape, np.nan)
-    made = ~np.isnan(p)
-    if made.any():
-        adjusted[made] = multipletests(p[made], method="holm")[1]
+    made = np.flatnonzero(~np.isnan(p))
+    order = made[np.argsort(p.flat[made])]
+    corrected = p.flat[order] * np.arange(len(order), 0, -1)
+    adjusted.flat[order] = np.minimum(np.maximum.accumulate(corrected), 1.0)
     return adjusted
 
 
@@ -99,7 +99,7 @@ def _tied(one: Array, other: Array) -> bool:
 
 def _rank_sums(one: Array, other: Array, method: Literal["exact", "asymptotic"]) -> Array:
     p: Array = np.asarray(mannwhitneyu(one, other, axis=-1, method=method).pvalue, np.float64)
-    return p
+    return np.nan_to_num(p, nan=1.0)  # SciPy from 1.18 on: NaN where all runs are tied
 
 
 def _van_elteren(pairs: list[tuple[Array, Array]]) -> float:

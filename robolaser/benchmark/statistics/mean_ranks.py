@@ -58,7 +58,7 @@ def mean_ranks(blocks: Array) -> MeanRanks:
     statistic = p = difference = np.nan
     nemenyi = np.full((a, a), np.nan)
     if n >= 2 and a >= 2:
-        difference, nemenyi = critical_difference(n, a), _nemenyi(blocks)
+        difference, nemenyi = critical_difference(n, a), _nemenyi(mean, n)
     if n >= 2 and a >= 3 and (ranks != ranks[:, :1]).any():
         statistic, p = (float(value) for value in friedmanchisquare(*blocks.T))
     return MeanRanks(mean, n, statistic, p, difference, nemenyi)
@@ -91,8 +91,9 @@ def groups(mean: Array, critical_difference: float) -> list[tuple[int, ...]]:
     return found
 
 
-def _nemenyi(blocks: Array) -> Array:
-    from scikit_posthocs import posthoc_nemenyi_friedman  # noqa: PLC0415 - brings pandas and seaborn
-
-    p: Array = posthoc_nemenyi_friedman(blocks).to_numpy()
+def _nemenyi(mean: Array, blocks: int) -> Array:
+    """P of each pair of mean ranks (a,), adjusted for all of them, (a, a). Demsar 2006, section 3.2.2."""
+    a = len(mean)
+    q = np.abs(mean[:, None] - mean) / np.sqrt(a * (a + 1) / (6 * blocks))
+    p: Array = studentized_range.sf(q * np.sqrt(2), a, np.inf)
     return p

@@ -1,7 +1,9 @@
 """How many runs reached a target, and how many would."""
 
+from functools import cache
+
 import numpy as np
-from statsmodels.stats.proportion import proportion_confint
+from scipy.stats import binomtest
 
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.statistics.bounded import CONFIDENCE, Bounded
@@ -21,6 +23,16 @@ def wilson(reached: Ints, runs: Ints) -> Bounded:
         reached: Successes, (...).
         runs: All runs, (...); where there are none, all is NaN.
     """
-    runs_or_nan = np.where(np.asarray(runs) > 0, runs, np.nan)
-    lower, upper = proportion_confint(np.asarray(reached, float), runs_or_nan, alpha=1 - CONFIDENCE, method="wilson")
-    return Bounded(reached / runs_or_nan, np.asarray(lower, float), np.asarray(upper, float))
+    reached, runs = np.broadcast_arrays(reached, runs)
+    intervals = [_interval(int(k), int(n)) for k, n in zip(reached.flat, runs.flat, strict=True)]
+    value, lower, upper = np.array(intervals, np.float64).reshape(-1, 3).T.reshape(3, *runs.shape)
+    return Bounded(value, lower, upper)
+
+
+@cache
+def _interval(reached: int, runs: int) -> tuple[float, float, float]:
+    """Share, lower and upper bound of one."""
+    if not runs:
+        return np.nan, np.nan, np.nan
+    found = binomtest(reached, runs).proportion_ci(CONFIDENCE, method="wilson")
+    return reached / runs, float(found.low), float(found.high)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.estimation.elimination.turns_loops import along, turn
 
 SIMILARITY, PLACEMENT = 33, 634

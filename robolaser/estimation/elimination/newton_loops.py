@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.estimation.elimination.closures_loops import desk, objective
 from robolaser.estimation.elimination.patience import CALM, DONE, FIRM, FIRST, HOPELESS, LOOSE, PIVOTS, STEPS, WORTH
 

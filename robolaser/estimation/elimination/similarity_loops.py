@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.estimation.elimination.closures_loops import SIMILARITY, desk
 from robolaser.estimation.elimination.newton_loops import descend, stairs
 from robolaser.estimation.elimination.patience import WIDE

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.geometry.frame_loops import turned_xyz, turned_zyz
 
 TAU = 2 * np.pi

@@ -4,13 +4,18 @@ import importlib
 import pkgutil
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
 from robolaser.model.effects import outliers
-from robolaser.model.effects.announced import announced
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.plugins import announced
+
+GROUP: Final = "robolaser.effects"
+"""Entry points under which installed packages announce effects."""
+DECLARED: Final = ("title", "reference", "stage")
+"""What a subclass must say besides its name and what is abstract."""
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name."""
@@ -21,14 +26,15 @@ def _library() -> tuple[type[Effect], ...]:
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
     ours = [kind for kind in Effect.__subclasses__() if kind.__module__.startswith(f"{__name__}.")]
-    return tuple(sorted((*ours, *announced(ours)), key=lambda kind: kind.name))
+    others = announced(GROUP, Effect, taken=[kind.name for kind in ours], required=DECLARED)
+    return tuple(sorted((*ours, *others.values()), key=lambda kind: kind.name))
 
 
 def __getattr__(name: str) -> Any:
     """Load the effects when they are first asked for: a package that brings one imports this module itself.
 
     Raises:
-        AnnouncementUnusable, AnnouncedTwice: What an installed package announces cannot be used.
+        PluginError: What an installed package announces cannot be used.
     """
     if name != "EFFECTS":
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
@@ -43,7 +49,7 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
         EffectBendsNothing: It is a finding, and no part of a model.
         EffectSenseless: The data set's robot or sensor has no place for it.
         PlaceUnknown: It cannot sit there.
-        AnnouncementUnusable, AnnouncedTwice: What an installed package announces cannot be used.
+        PluginError: What an installed package announces cannot be used.
     """
     by_name = {kind.name: kind for kind in _library()}
     chosen: list[CandidateEffect] = []

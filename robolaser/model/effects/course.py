@@ -7,8 +7,6 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Poses
 
-TEMPERATURE = "temperature_c"
-
 
 def progress(time_s: Array, order: Ints, *, in_order: bool) -> Array:
     """Share of the run that had passed at each pose, (n,), from 0 to 1.
@@ -26,11 +24,7 @@ def progress(time_s: Array, order: Ints, *, in_order: bool) -> Array:
 
 def temperature(poses: Poses) -> Array | None:
     """What a thermometer said at each pose, (n,) [°C]; None where it is not known at all of them."""
-    try:
-        read = np.array([float(cell) for cell in poses.extra[TEMPERATURE]])
-    except (KeyError, ValueError):
-        return None
-    return read if np.isfinite(read).all() else None
+    return poses.temperature_c
 
 
 def rise(poses: Poses) -> Array | None:

@@ -1,4 +1,4 @@
-"""Gross errors: points that are not what they are taken for. They perturb nothing; a diagnosis finds and survives them."""
+"""Gross errors: points that are not what they are taken for; a diagnosis finds them and leaves them out."""
 
 from typing import Final
 

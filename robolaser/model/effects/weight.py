@@ -6,15 +6,10 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Poses
 from robolaser.geometry.kinematics import Robot
 
-PAYLOAD = "payload_kg"
-
 
 def payload(poses: Poses) -> Array:
     """Mass at the flange in each pose, (n,) [kg]; zeros where it was not written down."""
-    try:
-        return np.array([float(cell) for cell in poses.extra[PAYLOAD]])
-    except (KeyError, ValueError):
-        return np.zeros(len(poses))
+    return np.zeros(len(poses)) if poses.payload_kg is None else poses.payload_kg
 
 
 def torques(robot: Robot, poses: Poses) -> Array:

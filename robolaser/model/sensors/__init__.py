@@ -1,6 +1,7 @@
 """Ways to measure, one file each."""
 
 from robolaser.data.dataset import Dataset
+from robolaser.model.sensors import formats as formats
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.socket import Socket

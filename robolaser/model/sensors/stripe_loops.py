@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled.loops import compiled
+from robolaser.compiled.decorators import compiled
 from robolaser.geometry.frame_loops import frame, times, turned_xyz, turned_zyz
 
 FOURTEEN = 14

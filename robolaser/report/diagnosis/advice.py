@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from robolaser.diagnosis.result import Diagnosis, Finding, Number, Rival
+from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.summary_text import EVEN
 
 SURE = 0.95
@@ -76,11 +76,12 @@ SITES: Mapping[str, str] = {
 def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """What to beware of with an effect, the gravest first; never nothing."""
     said = []
-    if found.rivals:
+    if found.alternatives:
         others = [
-            f"{rival.candidate_effect.kind.name} at {rival.candidate_effect.where}" for rival in found.rivals[:FEW]
+            f"{rival.candidate_effect.kind.name} at {rival.candidate_effect.where}"
+            for rival in found.alternatives[:FEW]
         ]
-        more = len(found.rivals) - len(others)
+        more = len(found.alternatives) - len(others)
         said.append(f"these poses cannot tell it from {', '.join(others)}" + (f" and {more} more" if more else ""))
     if found.probability < SURE:
         said.append("likely rather than sure")
@@ -89,16 +90,16 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     return [*said, CAVEATS.get(found.candidate_effect.kind.name, CAVEAT)]
 
 
-def beside(found: Finding, rival: Rival) -> str:
+def beside(found: Finding, rival: Alternative) -> str:
     """What to beware of with a rival: how it compares with what was found in its place."""
-    more = len(rival.numbers) - len(found.numbers)
+    more = len(rival.parameters) - len(found.parameters)
     worse = rival.gap_m > WORSE * found.gap_after_m
     said = [f"has {more} more number{'s' * (more > 1)} to fit with"] if more > 0 else []
     said += ["predicts new poses less well"] if worse else []
     return "; ".join(said) or "predicts new poses as well: only other poses decide"
 
 
-def doubt(number: Number) -> str:
+def doubt(number: Estimate) -> str:
     """What to beware of with one number; may be empty."""
     if number.std is None:
         return "not fixed by these data"
@@ -117,7 +118,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
         said.append(_measure(diagnosis))
-    if len(diagnosis.gross):
+    if len(diagnosis.outliers):
         said.append("Look at the images of the gross errors listed below; they count for nothing here.")
     if diagnosis.findings:
         said.append("Until then use the corrected model, `calibration.json`: it has all the effects found.")
@@ -146,10 +147,10 @@ def _look(diagnosis: Diagnosis) -> str:
 def _measure(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.next_poses)
     poses = "the pose" if count == 1 else f"the {count} poses"
-    torn = next((found for found in diagnosis.findings if found.rivals), None)
+    torn = next((found for found in diagnosis.findings if found.alternatives), None)
     if torn is None:
         return f"Measure {poses} listed below: they would tell most."
-    rival = torn.rivals[0].candidate_effect
+    rival = torn.alternatives[0].candidate_effect
     return (
         f"Measure {poses} listed below: they tell {torn.candidate_effect.kind.name} at {torn.candidate_effect.where} from"
         f" {rival.kind.name} at {rival.where}."

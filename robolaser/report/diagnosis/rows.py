@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.result import Diagnosis, Limit, Number
+from robolaser.diagnosis.result import DetectionLimit, Diagnosis, Estimate
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.places import moving_joints
 from robolaser.report.diagnosis.advice import beside, caveats, doubt
@@ -76,7 +76,7 @@ def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
             effect=found.candidate_effect.kind.name,
             where=found.candidate_effect.where,
             meaning=found.candidate_effect.kind.title,
-            numbers=[(name, with_error(number), doubt(number)) for name, number in found.numbers.items()],
+            numbers=[(name, with_error(number), doubt(number)) for name, number in found.parameters.items()],
             probability=percent(found.probability),
             closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
             without=millimetres(found.gap_without_m),
@@ -93,13 +93,13 @@ def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:
             effect=rival.candidate_effect.kind.name,
             where=rival.candidate_effect.where,
             meaning=rival.candidate_effect.kind.title,
-            numbers=[(name, with_error(number), doubt(number)) for name, number in rival.numbers.items()],
+            numbers=[(name, with_error(number), doubt(number)) for name, number in rival.parameters.items()],
             gap=millimetres(rival.gap_m),
             instead_of=at(found.candidate_effect),
             caveat=beside(found, rival),
         )
         for found in diagnosis.findings
-        for rival in found.rivals
+        for rival in found.alternatives
     ]
 
 
@@ -128,7 +128,7 @@ def pose_table(diagnosis: Diagnosis) -> tuple[Sequence[str], Sequence[Sequence[s
 def gross_rows(diagnosis: Diagnosis) -> Iterator[tuple[int, str, str, str]]:
     """Gross errors: data row of points.csv from 1, pose, point, and the shot where shots were repeated."""
     points, poses = diagnosis.dataset.points, diagnosis.dataset.poses
-    for row in diagnosis.gross.tolist():
+    for row in diagnosis.outliers.tolist():
         repeat = "" if points.repeat is None else str(points.repeat[row])
         yield row + 1, poses.names[points.pose[row]], points.names[row], repeat
 
@@ -141,7 +141,7 @@ def joint_units(dataset: Dataset) -> Mapping[str, str]:
     return {name: "m" if robot.prismatic[robot.joints.index(name)] else "rad" for name in moving_joints(dataset)}
 
 
-def with_error(number: Number) -> str:
+def with_error(number: Estimate) -> str:
     """A number as people read it."""
     return measured(number.value, np.nan if number.std is None else number.std, number.unit)
 
@@ -162,12 +162,12 @@ def _chance(p: float) -> str:
     return "< 10⁻⁶" if p < 1e-6 else plain(p, "", 2)
 
 
-def _less(limit: Limit) -> str:
+def _less(limit: DetectionLimit) -> str:
     if limit.size is None:
         return f"{limit.candidate_effect.where}: these poses show no size of it"
     return f"{limit.candidate_effect.where} < {plain(limit.size, limit.unit, 2)}"
 
 
-def _of_interest(limits: Sequence[Limit]) -> Sequence[Limit]:
+def _of_interest(limits: Sequence[DetectionLimit]) -> Sequence[DetectionLimit]:
     """Those with a size first."""
     return sorted(limits, key=lambda limit: limit.size is None)

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from robolaser.diagnosis.result import Diagnosis, Number
+from robolaser.diagnosis.result import Diagnosis, Estimate
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import caveats, to_do
 from robolaser.report.diagnosis.page import gap_lines, setting
@@ -63,10 +63,10 @@ def _effects(diagnosis: Diagnosis) -> Table:
         table.add_column(heading, no_wrap=True)
     table.add_column("beware")
     for found in diagnosis.findings[:MOST_EFFECTS]:
-        name = max(found.numbers, key=lambda one: _clarity(found.numbers[one]))
+        name = max(found.parameters, key=lambda one: _clarity(found.parameters[one]))
         table.add_row(
             Text(f"{found.candidate_effect.kind.name}:{found.candidate_effect.where} {name}"),
-            rows.with_error(found.numbers[name]),
+            rows.with_error(found.parameters[name]),
             rows.percent(found.probability),
             millimetres(found.gap_without_m),
             Text(caveats(diagnosis, found)[0], style="dim"),
@@ -77,5 +77,5 @@ def _effects(diagnosis: Diagnosis) -> Table:
     return table
 
 
-def _clarity(number: Number) -> float:
+def _clarity(number: Estimate) -> float:
     return abs(number.value) / number.std if number.std else 0.0

@@ -6,13 +6,15 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled import available
-from robolaser.scan.light_loops import FOOT, FULL, LEAST_TOLD, LEVEL
+from robolaser.compiled import Loops
 from robolaser.vision.board import Image
+from robolaser.vision.profile_levels import FOOT, FULL, LEAST_TOLD, LEVEL
 from robolaser.vision.runs import Runs, grey_at
 
 FLANK_PX = 0.05
 """Error [px] of a saturated middle beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
+
+_LOOPS = Loops("robolaser.vision.profile_loops", pays_after=200_000)  # runs of bright pixels
 
 
 @final
@@ -56,9 +58,8 @@ def measure(runs: Runs) -> Profiles:
     ground = 0.5 * (grey_at(runs, left) + grey_at(runs, right))
     reach = int((runs.last - runs.first).max(initial=0)) // 2 + 12
     told = np.empty((len(runs), 10))
-    measured = _measured
-    if available():
-        from robolaser.vision.profile_loops import measured  # noqa: PLC0415 - only where there is a compiler
+    loops = _LOOPS.after(len(runs))
+    measured = loops.measured if loops else _measured
     measured(runs.across, runs.line, runs.first, runs.last, ground, reach, told)
     middle, width, light, hung, low, foot, _, _, peak, full = told.T
     std = np.hypot(runs.noise * np.sqrt(hung) / light, np.where(full > 0, FLANK_PX, 0.0))
@@ -74,7 +75,7 @@ def _measured(
     reach: int,
     told: Array,
 ) -> None:
-    """The twin of `compiled.profiles.measured`, which says what it takes."""
+    """The twin of `profile_loops.measured`, which says what it takes."""
     length = across.shape[1]
     centre = (first + last) // 2
     column = centre[:, None] + np.arange(-reach, reach + 1)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled import available
-from robolaser.scan.light_loops import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
+from robolaser.compiled import Loops
 from robolaser.vision.board import Image
 from robolaser.vision.line_centers.center_of_gravity import Profiles
+from robolaser.vision.profile_levels import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
 from robolaser.vision.runs import Runs
 
 BEYOND_SIGMAS = 3.0
@@ -17,6 +17,8 @@ BROADEST_FULL = 12
 """Saturated pixels beyond which light is glare and no bell: the centre of mass between the flanks stands."""
 FARTHEST = 0.5
 """Distance of the bell's middle from the centre of mass, and its deviation, in widths, beyond which it is no fit."""
+
+_LOOPS = Loops("robolaser.vision.gaussian_loops", pays_after=100_000)  # runs of bright pixels
 
 
 def gauss(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
@@ -42,9 +44,8 @@ def gauss(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
     low = np.maximum(before[at], origin - np.ceil(reach).astype(np.int64))
     high = np.minimum(after[at], origin + np.ceil(reach).astype(np.int64))
     middle, variance = np.empty(len(at)), np.empty(len(at))
-    fit = _fit
-    if available():
-        from robolaser.vision.gaussian_loops import fit  # noqa: PLC0415 - only where there is a compiler
+    loops = _LOOPS.after(len(at))
+    fit = loops.fit if loops else _fit
     fit(runs.across, runs.line[at], low, high, origin, start, full, runs.noise**2, middle, variance)
     farthest = FARTHEST * profiles.width[at]
     fits = (variance > 0) & (variance <= farthest**2) & (np.abs(middle - start[:, 1]) <= farthest)
@@ -76,7 +77,7 @@ def _fit(
     middle: Array,
     variance: Array,
 ) -> None:
-    """The twin of `compiled.bells.fit`, which says what it takes."""
+    """The twin of `gaussian_loops.fit`, which says what it takes."""
     reach = np.maximum(origin - low, high - origin).max(initial=0)
     x = np.arange(-reach, reach + 1)
     column = origin[:, None] + x

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from robolaser.diagnosis.result import Choice, Diagnosis
+from robolaser.diagnosis.result import Diagnosis, ParetoPoint
 from robolaser.report.canvas import FITTED, HELD_OUT, MUTED, NOISE, Picture, picture, plain_log
 
 WORTH_A_NAME = 0.9
@@ -50,7 +50,7 @@ def front(diagnosis: Diagnosis) -> Picture | None:
     )
 
 
-def _newest(choices: list[Choice], i: int) -> str:
+def _newest(choices: list[ParetoPoint], i: int) -> str:
     """What a set has that the one before has not."""
     before = set(choices[i - 1].effects) if i else set()
     new = [

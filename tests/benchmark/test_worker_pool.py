@@ -13,27 +13,28 @@ from pathlib import Path
 import pytest
 from rogues import Bowl
 
-from robolaser.benchmark import isolation as guard
-from robolaser.benchmark.isolation import Origin, end, guarded
-from robolaser.benchmark.payload import Task
+from robolaser.benchmark import worker_process
 from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.task import Task
+from robolaser.benchmark.worker_pool import WorkerPool
+from robolaser.benchmark.worker_process import Session
 
 PAYLOAD = pickle.dumps(Bowl())
 Make = Callable[..., Run]
 
 
 @pytest.fixture(scope="module")
-def origin() -> Iterator[Origin]:
-    origin = Origin.here()
-    yield origin
-    end(origin.name)
+def pool() -> Iterator[WorkerPool]:
+    pool = WorkerPool(Session.here())
+    yield pool
+    pool.close()
 
 
 @pytest.fixture
-def made(origin: Origin) -> Make:
+def made(pool: WorkerPool) -> Make:
     def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> Run:
         task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
-        return guarded(task, str(hash(payload)), lambda: payload, origin)
+        return pool.run(task, str(hash(payload)), lambda: payload)
 
     return make
 
@@ -41,13 +42,13 @@ def made(origin: Origin) -> Make:
 @contextmanager
 def _impatient() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(guard, "GRACE_S", 0.2)
-        patch.setattr(guard, "COMPILING_S", 1.6)
+        patch.setattr(worker_process, "GRACE_S", 0.2)
+        patch.setattr(worker_process, "WARM_UP_S", 1.6)
         yield
 
 
-def _children() -> set[int]:
-    return {child._process.pid for child in guard._children.values()}
+def _processes(pool: WorkerPool) -> set[int]:
+    return {worker.pid for worker in pool.workers}
 
 
 def _gone(pid: int, within_s: float = 5.0) -> bool:
@@ -63,16 +64,16 @@ def _gone(pid: int, within_s: float = 5.0) -> bool:
     return False
 
 
-def test_a_run_uses_its_budget_and_its_child_is_kept_for_the_next(made: Make) -> None:
+def test_a_run_uses_its_budget_and_its_worker_is_kept_for_the_next(pool: WorkerPool, made: Make) -> None:
     first = made("walks")
-    before = _children()
+    before = _processes(pool)
     second = made("walks", seed=2)
     assert (first.state, first.evaluations, first.algorithm) == (DONE, 500, "rogues:walks")
     assert second.course.final != first.course.final
-    assert _children() == before
+    assert _processes(pool) == before
 
 
-def test_a_question_is_sent_only_once(origin: Origin) -> None:
+def test_a_problem_is_sent_only_once(pool: WorkerPool) -> None:
     sent = []
 
     def payload() -> bytes:
@@ -80,7 +81,7 @@ def test_a_question_is_sent_only_once(origin: Origin) -> None:
         return PAYLOAD
 
     for seed in (1, 2):
-        guarded(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload, origin)
+        pool.run(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload)
     assert len(sent) == 1
 
 
@@ -96,7 +97,7 @@ def test_a_question_is_sent_only_once(origin: Origin) -> None:
         ("no_such", "no_such"),
     ],
 )
-def test_a_contestant_that_fails_fails_with_the_reason(made: Make, name: str, reason: str) -> None:
+def test_a_solver_that_fails_fails_with_the_reason(made: Make, name: str, reason: str) -> None:
     run = made(name)
     assert run.state == FAILED
     assert reason in run.reason
@@ -104,13 +105,13 @@ def test_a_contestant_that_fails_fails_with_the_reason(made: Make, name: str, re
     assert made("walks").state == DONE
 
 
-def test_a_question_that_cannot_be_made_fails_its_runs(made: Make) -> None:
+def test_a_problem_that_cannot_be_built_fails_its_runs(made: Make) -> None:
     run = made("walks", payload=pickle.dumps(Bowl("cracked", broken=True)))
     assert "no such bowl" in run.reason
 
 
 @pytest.mark.parametrize("name", ["circles_later", "freezes", "closes"])
-def test_a_contestant_that_never_ends_is_killed(made: Make, name: str) -> None:
+def test_a_solver_that_never_ends_is_killed(made: Make, name: str) -> None:
     made("walks")
     began = time.monotonic()
     with _impatient():
@@ -121,25 +122,25 @@ def test_a_contestant_that_never_ends_is_killed(made: Make, name: str) -> None:
     assert made("walks").state == DONE
 
 
-def test_who_never_ended_once_is_not_waited_for_that_long_again(made: Make) -> None:
+def test_a_solver_that_never_ended_once_is_not_waited_for_that_long_again(made: Make) -> None:
     made("walks")
     with _impatient():
         assert "within 2 s of its uncounted" in made("circles", time_limit_s=0.2).reason
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(guard, "GRACE_S", 0.2)
+        patch.setattr(worker_process, "GRACE_S", 0.2)
         assert "within 0.4 s; killed" in made("circles", time_limit_s=0.2, seed=2).reason
 
 
-def test_whatever_a_contestant_prints_disturbs_nobody(made: Make, capfd: pytest.CaptureFixture[str]) -> None:
+def test_whatever_a_solver_prints_disturbs_nobody(made: Make, capfd: pytest.CaptureFixture[str]) -> None:
     assert made("chatters").state == DONE
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_run_whose_child_died_is_tried_once_more(
-    made: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, origin: Origin
+def test_a_run_whose_worker_died_is_tried_once_more(
+    pool: WorkerPool, made: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROGUES_GRAVE", str(tmp_path / "grave"))
-    for pid in _children():
+    for pid in _processes(pool):
         os.kill(pid, signal.SIGKILL)
         assert _gone(pid)
     run = made("dies_once")
@@ -147,40 +148,43 @@ def test_a_run_whose_child_died_is_tried_once_more(
     assert (tmp_path / "grave").exists()
 
 
-def test_a_run_whose_child_dies_again_has_failed(made: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROGUES_GRAVE", "/")
+    pool = WorkerPool(Session.here())
+    task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[Run] = []
-    thread = threading.Thread(target=lambda: runs.append(made("waits", time_limit_s=60)))
-    before = _children()
+    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
     thread.start()
-    killed = set()
+    killed: set[int] = set()
     while thread.is_alive():
-        for pid in _children() - before - killed:
+        for pid in _processes(pool) - killed:
             time.sleep(0.3)
             os.kill(pid, signal.SIGKILL)
             killed.add(pid)
         time.sleep(0.02)
+    pool.close()
     assert len(killed) == 2
     assert "signal 9" in runs[0].reason
 
 
 @pytest.mark.parametrize("name", ["waits", "circles", "freezes"])
-def test_no_child_outlives_a_killed_parent(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     amid = tmp_path / "amid"
     monkeypatch.setenv("ROGUES_AMID", str(amid))
     program = f"""
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
         from rogues import Bowl
-        from robolaser.benchmark import isolation as guard
-        from robolaser.benchmark.payload import Task
+        from robolaser.benchmark.task import Task
+        from robolaser.benchmark.worker_pool import WorkerPool
+        from robolaser.benchmark.worker_process import Session
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
         payload = pickle.dumps(Bowl())
-        run = lambda: guard.guarded(task, "x", lambda: payload, guard.Origin.here())
-        threading.Thread(target=run, daemon=True).start()
-        while not guard._children:
+        pool = WorkerPool(Session.here())
+        threading.Thread(target=pool.run, args=(task, "x", lambda: payload), daemon=True).start()
+        while not pool.workers:
             pass
-        print(*(child._process.pid for child in guard._children.values()), flush=True)
+        print(*(worker.pid for worker in pool.workers), flush=True)
         threading.Event().wait()
     """
     parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, text=True)
@@ -195,16 +199,26 @@ def test_no_child_outlives_a_killed_parent(name: str, tmp_path: Path, monkeypatc
     assert _gone(child)
 
 
-def test_ended_children_are_gone_and_their_runs_with_them(made: Make) -> None:
-    origin = Origin.here()
+def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
+    pool = WorkerPool(Session.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[Run] = []
-    before = _children()
-    thread = threading.Thread(target=lambda: runs.append(guarded(task, "x", lambda: PAYLOAD, origin)))
+    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
     thread.start()
-    while not (pids := _children() - before):
+    while not (pids := _processes(pool)):
         time.sleep(0.02)
-    end(origin.name)
+    pool.close()
     thread.join(5)
     assert runs[0].state == FAILED
     assert all(_gone(pid) for pid in pids)
+    assert not pool.workers
+    assert pool.run(task, "x", lambda: PAYLOAD).reason == "stopped"
+
+
+def test_runs_at_the_same_time_have_a_worker_each(pool: WorkerPool, made: Make) -> None:
+    threads = [threading.Thread(target=made, args=("dawdles",), kwargs={"seed": seed}) for seed in (1, 2, 3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(_processes(pool)) == 3

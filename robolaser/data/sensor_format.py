@@ -1,0 +1,92 @@
+"""What a kind of sensor needs in a data set: its columns of points.csv, its keys of dataset.toml, its units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import final
+
+from robolaser.errors import DataError, meant
+
+POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "rad"}
+"""Units of the six parameters of a rigid motion, by the last part of their names."""
+PIXEL = ("u_px", "v_px")
+XYZ = ("x_m", "y_m", "z_m")
+SENSORS = "robolaser.model.sensors"
+"""Importing it registers the formats of the sensors that robolaser and installed packages bring."""
+
+
+@final
+@dataclass(frozen=True)
+class SensorFormat:
+    """What `load` and `save` need to know of a kind of sensor; a sensor's class declares it.
+
+    Attributes:
+        kind: What `[sensor] kind` calls it.
+        title: What messages and reports call it, without an article: "laser stripe scanner".
+        columns: The arrays of `Points` that every row has, by name, and the columns of points.csv they are read from.
+            `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`.
+        absent: Columns of points.csv that must not be there, and why not.
+        numbers: How many numbers the residual of a row has.
+        unit: Their unit.
+        tables: Tables of dataset.toml that it reads, beyond those that every data set may have: some of "scanner",
+            "image", "board". Others are reported as unused.
+        required: Tables, or keys such as "sensor.axis", that must be there.
+        options: Frozen dataclass of its keys in `[sensor]` besides `kind`, annotated as msgspec reads them; its
+            instance is `Dataset.options`.
+        units: Units of its parameters, by name or by the last part of a dotted name; the six of a rigid motion are
+            known.
+        positive: Parameters whose lower bound must be above zero.
+        named_points: Whether a point's name means the same point at every pose: `[target] distances_m` may be stated.
+        needs_robot: Whether it needs joint angles.
+    """
+
+    kind: str
+    title: str
+    columns: Mapping[str, tuple[str, ...]]
+    absent: Mapping[str, str] = field(default_factory=dict)
+    numbers: int = 3
+    unit: str = "m"
+    tables: tuple[str, ...] = ()
+    required: tuple[str, ...] = ()
+    options: type | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
+    positive: tuple[str, ...] = ()
+    named_points: bool = False
+    needs_robot: bool = False
+
+    def unit_of(self, parameter: str) -> str:
+        """The SI unit of one of its parameters; "" for a pure number."""
+        last = parameter.rsplit(".", 1)[-1]
+        return self.units.get(parameter) or self.units.get(last) or POSE_UNITS.get(last, "")
+
+
+_registered: dict[str, SensorFormat] = {}
+
+
+def register_format(declared: SensorFormat) -> None:
+    """Let data sets of this kind be read; a kind that is there already is replaced."""
+    _registered[declared.kind] = declared
+
+
+def sensor_kinds() -> tuple[str, ...]:
+    """The kinds that can be read."""
+    import_module(SENSORS)
+    return tuple(_registered)
+
+
+def sensor_format(kind: str) -> SensorFormat:
+    """The format of a kind of sensor.
+
+    Raises:
+        DataError: No sensor of that kind is registered.
+    """
+    if kind not in _registered:
+        kinds = sensor_kinds()
+        if kind not in kinds:
+            expected = " or ".join(f'"{known}"' for known in kinds)
+            raise DataError(
+                f"dataset.toml, [sensor] kind: {kind!r}, expected {expected}.{meant(kind, kinds)}",
+                file="dataset.toml",
+                column="[sensor] kind",
+            )
+    return _registered[kind]
