@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.subsampling import telling, worth_keeping
+from robolaser.diagnosis.subsampling import chosen_rows, kept_poses
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
@@ -19,7 +19,7 @@ from robolaser.model.noise.whitening import group_sums
 
 @final
 @dataclass(frozen=True)
-class Observed:
+class AveragedData:
     """A data set with one row for each point of each pose.
 
     Attributes:
@@ -33,10 +33,10 @@ class Observed:
     group: Ints
 
     @classmethod
-    def of(cls, dataset: Dataset, gross: Bools | None = None) -> "Observed":
-        """Average the repeats of each point, without those rows that are marked as gross errors."""
+    def of(cls, dataset: Dataset, outliers: Bools | None = None) -> "AveragedData":
+        """Average the repeats of each point, without the rows that are marked as gross errors."""
         points = dataset.points
-        kept = np.flatnonzero(~gross) if gross is not None else np.arange(len(points))
+        kept = np.flatnonzero(~outliers) if outliers is not None else np.arange(len(points))
         if points.repeat is None:
             names: Sequence[object] = kept.tolist()
         else:
@@ -55,21 +55,21 @@ class Observed:
         return cls(replace(dataset, points=averaged), shots, group)
 
     @classmethod
-    def single(cls, dataset: Dataset) -> "Observed":
+    def single(cls, dataset: Dataset) -> "AveragedData":
         """Each shot a row of its own."""
         rows = np.arange(len(dataset.points), dtype=np.int64)
         return cls(dataset, np.ones_like(rows), rows)
 
-    def thinned(self) -> "Observed":
+    def subsampled(self) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too."""
-        kept = telling(self.dataset.points)
+        kept = chosen_rows(self.dataset.points)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
         dataset = replace(self.dataset, points=self.dataset.points.take(kept))
         if dataset.poses.time_s is None or not dataset.path_known:
-            dataset = dataset.of_poses(worth_keeping(dataset))
-        return Observed(dataset, self.shots[kept], number[self.group])
+            dataset = dataset.of_poses(kept_poses(dataset))
+        return AveragedData(dataset, self.shots[kept], number[self.group])
 
     def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
@@ -85,7 +85,7 @@ class Observed:
         """
         sources, known = self._sources(model, x, raw)
         if any(source.level != "pose" and known.get(source.name) is None for source in sources):
-            return of_rows(self._estimated(model, x, J, raw, sources, known))
+            return noise_without_pose_errors(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 
     def scatter(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
@@ -123,7 +123,7 @@ class Observed:
         return sources, known
 
 
-def of_rows(noise: NoiseModel) -> NoiseModel:
+def noise_without_pose_errors(noise: NoiseModel) -> NoiseModel:
     """Noise without estimated errors of whole poses, which hold what the model lacks.
 
     Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
@@ -134,6 +134,6 @@ def of_rows(noise: NoiseModel) -> NoiseModel:
     return noise if exact else noise.for_weights()
 
 
-def size(noise: NoiseModel) -> float:
+def noise_size(noise: NoiseModel) -> float:
     """Root-mean-square 3-D error of a row by noise alone [m]."""
     return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

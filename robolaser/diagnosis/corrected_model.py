@@ -34,8 +34,8 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     ]
     if len(diagnosis.outliers):
         doubts.append(
-            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
-            " but the parameters are those of the others. diagnosis.json lists them."
+            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and"
+            " max_m, but the parameters are those of the others. diagnosis.json lists them."
         )
     model = Model(diagnosis.dataset, diagnosis.model.effects)
     return Calibration(

@@ -133,7 +133,7 @@ class Linearization:
         """
         problem, shapes = self.problem, np.atleast_2d(_nominal_shapes(effect) if shapes is None else shapes)
         model = problem.model.with_effects((*problem.model.effects, effect))
-        step = STEP * np.array([scale for *_, scale in effect.kind.declared()])
+        step = STEP * np.array([amplitude.prior_scale for amplitude in effect.effect.amplitudes()])
         q, d = len(step), len(self.x)
         x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
         everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
@@ -158,4 +158,4 @@ class Linearization:
 
 
 def _nominal_shapes(effect: CandidateEffect) -> Array:
-    return np.array([[nominal for *_, nominal in effect.kind.shapes()]])
+    return np.array([[one.nominal for one in effect.effect.nonlinear_parameters()]])
