@@ -120,10 +120,9 @@ def read_calibration(path: Path) -> Calibrated:
         path: The file, or the folder that it is in.
 
     Raises:
-        DataError: It lacks something, something in it is impossible, or it is of no stripe scanner.
-        DataError: It is of another format.
+        DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
         EffectError: An effect is not known here.
-        DataError, UrdfError: It or the robot beside it cannot be read.
+        DataError, RobotError: It or the robot beside it cannot be read.
     """
     path = path / FILE if path.is_dir() else path
     try:
