@@ -91,17 +91,3 @@ class CloudUnreadable(RobolaserError):
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"Cannot show {path}: {reason}. Expected a cloud as `robolaser scan` writes it.")
-
-
-class ViserMissing(RobolaserError):
-    """What draws in the browser is not installed."""
-
-    def __init__(self) -> None:
-        super().__init__("viser is not installed, which shows the scene: pip install 'robolaser[view]'.")
-
-
-class PortTaken(RobolaserError):
-    """Nobody can listen at that port."""
-
-    def __init__(self, port: int, reason: str) -> None:
-        super().__init__(f"Cannot serve at port {port}: {reason}. Choose another --port.")
