@@ -17,7 +17,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
-from robolaser.model.sensors.formats import STRIPE
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter, Values
 from robolaser.scan.entries import Entries
 from robolaser.scan.found import effects_in_file
@@ -158,7 +158,7 @@ def read_calibration(path: Path) -> Calibrated:
 
 def _parameter(name: str, part: Entries) -> Parameter:
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
-    return Parameter(name, STRIPE.unit_of(name), nominal, lower, upper)
+    return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
 
 
 def _robot(path: Path, model: Entries) -> Robot | None:
@@ -175,7 +175,7 @@ def _robot(path: Path, model: Entries) -> Robot | None:
 
 
 def _value(name: str, part: Entries) -> float:
-    return part.positive("value") if name in STRIPE.positive else part.number("value")
+    return part.positive("value") if name in Stripe.format.positive else part.number("value")
 
 
 def _noise(part: Entries) -> dict[str, float]:
