@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import DependencyMissing, OutputError
+from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.viewer.cell_model import CellModel
 from robolaser.report.viewer.drawing import draw
 from robolaser.report.viewer.scene import arm_length, fixed_shapes, moving_shapes
@@ -38,7 +38,7 @@ class ViewerApp:
 
     Raises:
         DependencyMissing: viser is not installed.
-        OutputError: The port is taken or not allowed.
+        RobolaserError: The port is taken or not allowed.
     """
 
     def __init__(self, models: tuple[CellModel, ...], cloud: Dots | None = None, port: int | None = None) -> None:
@@ -200,7 +200,7 @@ class ViewerApp:
 
 def _groups(model: CellModel, *, has_cloud: bool) -> tuple[str, ...]:
     """What can be shown and hidden."""
-    scanner = () if model.sight is None else ("scanner", "light")
+    scanner = () if model.scanner is None else ("scanner", "light")
     known = ("target",) * bool(len(model.target))
     return ("robot", *scanner, *known, *("points",) * bool(len(model.points)), *("cloud",) * has_cloud)
 
@@ -209,7 +209,7 @@ def _rms_note(models: Iterable[CellModel]) -> str:
     """How far the measured points lie from the target, by each model."""
     parts = []
     for model in models:
-        if model.sight is None:
+        if model.scanner is None:
             return f"Only the arm is drawn: a sensor of kind {model.dataset.kind} has neither camera nor light."
         apart = np.linalg.norm(model.points - model.target, axis=-1) if len(model.target) else np.empty(0)
         apart = apart[np.isfinite(apart)]
@@ -236,7 +236,7 @@ def _server(port: int | None) -> "ViserServer":
                 trial.bind((HOST, port))
         except OSError as error:
             reason = error.strerror or error
-            raise OutputError(f"Cannot serve at port {port}: {reason}. Choose another --port.") from None
+            raise RobolaserError(f"Cannot serve at port {port}: {reason}. Choose another --port.") from None
     make: Callable[..., ViserServer] = viser.ViserServer
     with redirect_stdout(io.StringIO()):  # its own greeting
         return make(host=HOST, port=8080 if port is None else port, verbose=False)

@@ -43,8 +43,8 @@ def by_name(shapes):
 
 def test_the_arm_hangs_together_from_base_to_camera(model):
     frames = model.at_pose(3)
-    np.testing.assert_allclose(frames.flange, model.sight.flange[3])
-    np.testing.assert_allclose(frames.camera, model.sight.camera[3])
+    np.testing.assert_allclose(frames.flange, model.scanner.flange[3])
+    np.testing.assert_allclose(frames.camera, model.scanner.camera[3])
     robot = model.dataset.robot
     np.testing.assert_allclose(frames.joints[-1] @ robot.end, frames.flange, atol=1e-12)
 
@@ -65,7 +65,7 @@ def test_away_from_the_poses_the_scanner_is_as_warm_as_at_the_runs_end(models):
 
 def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(model):
     frames = model.at_pose(2)
-    normal, offset = model.sight.sheet[2, :3], model.sight.sheet[2, 3]
+    normal, offset = model.scanner.laser_plane[2, :3], model.scanner.laser_plane[2, 3]
     back = inverse(frames.camera)
     for places in (frames.light, frames.projector[None]):
         np.testing.assert_allclose(apply(back, places) @ normal, offset, atol=1e-12)
