@@ -13,6 +13,7 @@ from robolaser.cli import app
 from robolaser.data.sensor_format import POSE_UNITS
 from robolaser.geometry.robots import known_robots
 from robolaser.model.effects import EFFECTS
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.sensors.formats import STRIPE
 
 ROOT = Path(__file__).parents[1]
