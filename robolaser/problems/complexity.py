@@ -83,7 +83,9 @@ class GapAgainstComplexity(Problem):
         if not additions:
             raise AlgorithmError(f"GapAgainstComplexity: additions is {list(additions)}. Expected: one effect or more.")
         if len(np.unique(fold)) < 2:
-            raise AlgorithmError(f"GapAgainstComplexity: fold is {np.unique(fold).tolist()}. Expected: two folds or more.")
+            raise AlgorithmError(
+                f"GapAgainstComplexity: fold is {np.unique(fold).tolist()}. Expected: two folds or more."
+            )
         self.names = tuple(addition.name for addition in additions)
         self.effect = np.repeat(np.arange(len(additions)), [len(addition.reach) for addition in additions])
         self.reach = np.concatenate([addition.reach for addition in additions])
