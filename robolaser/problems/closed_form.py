@@ -44,7 +44,7 @@ def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
             found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
             known = apply(inverse(T), sensor.target({**values, **found}, perturb))
     return {
-        name: np.where(good, np.clip(value, parameters[name].lower, parameters[name].upper), values[name])
+        name: np.where(good, np.clip(_unwound(value, item := parameters[name]), item.lower, item.upper), values[name])
         for name, value in found.items()
     }
 
@@ -96,16 +96,21 @@ def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]
         first = [np.arctan2(R[:, 1, 2], R[:, 0, 2]), phi, np.arctan2(R[:, 2, 1], -R[:, 2, 0])]
         second = [first[0] + np.pi, -phi, first[2] + np.pi]
     middles = [(item.lower + item.upper) / 2.0 for item in bounds]
-    sets = [
-        [(angle - middle + np.pi) % (2.0 * np.pi) - np.pi + middle for angle, middle in zip(some, middles, strict=True)]
-        for some in (first, second)
-    ]
+    sets = [[_unwound(angle, item) for angle, item in zip(some, bounds, strict=True)] for some in (first, second)]
     beyond = [
         sum(np.maximum(np.abs(angle - middle) - (item.upper - item.lower) / 2.0, 0.0)
             for angle, middle, item in zip(some, middles, bounds, strict=True))
         for some in sets
     ]  # fmt: skip
     return [np.where(beyond[0] <= beyond[1], one, other) for one, other in zip(*sets, strict=True)]
+
+
+def _unwound(value: Array, item: Parameter) -> Array:
+    """An angle (c,) less the whole turns that take it away from its bounds; a length as it is."""
+    if item.unit != "rad":
+        return value
+    middle = (item.lower + item.upper) / 2.0
+    return np.asarray((value - middle + np.pi) % (2.0 * np.pi) - np.pi + middle)
 
 
 def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
