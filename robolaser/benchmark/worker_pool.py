@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import final
 
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_process import Session, WorkerProcess, WorkerTimeout
 
@@ -40,7 +40,7 @@ class WorkerPool:
         with self._lock:
             return (*self._idle, *self._busy)
 
-    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> Run:
+    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> BenchmarkRun:
         """Make a run, from any thread.
 
         Args:

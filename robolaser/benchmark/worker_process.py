@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import final
 
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker import BEGUN, NEEDED, READY
 
@@ -100,7 +100,7 @@ class WorkerProcess:
 
     def run(
         self, task: Task, digest: str, payload: Callable[[], bytes], session: Session, *, warm_up: bool
-    ) -> tuple[Run, bool]:
+    ) -> tuple[BenchmarkRun, bool]:
         """Have it make a run; also return whether it is fit for another.
 
         Raises:

@@ -1,4 +1,4 @@
-"""How far a contest is, what runs now and how long it will take, on a terminal and only there."""
+"""Progress of a benchmark, what runs now and how long it will take, on a terminal and only there."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -6,15 +6,15 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from robolaser.benchmark.run_loop import Moment
+from robolaser.benchmark.run_loop import RunProgress
 
 SHOWN = 4
 """Runs under way that a line has room for."""
 
 
 @contextmanager
-def contest_progress() -> Iterator[Callable[[Moment], None]]:
-    """Show how far a contest is, on a terminal and only there."""
+def benchmark_progress() -> Iterator[Callable[[RunProgress], None]]:
+    """Show how far a benchmark is, on a terminal and only there."""
     columns = (
         BarColumn(30),
         MofNCompleteColumn(),
@@ -27,12 +27,16 @@ def contest_progress() -> Iterator[Callable[[Moment], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("starting", total=None, left="")
 
-        def tell(moment: Moment) -> None:
-            running = "; ".join(f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in moment.running[:SHOWN])
+        def show(progress: RunProgress) -> None:
+            running = "; ".join(
+                f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in progress.running[:SHOWN]
+            )
             running = running or "waiting for the first worker"
-            bar.update(task, completed=moment.done, total=moment.wanted, description=running, left=_left(moment.left_s))
+            bar.update(
+                task, completed=progress.done, total=progress.wanted, description=running, left=_left(progress.left_s)
+            )
 
-        yield tell
+        yield show
 
 
 def _left(seconds: float | None) -> str:

@@ -7,15 +7,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, final
 
-from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.commands.argument_types import count, positive
 from robolaser.commands.command import Command, make_folder
-from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
+from robolaser.errors import BenchmarkError, OptionsClash, OutputError, OutputExists
 
 if TYPE_CHECKING:
     from robolaser.benchmark.engines import Engine
-    from robolaser.benchmark.plan import Contest
-    from robolaser.benchmark.record import Record
+    from robolaser.benchmark.plan import RunPlan
+    from robolaser.benchmark.record import RunRecord
 
 RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
 GB = 1e9
@@ -23,13 +23,13 @@ GB = 1e9
 
 @final
 class Compare(Command):
-    """Lets algorithms run side by side, and says which is better."""
+    """Runs algorithms side by side, and reports which is better."""
 
     name: ClassVar[str] = "compare"
     summary: ClassVar[str] = "run algorithms side by side and say which is better, by how much, and how sure that is"
 
     def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
+        """Declare its arguments."""
         parser.add_argument(
             "datasets",
             metavar="DATASET",
@@ -70,49 +70,56 @@ class Compare(Command):
         parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
 
     def run(self, args: argparse.Namespace) -> None:
-        """Hold the contest, then write and print what came of it, even if it was stopped on the way."""
-        from robolaser.benchmark.record import Record  # noqa: PLC0415 - `--help` must not pay for physics
+        """Make all runs, then write and print the result, even if the runs were stopped."""
+        from robolaser.benchmark.engines import EngineLost  # noqa: PLC0415 - `--help` must not pay for physics
+        from robolaser.benchmark.record import RunRecord  # noqa: PLC0415
 
         out: Path = args.output
         if args.scheduler and args.jobs:
             raise OptionsClash("--scheduler", ["--jobs"])
         if not (args.resume or args.force):
             _refuse_what_is_there(out)
-        contest = _contest(args)
+        plan = _plan(args)
         with _engine(args) as engine:
             make_folder(out)
             if not args.resume:
                 (out / RECORD).unlink(missing_ok=True)
-            record = Record(out / RECORD)
+            record = RunRecord(out / RECORD)
             try:
-                record.begin(contest, engine=engine.label, workers=engine.workers)
-                _hold(contest, engine, record)
-            except (KeyboardInterrupt, ClusterLost) as stopped:
+                record.begin(plan, engine=engine.label, workers=engine.workers)
+                _run(plan, engine, record)
+            except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
-                with suppress(KeyboardInterrupt):  # who cannot wait for the report has the record
-                    _conclude(contest, record, args)
-                why = str(stopped) if isinstance(stopped, ClusterLost) else "Stopped"
-                made = len(contest.own(record.runs))
-                raise ComparisonInterrupted(why, out / RECORD, made=made, wanted=len(contest.tasks)) from None
-        _conclude(contest, record, args)
+                with suppress(KeyboardInterrupt):  # the record is there even without the report
+                    _conclude(plan, record, args)
+                why = str(stopped) if isinstance(stopped, EngineLost) else "Stopped"
+                made = len(plan.select(record.runs))
+                raise BenchmarkError(
+                    f"{why.rstrip('.')}, after {made} of {len(plan.tasks)} runs. They are in {out / RECORD}: go on with"
+                    " --resume."
+                ) from None
+        _conclude(plan, record, args)
 
 
 def _refuse_what_is_there(out: Path) -> None:
-    """Runs and results are overwritten only if somebody says so."""
-    from robolaser.benchmark.record import Record  # noqa: PLC0415
+    """Runs and results are overwritten only with --force."""
+    from robolaser.benchmark.record import RunRecord  # noqa: PLC0415
 
-    if runs := Record(out / RECORD).runs:
-        raise ComparisonThere(out, len(runs))
+    if runs := RunRecord(out / RECORD).runs:
+        raise OutputError(
+            f"{out} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew with"
+            " --force."
+        )
     if (out / RESULT).exists():
         raise OutputExists(out / RESULT)
 
 
-def _contest(args: argparse.Namespace) -> "Contest":
-    """What was asked for."""
-    from robolaser.benchmark.plan import Contest  # noqa: PLC0415
+def _plan(args: argparse.Namespace) -> "RunPlan":
+    """The planned runs."""
+    from robolaser.benchmark.plan import RunPlan  # noqa: PLC0415
     from robolaser.benchmark.solvers import DEFAULT  # noqa: PLC0415
 
-    return Contest.of(
+    return RunPlan.of(
         args.datasets,
         DEFAULT if args.algorithms is None else [name.strip() for name in args.algorithms.split(",")],
         seeds=args.seeds,
@@ -124,43 +131,43 @@ def _contest(args: argparse.Namespace) -> "Contest":
 
 
 def _engine(args: argparse.Namespace) -> "Engine":
-    """Where it is to be run."""
+    """Where the runs are made."""
     from robolaser.benchmark.engines import DaskCluster, ThisMachine  # noqa: PLC0415
 
     return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs)
 
 
-def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
-    """Let everybody run whose run is not in the record, and take each run in as it comes."""
-    from robolaser.benchmark.run_loop import held  # noqa: PLC0415
-    from robolaser.commands.benchmark_progress import contest_progress  # noqa: PLC0415
+def _run(plan: "RunPlan", engine: "Engine", record: "RunRecord") -> None:
+    """Make all runs that are not in the record, and record each as it is done."""
+    from robolaser.benchmark.run_loop import run_all  # noqa: PLC0415
+    from robolaser.commands.benchmark_progress import benchmark_progress  # noqa: PLC0415
 
     began = time.monotonic()
-    with contest_progress() as tell:
-        for run in held(contest, engine, made=contest.own(record.made), tell=tell):
+    with benchmark_progress() as show:
+        for run in run_all(plan, engine, made=plan.select(record.made), on_progress=show):
             record.add(run, after_s=time.monotonic() - began)
 
 
-def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) -> None:
-    """Write and print what came of it."""
+def _conclude(plan: "RunPlan", record: "RunRecord", args: argparse.Namespace) -> None:
+    """Write and print the result."""
     from robolaser.benchmark.iohprofiler import export  # noqa: PLC0415
-    from robolaser.benchmark.results import comparison_json, runs_csv  # noqa: PLC0415
+    from robolaser.benchmark.result_files import comparison_json, runs_csv  # noqa: PLC0415
     from robolaser.benchmark.standings import standings  # noqa: PLC0415
     from robolaser.data.csv_tables import write_together  # noqa: PLC0415
     from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
 
     out: Path = args.output
-    comparison = contest.so_far(contest.own(record.runs), record.effort)
-    judged = tuple(standings(comparison, family) for family in comparison.families)
+    result = plan.result(plan.select(record.runs), record.effort)
+    ranked = tuple(standings(result, family) for family in result.families)
     texts = {
-        RUNS: runs_csv(comparison),
-        PAGE: page(comparison, judged, command=_again(args)),
-        RESULT: comparison_json(comparison, judged),
+        RUNS: runs_csv(result),
+        PAGE: page(result, ranked, command=_again(args)),
+        RESULT: comparison_json(result, ranked),
     }
     write_together({out / name: text.encode() for name, text in texts.items()})
     if args.iohprofiler:
-        export(comparison, out / EXPORT)
-    print_comparison(comparison, judged, out)
+        export(result, out / EXPORT)
+    print_comparison(result, ranked, out)
 
 
 def _again(args: argparse.Namespace) -> str:

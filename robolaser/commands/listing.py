@@ -46,9 +46,9 @@ def _effects() -> Iterable[tuple[str, ...]]:
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
     from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
-    from robolaser.benchmark.solvers import CONTESTANTS  # noqa: PLC0415
+    from robolaser.benchmark.solvers import SOLVERS  # noqa: PLC0415
 
-    for name, title in CONTESTANTS.items():
+    for name, title in SOLVERS.items():
         yield name, "calibrate, compare" if name in (SCREENING, *ALGORITHMS) else "compare", title
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 

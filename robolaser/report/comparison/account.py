@@ -5,7 +5,7 @@ import platform
 from collections.abc import Sequence
 
 from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report import words
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.rows import spans
@@ -36,17 +36,17 @@ READING = (
 """Each measure in a sentence or two."""
 
 
-def setting(comparison: Comparison) -> str:
+def setting(comparison: BenchmarkResult) -> str:
     """Who, how often and at what price."""
     counts = (
-        _many(len(comparison.contestants), "contestant"),
+        _many(len(comparison.solvers), "solver"),
         _many(len(comparison.problems), "problem"),
         _many(len(comparison.seeds), "seed"),
     )
     return f"{', '.join(counts)}, {comparison.budget:,} evaluations a run"
 
 
-def missing(comparison: Comparison) -> str:
+def missing(comparison: BenchmarkResult) -> str:
     """How far an unfinished comparison is; empty if it is done."""
     made, wanted = len(comparison.runs), comparison.wanted
     if made >= wanted:
@@ -54,7 +54,7 @@ def missing(comparison: Comparison) -> str:
     return f"{made:,} of {wanted:,} runs so far"
 
 
-def measured(comparison: Comparison) -> Sequence[tuple[str, str]]:
+def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
     """Terms of the runs, and what they took."""
     effort = comparison.effort
     versions = ", ".join(f"{name} {version}" for name in PACKAGES if (version := _version(name)))

@@ -1,11 +1,11 @@
-"""Each contestant against each."""
+"""Each solver against each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
 from robolaser.benchmark.standings import Order, Pair
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.standings.phrases import chance
 
 
 @final
@@ -14,7 +14,7 @@ class Duel:
     """A cell of the matrix of pairs.
 
     Attributes:
-        share: Of pairs of runs that the row's contestant wins, 0 to 1 as text; empty where nothing is known.
+        share: Of pairs of runs that the row's solver wins, 0 to 1 as text; empty where nothing is known.
         lean: From -100, the column's always wins, to 100, the row's does.
         told: Can the two be told apart?
         words: The same as a sentence.
@@ -27,7 +27,7 @@ class Duel:
 
 
 def duels(order: Order) -> tuple[Sequence[str], Sequence[Sequence[Duel | None]]]:
-    """Contestants in order, and each against each."""
+    """Solvers in order, and each against each."""
     names = [place.algorithm for place in order.places]
     of = {(pair.one, pair.other): pair for pair in order.pairs}
     return names, [[_duel(of, one, other) for other in names] for one in names]
@@ -41,10 +41,10 @@ def _duel(of: Mapping[tuple[str, str], Pair], one: str, other: str) -> Duel | No
         return Duel("", 0.0, told=False, words="nothing is known of these two")
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
     p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
-    told = "can be told apart" if pair.told else "cannot be told apart"
+    told = "can be told apart" if pair.significant else "cannot be told apart"
     return Duel(
         f"{value:.2f}",
         200 * (value - 0.5),
-        pair.told,
+        pair.significant,
         f"{one} beats {other} in {100 * value:.0f} % of pairs; {told}{p}",
     )

@@ -9,19 +9,19 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.result import Comparison, Contested
-from robolaser.benchmark.results_array import Tally
+from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
+from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
 from robolaser.report.canvas import LINES, MUTED
 from robolaser.report.comparison import prices
 
 LEADING = 5
-"""Contestants that have a colour of their own, by rank."""
+"""Solvers that have a colour of their own, by rank."""
 PAPERS = "rcga"
 """The paper's algorithm, which has a colour wherever it stands."""
 MOMENTS = 160
-"""Of courses that are drawn."""
+"""Of traces that are drawn."""
 
 
 def target(family: str, tolerance: float) -> str:
@@ -41,16 +41,16 @@ class Field:
         standings: On the problems of this one.
     """
 
-    comparison: Comparison
+    comparison: BenchmarkResult
     standings: Standings
 
     @cached_property
-    def tally(self) -> Tally:
+    def arrays(self) -> ResultArrays:
         """Runs on these problems."""
-        return self.comparison.tally(self.standings.family)
+        return self.comparison.arrays(self.standings.family)
 
     @property
-    def problems(self) -> tuple[Contested, ...]:
+    def problems(self) -> tuple[ProblemSummary, ...]:
         """Of this family."""
         return self.comparison.of(self.standings.family)
 
@@ -61,7 +61,7 @@ class Field:
 
     @cached_property
     def order(self) -> tuple[str, ...]:
-        """Contestants, the best first."""
+        """Solvers, the best first."""
         return tuple(place.algorithm for place in self.standings.evaluations.places)
 
     @cached_property
@@ -76,19 +76,19 @@ class Field:
 
     @cached_property
     def colours(self) -> Mapping[str, str]:
-        """Of every contestant."""
+        """Of every solver."""
         return {name: self.told.get(name, MUTED) for name in self.order}
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """Contestants in the order of drawing: those told apart on top of the others, the best last."""
+        """Solvers in the order of drawing: those told apart on top of the others, the best last."""
         return tuple(sorted(self.order, key=lambda name: (name in self.told, -self.order.index(name))))
 
     def number(self, problem: str) -> int:
         """Of a problem, from 1, as the page counts them."""
         return 1 + next(i for i, one in enumerate(self.comparison.problems) if one.name == problem)
 
-    def contested(self, name: str) -> Contested:
+    def problem_named(self, name: str) -> ProblemSummary:
         """A problem by its name."""
         return next(problem for problem in self.problems if problem.name == name)
 
@@ -96,34 +96,34 @@ class Field:
         """A target in words."""
         return target(self.standings.family, tolerance)
 
-    def excess(self, problem: Contested, tolerance: float) -> str:
+    def excess(self, problem: ProblemSummary, tolerance: float) -> str:
         """How far above the best known, for a person."""
         if self.relative(problem):
             return prices.rms_excess(tolerance)
         return prices.cost_excess(tolerance, problem.scale, problem.unit)
 
-    def relative(self, problem: Contested) -> bool:
+    def relative(self, problem: ProblemSummary) -> bool:
         """Is more than next to nothing left at best, so that people would ask how much more an RMS is?"""
         return self.calibrates and problem.scale == abs(problem.best)
 
-    def heights(self, problem: Contested, tolerance: Array) -> Array:
+    def heights(self, problem: ProblemSummary, tolerance: Array) -> Array:
         """Tolerances as they are drawn: RMS above the best known as a share of it, or cost above the lowest."""
         if self.relative(problem):
             return np.sqrt(1.0 + np.maximum(tolerance, 0.0)) - 1.0
         heights: Array = tolerance * problem.scale
         return heights
 
-    def courses(self, problem: Contested) -> tuple[Array, Mapping[str, Array]]:
-        """Evaluations (g,), and what contestants told apart have reached by then: one in ten, median, nine in ten."""
+    def traces(self, problem: ProblemSummary) -> tuple[Array, Mapping[str, Array]]:
+        """Evaluations (g,), and what solvers told apart have reached by then: one in ten, median, nine in ten."""
         of = {name: [run for run in self.comparison.runs if (run.problem, run.algorithm) == (problem.name, name)]
               for name in self.told}  # fmt: skip
-        first = [run.course.evaluations[0] for runs in of.values() for run in runs if len(run.course.evaluations)]
+        first = [run.trace.evaluations[0] for runs in of.values() for run in runs if len(run.trace.evaluations)]
         if not first or not np.isfinite(problem.best):
             return np.empty(0), {}
         at = np.geomspace(max(1, min(first)), max(self.comparison.budget, 2 * min(first)), MOMENTS)
         return at, {
             name: self.heights(
-                problem, bands(after_evaluations([run.course for run in runs], at), problem.best, problem.scale)
+                problem, bands(after_evaluations([run.trace for run in runs], at), problem.best, problem.scale)
             )
             for name, runs in of.items()
             if runs

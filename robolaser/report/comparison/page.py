@@ -7,8 +7,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison
-from robolaser.benchmark.results_array import SHOWN
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.report import words
 from robolaser.report.canvas import Picture
@@ -20,7 +20,7 @@ from robolaser.report.digits import plain
 from robolaser.report.page import render
 
 FEW = 8
-"""Contestants up to which a matrix of pairs is shown without being asked for."""
+"""Solvers up to which a matrix of pairs is shown without being asked for."""
 LONG = 140
 """Letters of a sentence that is too long for large type."""
 NOTHING = "No run has finished yet."
@@ -71,12 +71,12 @@ class ProblemRow:
     targets: str
 
 
-def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = "") -> str:
+def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
     """The page as HTML.
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: How solvers stand, for each family of problems.
         command: What to type to repeat it.
     """
     fields = [Field(comparison, standings) for standings in (judged if comparison.runs else ())]
@@ -103,7 +103,7 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
     )
 
 
-def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
+def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
     """Which is better, by how much and how sure is that, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
@@ -159,7 +159,7 @@ def _problems(field: Field) -> Sequence[ProblemPart]:
 
     parts = []
     for on in field.standings.by_problem:
-        problem = field.contested(on.problem)
+        problem = field.problem_named(on.problem)
         number = field.number(problem.name)
         drawn = (
             anytime(field, problem, f"Best so far on {problem.name} (problem {number})"),
@@ -181,7 +181,7 @@ def _problems(field: Field) -> Sequence[ProblemPart]:
     return parts
 
 
-def _problem_rows(comparison: Comparison) -> list[ProblemRow]:
+def _problem_rows(comparison: BenchmarkResult) -> list[ProblemRow]:
     return [
         ProblemRow(
             1 + i,

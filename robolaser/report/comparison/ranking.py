@@ -1,13 +1,13 @@
-"""Tables of contestants: where they stand in a family, and what they achieve on a problem."""
+"""Tables of solvers: where they stand in a family, and what they achieve on a problem."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.benchmark.result import Contested
-from robolaser.benchmark.results_array import SHOWN
-from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.result import ProblemSummary
+from robolaser.benchmark.result_arrays import SHOWN
+from robolaser.benchmark.standings import Estimate, FinalCosts, OnProblem, Pair, Place, Reached, Result
+from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.field import Field
 
@@ -27,12 +27,12 @@ class Cell:
 @final
 @dataclass(frozen=True)
 class StandingRow:
-    """A contestant's place in a family.
+    """A solver's place in a family.
 
     Attributes:
         rank: By evaluations.
-        name: Of the contestant.
-        title: Of the contestant.
+        name: Of the solver.
+        title: Of the solver.
         colour: Its line's number in pictures, see `report.canvas.LINES`; None if it is grey.
         success: Share of runs that reached the target.
         evaluations: To the target.
@@ -59,7 +59,7 @@ class StandingRow:
 @final
 @dataclass(frozen=True)
 class ResultRow:
-    """A contestant on one problem: price and success at each of the shown targets, and what runs end with."""
+    """A solver on one problem: price and success at each of the shown targets, and what runs end with."""
 
     rank: str
     name: str
@@ -69,7 +69,7 @@ class ResultRow:
 
 
 def standing_rows(field: Field) -> list[StandingRow]:
-    """All contestants of a family, the best first."""
+    """All solvers of a family, the best first."""
     by_seconds = {place.algorithm: place for place in field.standings.seconds.places}
     return [_standing(field, place, by_seconds[place.algorithm]) for place in field.standings.evaluations.places]
 
@@ -82,7 +82,7 @@ def _standing(field: Field, place: Place, in_seconds: Place) -> StandingRow:
     return StandingRow(
         rank=_rank(place),
         name=name,
-        title=field.comparison.contestants[name],
+        title=field.comparison.solvers[name],
         colour=line_number(field, name),
         success=Cell(
             "" if place.success.value is None else prices.rate(place.success.value),
@@ -105,9 +105,9 @@ def _standing(field: Field, place: Place, in_seconds: Place) -> StandingRow:
 
 
 def result_rows(field: Field, on: OnProblem) -> list[ResultRow]:
-    """All contestants on a problem, the best first."""
+    """All solvers on a problem, the best first."""
     of = {result.algorithm: result for result in on.results}
-    problem = field.contested(on.problem)
+    problem = field.problem_named(on.problem)
     return [
         ResultRow(
             _rank(place),
@@ -126,7 +126,7 @@ def reached(result: Result, tolerance: float) -> Reached | None:
 
 
 def line_number(field: Field, name: str) -> int | None:
-    """Of a contestant that has a colour."""
+    """Of a solver that has a colour."""
     told = list(field.told)
     return told.index(name) if name in told else None
 
@@ -179,7 +179,7 @@ def _against(place: Place) -> Cell:
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
         return Cell("")
     return Cell(
-        "yes" if pair.told else "no",
+        "yes" if pair.significant else "no",
         (chance(pair.p_adjusted), f"loses {prices.rate(pair.superiority.value)} of pairs"),
     )
 
@@ -193,7 +193,7 @@ def _target(one: Reached | None, runs: int) -> Cell:
     return Cell(prices.count(_known(one.evaluations)), (prices.duration(_known(one.seconds)), success))
 
 
-def _quality(field: Field, problem: Contested, quality: Quality | None) -> Cell:
+def _quality(field: Field, problem: ProblemSummary, quality: FinalCosts | None) -> Cell:
     """Median, and quartiles unless they are alike."""
     if quality is None:
         return Cell("")
@@ -210,5 +210,5 @@ def _final(field: Field, results: Sequence[Result]) -> Cell:
     if len(field.problems) > FEW:
         return Cell("")
     return Cell(
-        "", [f"{one.problem} {_quality(field, field.contested(one.problem), one.final).shown}" for one in results]
+        "", [f"{one.problem} {_quality(field, field.problem_named(one.problem), one.final).shown}" for one in results]
     )

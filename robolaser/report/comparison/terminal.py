@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import account, rows
 from robolaser.report.comparison.field import Field
@@ -26,7 +26,7 @@ LONGEST = 90
 
 
 def print_comparison(
-    comparison: Comparison,
+    comparison: BenchmarkResult,
     judged: Sequence[Standings],
     folder: Path | None = None,
     *,
@@ -36,7 +36,7 @@ def print_comparison(
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: How solvers stand, for each family of problems.
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
@@ -73,10 +73,10 @@ def print_comparison(
 
 
 def _standings(field: Field, most: int) -> Table:
-    """A line for each contestant."""
+    """A line for each solver."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in ("", "contestant", "success", "evaluations", "time", "told from the first?", "failed"):
-        table.add_column(heading, no_wrap=heading != "contestant", min_width=NAME if heading == "contestant" else None)
+    for heading in ("", "solver", "success", "evaluations", "time", "told from the first?", "failed"):
+        table.add_column(heading, no_wrap=heading != "solver", min_width=NAME if heading == "solver" else None)
     shown = standing_rows(field)
     for row in shown[:most]:
         success = " ".join([row.success.shown, *(f"({line})" for line in row.success.below[:1])])

@@ -1,9 +1,9 @@
-"""How good a contestant is whenever it is stopped."""
+"""How good a solver is whenever it is stopped."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.benchmark.result import Contested
+from robolaser.benchmark.result import ProblemSummary
 from robolaser.report.canvas import Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
@@ -14,10 +14,10 @@ ABOVE = {True: "RMS above the best known, as a share of it", False: "cost above 
 """Label of the axis, where the excess is relative and where it is not."""
 
 
-def anytime(field: Field, problem: Contested, title: str) -> Picture | None:
-    """Median course of the leading contestants, with what the best and the worst tenth of runs do."""
-    spent, courses = field.courses(problem)
-    lines = {name: line for name, line in courses.items() if np.isfinite(line[1]).any()}
+def anytime(field: Field, problem: ProblemSummary, title: str) -> Picture | None:
+    """Median trace of the leading solvers, with what the best and the worst tenth of runs do."""
+    spent, traces = field.traces(problem)
+    lines = {name: line for name, line in traces.items() if np.isfinite(line[1]).any()}
     if not lines:
         return None
     names = sorted(lines, key=lambda name: tuple(-lines[name][1, ::-1]))
@@ -49,7 +49,7 @@ def anytime(field: Field, problem: Contested, title: str) -> Picture | None:
     return picture(
         title,
         "The best so far, whenever a run is stopped: the median run, and shaded from the best tenth of the runs to the"
-        " worst. The lower edge is the best known, or as good as that. Only contestants that have a colour are drawn.",
+        " worst. The lower edge is the best known, or as good as that. Only solvers that have a colour are drawn.",
         f"In the end {names[-1]} is lowest of those drawn.",
         paint,
         height_pt=height,

@@ -1,4 +1,4 @@
-"""Which contestants can be told apart: the critical-difference diagram of Demšar (2006)."""
+"""Which solvers can be told apart: the critical-difference diagram of Demšar (2006)."""
 
 from collections.abc import Sequence
 from math import ceil, floor
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robolaser.benchmark.standings import Ranks
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.canvas import INK, MUTED, WIDTH_PT, Picture, picture
 from robolaser.report.comparison.field import Field
 from robolaser.report.comparison.pictures.ends import LETTERS_PT, LINE_PT, broken
@@ -56,7 +56,7 @@ def differences(field: Field, ranks: Ranks, title: str) -> Picture | None:
 
     return picture(
         title,
-        f"Mean rank over {ranks.blocks} blocks, a problem and a seed each; left is better. Bars join contestants that"
+        f"Mean rank over {ranks.blocks} blocks, a problem and a seed each; left is better. Bars join solvers that"
         f" cannot be told apart at 5 % (Nemenyi's test; Friedman's over all: {_p(ranks)}).",
         f"Mean ranks from {names[0]}, {means[0]:.1f}, to {names[-1]}, {means[-1]:.1f}.",
         paint,

@@ -16,17 +16,17 @@ TITLES = {"evaluations": "Targets reached by evaluations", "seconds": "Targets r
 
 def solved(field: Field, measure: Measure, title: str) -> Picture | None:
     """Share of targets that runs have reached, over what they paid."""
-    tally = field.tally
+    arrays = field.arrays
     of_targets, of_runs = {
-        "evaluations": (tally.evaluations, tally.spent_evaluations),
-        "seconds": (tally.seconds, tally.spent_s),
+        "evaluations": (arrays.evaluations, arrays.total_evaluations),
+        "seconds": (arrays.seconds, arrays.total_s),
     }[measure]
     spent = budgets(of_targets, of_runs)
     if len(spent) < 2 or spent[0] >= spent[-1]:
         return None
     lines = {
         name: 100 * line
-        for name, line in zip(tally.algorithms, shares(of_targets, spent), strict=True)
+        for name, line in zip(arrays.algorithms, shares(of_targets, spent), strict=True)
         if np.isfinite(line).all()
     }
     names = sorted(lines, key=lambda name: (-lines[name][-1], -lines[name].mean()))
@@ -48,8 +48,8 @@ def solved(field: Field, measure: Measure, title: str) -> Picture | None:
     first, last = names[0], names[-1]
     return picture(
         title,
-        f"Of all targets from {field.target(float(tally.tolerances[0]))} to"
-        f" {field.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
+        f"Of all targets from {field.target(float(arrays.tolerances[0]))} to"
+        f" {field.target(float(arrays.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
         " over all runs and problems. Higher and further left is better. A line that levels off low is of runs"
         " that got stuck.",
         f"In the end {first} has reached {lines[first][-1]:.0f} % of the targets, {last} {lines[last][-1]:.0f} %.",

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser.benchmark.result import Contested
+from robolaser.benchmark.result import ProblemSummary
 from robolaser.benchmark.standings import OnProblem
 from robolaser.report.canvas import MUTED, Picture, picture
 from robolaser.report.comparison.field import Field
@@ -11,9 +11,9 @@ from robolaser.report.comparison.pictures.anytime import ABOVE
 from robolaser.report.comparison.pictures.ends import beside_names, decades, height_pt, name_ends
 
 
-def targets(field: Field, problem: Contested, on: OnProblem, title: str) -> Picture | None:
-    """Expected evaluations of every contestant to each target, the hardest on the right."""
-    at = field.heights(problem, field.tally.tolerances)
+def targets(field: Field, problem: ProblemSummary, on: OnProblem, title: str) -> Picture | None:
+    """Expected evaluations of every solver to each target, the hardest on the right."""
+    at = field.heights(problem, field.arrays.tolerances)
     lines = {
         result.algorithm: np.array([
             np.nan if reached.evaluations.value is None else reached.evaluations.value for reached in result.targets

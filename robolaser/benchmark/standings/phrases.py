@@ -1,11 +1,11 @@
-"""Numbers and names as sentences have them."""
+"""Numbers and names as parts of a sentence."""
 
 from collections.abc import Sequence
 
 from robolaser.benchmark.standings.table import Estimate, Measure
 
 MANY = 3
-"""Names that a sentence lists; of more it says how many."""
+"""Names that a sentence lists before it counts the others."""
 
 
 def figure(number: float) -> str:
@@ -29,9 +29,9 @@ def share(estimate: Estimate) -> str:
 
 
 def between(estimate: Estimate) -> str:
-    """An interval in brackets, as ` (1.8 to 3.1)`; what is open is said."""
+    """An interval in brackets, as ` (1.8 to 3.1)`; open ends are stated."""
     if estimate.lower is None:
-        return " (too few seeds to say how exactly)"
+        return " (too few seeds for an interval)"
     if estimate.upper is None:
         return f" (at least {figure(estimate.lower)})"
     return f" ({figure(estimate.lower)} to {figure(estimate.upper)})"
@@ -46,6 +46,6 @@ def names(of: Sequence[str]) -> str:
 
 
 def times_as(measure: Measure, ratio: Estimate) -> str:
-    """A ratio of prices, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
+    """A ratio of running times, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
     number = f"{figure(ratio.value or 0.0)}{between(ratio)} times as"
     return f"needs {number} many evaluations" if measure == "evaluations" else f"takes {number} long"

@@ -1,4 +1,4 @@
-"""Contestants of the users' own, by import path."""
+"""Solvers of the users' own, by import path."""
 
 import copy
 import inspect
@@ -10,32 +10,32 @@ import numpy as np
 
 from robolaser.algorithms.algorithm_spec import Request
 from robolaser.algorithms.imported import EXPECTED, imported, keywords, made_with, nothing
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.problem import Question
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import NotAnAlgorithm, NothingAsked, SettingUnknown
 
 SEARCHES = 2
-"""Arguments of a function that searches: the watch and the seed. One that makes an algorithm needs none."""
-OR = "a Contestant's class or an instance, or a function search(watch, seed)"
+"""Arguments of a function that searches: the evaluator and the seed. One that makes an algorithm needs none."""
+OR = "a Solver's class or an instance, or a function search(evaluator, seed)"
 
 
 @final
-class Own(Contestant):
+class Own(Solver):
     """What somebody wrote, under the name it was asked for by."""
 
     def __init__(
         self,
         name: str,
         title: str,
-        search: Callable[[Watch, int], None],
-        refuses: Callable[[Question], str | None] = lambda question: None,
+        search: Callable[[BudgetedEvaluator, int], None],
+        refuses: Callable[[BenchmarkProblem], str | None] = lambda problem: None,
     ) -> None:
         self.name, self.title = name, title
         self._search, self._refuses = search, refuses
 
-    def search(self, watch: Watch, seed: int) -> None:
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Let it search, the global generators seeded, and begin anew with another seed whenever it returns.
 
         Raises:
@@ -46,19 +46,19 @@ class Own(Contestant):
         rng, idle = np.random.default_rng(seed), 0
         with seeded(seed):
             while idle < IDLE_ROUNDS:
-                before = watch.evaluations
-                self._search(watch, seed)
-                idle = idle + 1 if watch.evaluations == before else 0
+                before = evaluator.evaluations
+                self._search(evaluator, seed)
+                idle = idle + 1 if evaluator.evaluations == before else 0
                 seed = int(rng.integers(1, 2**31))
         raise NothingAsked(idle)
 
-    def refuses(self, question: Question) -> str | None:
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
         """What it says itself."""
-        return self._refuses(question)
+        return self._refuses(problem)
 
 
-def own(request: Request) -> Contestant:
-    """Make a contestant of what lies at an import path.
+def own(request: Request) -> Solver:
+    """Make a solver of what lies at an import path.
 
     Raises:
         NotImportable, AttributeLacking: It is not there.
@@ -70,7 +70,7 @@ def own(request: Request) -> Contestant:
     found = imported(request)
     if callable(found) and not inspect.isclass(found) and _needs(found) == SEARCHES:
         return Own(request.text, _title(found, request), _with_settings(request, found))
-    if isinstance(found, Contestant | Algorithm):
+    if isinstance(found, Solver | Algorithm):
         made_with(request, nothing)
         made, make = found, partial(copy.deepcopy, found)
     elif callable(found):
@@ -79,10 +79,10 @@ def own(request: Request) -> Contestant:
         raise NotAnAlgorithm(request.text, found, f"{EXPECTED}, {OR}")
     if isinstance(made, Algorithm):
         return PymooAlgorithm(request.text, _title(found, request), make)
-    if not isinstance(made, Contestant):
+    if not isinstance(made, Solver):
         raise NotAnAlgorithm(request.text, made, f"{EXPECTED}, {OR}")
     title = getattr(made, "title", "") or _title(found, request)
-    return Own(request.text, title, lambda watch, seed: make().search(watch, seed), made.refuses)
+    return Own(request.text, title, lambda evaluator, seed: make().search(evaluator, seed), made.refuses)
 
 
 def _needs(function: Callable[..., Any]) -> int:
@@ -93,7 +93,7 @@ def _needs(function: Callable[..., Any]) -> int:
     return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
 
 
-def _with_settings(request: Request, search: Callable[..., None]) -> Callable[[Watch, int], None]:
+def _with_settings(request: Request, search: Callable[..., None]) -> Callable[[BudgetedEvaluator, int], None]:
     known, takes_all = keywords(search)
     for name in request.settings:
         if name not in known[SEARCHES:] and not takes_all:
