@@ -35,10 +35,10 @@ _HOME = {
 __all__ = [
     "EFFECTS",
     "Calibration",
-    "RunPlan",
     "Dataset",
     "Plan",
     "RobolaserError",
+    "RunPlan",
     "calibrate",
     "compare",
     "diagnose",

@@ -9,7 +9,7 @@ import pytest
 
 import robolaser.operators
 from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY
-from robolaser.cli import COMMANDS
+from robolaser.cli import app
 from robolaser.data.toml_schema import UNITS
 from robolaser.geometry.robots import known_robots
 from robolaser.model.effects import EFFECTS
@@ -83,7 +83,7 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
     assert missing(robolaser.operators.__all__, "operators.md") == []
     assert missing([*ALGORITHMS, POLISH_ONLY], "operators.md") == []
     assert missing((robot.name for robot in known_robots()), "your-robot.md") == []
-    assert missing((f"robolaser {command.name}" for command in COMMANDS), "commands.md") == []
+    assert missing((f"robolaser {name}" for name in app if name[0].isalpha()), "commands.md") == []
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:

@@ -39,6 +39,9 @@ from robolaser.errors.types import (
     ImageError as ImageError,
 )
 from robolaser.errors.types import (
+    Interrupted as Interrupted,
+)
+from robolaser.errors.types import (
     OutputError as OutputError,
 )
 from robolaser.errors.types import (

@@ -97,10 +97,3 @@ class DemandSenseless(RobolaserError):
 
     def __init__(self, what: str, value: object, expected: str) -> None:
         super().__init__(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
-
-
-class OptionsClash(WrongUsage):
-    """Options of which one fixes what the others ask for."""
-
-    def __init__(self, option: str, others: Iterable[str]) -> None:
-        super().__init__(f"{option} fixes what {', '.join(others)} would change: leave out one or the other.")

@@ -22,16 +22,6 @@ class FileUnwritable(RobolaserError):
         )
 
 
-class SystemSaidNo(RobolaserError):
-    """A folder, pipe or disk refuses, where no other error says what was to be done with it."""
-
-    def __init__(self, error: OSError) -> None:
-        what = f"{error.filename}" if error.filename is not None else "the output"
-        super().__init__(
-            f"Cannot use {what}: {error.strerror or error}. Check the path, its rights and the disk's room."
-        )
-
-
 class OutputExists(RobolaserError):
     """A result would be overwritten."""
 

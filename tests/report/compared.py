@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.benchmark.convergence import ConvergenceTrace
-from robolaser.benchmark.result import BenchmarkResult, ProblemSummary, Effort
+from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.standings import standings
 
@@ -28,7 +28,9 @@ SPEEDS = {
 """Title, share of the budget that ten decades take, share of runs that end in the right valley, seconds a candidate."""
 PROBLEMS = (
     ProblemSummary("paper", "the paper's cell, 15 parameters", "calibration", 15, "m²", 6.5e-6, 6.5e-6, "screening"),
-    ProblemSummary("ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"),
+    ProblemSummary(
+        "ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"
+    ),
     ProblemSummary("rastrigin", "Rastrigin's function, shifted", "test function", 10, "", 1.0, 0.0, "theory"),
 )
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compared import LONG, MADE, PROBLEMS, SPEEDS, standings_of, made
+from compared import LONG, MADE, PROBLEMS, SPEEDS, judged, made
 from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
 from rich.console import Console
 

@@ -1,6 +1,8 @@
 """Recordings on disk: what `robolaser extract` makes of boards, scans, repeats and images without the laser."""
 
 from dataclasses import replace
+from inspect import signature
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -9,8 +11,8 @@ from drawn import HEIGHT as LINES
 from drawn import STRAIGHT, WIDTH, exposed, profile
 from painted import HEIGHT, SQUARE, session
 
-from robolaser.cli import main, parser
-from robolaser.commands.extract import CENTRES
+from robolaser.cli import main
+from robolaser.commands.extract import Centre, extract
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
 from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
@@ -192,8 +194,8 @@ def test_smoothed_middles_state_no_noise(boards, tmp_path, capsys):
 
 
 def test_every_way_that_the_command_offers_is_one_there_is():
-    assert set(CENTRES) == set(CENTRINGS)
-    assert DEFAULT in CENTRES
+    assert set(get_args(Centre)) == set(CENTRINGS)
+    assert DEFAULT in get_args(Centre)
 
 
 @pytest.mark.parametrize("column", ["image_2", "image_off"])
@@ -246,7 +248,7 @@ def test_who_stops_it_hears_what_is_on_the_disk(kind, written, boards, tmp_path,
 
 
 def test_the_way_that_the_command_takes_is_the_librarys():
-    assert parser().parse_args(["extract", "r"]).centre == DEFAULT
+    assert signature(extract).parameters["centre"].default == DEFAULT
 
 
 @pytest.mark.parametrize("key", ["columns", "rows"])
