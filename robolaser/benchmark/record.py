@@ -169,7 +169,7 @@ class RunRecord:
     def _parse(self, line: dict[str, Any]) -> None:
         if "conditions" in line:
             if line["conditions"]["format"] != FORMAT:
-                raise ValueError(f"format {line['terms']['format']}")
+                raise ValueError(f"format {line['conditions']['format']}")
             self._conditions = line["conditions"]
         elif "session" in line:
             self._sessions.append(_Session(**line["session"]))

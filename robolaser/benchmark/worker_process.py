@@ -149,4 +149,5 @@ class WorkerProcess:
 
 
 def _paths() -> tuple[str, ...]:
-    return tuple(os.path.abspath(path) for path in sys.path)
+    """Import paths of this process, and the current directory, last: users' solvers may lie there."""
+    return tuple(dict.fromkeys(os.path.abspath(path) for path in (*sys.path, "")))

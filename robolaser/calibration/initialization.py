@@ -55,7 +55,7 @@ def start_of(model: Model, plan: Plan, *, state: Path | None, resume: bool, prog
 
     Raises:
         NothingFound: All candidates lie at poles.
-        AlgorithmUnknown: There is none of that name.
+        UsageError: There is none of that name.
     """
     algorithm = plan.algorithm or (SCREENING if model.sensor.own else POLISH_ONLY)
     if algorithm not in (SCREENING, POLISH_ONLY):

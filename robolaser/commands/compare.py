@@ -113,7 +113,7 @@ def _refuse_to_mix(output: Path) -> None:
 
     if runs := RunRecord(output / RECORD).runs:
         raise OutputError(
-            f"{output} holds {len(runs)} runs of a result. Go on with it, or add to it, with --resume; begin anew"
+            f"{output} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew"
             " with --force."
         )
     refuse_to_overwrite(output / RESULT_FILE, force=False)

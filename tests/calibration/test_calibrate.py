@@ -17,7 +17,7 @@ from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.errors import CheckpointForeign, TooFewPoses
+from robolaser.errors import AlgorithmError, TooFewPoses
 from robolaser.estimation.cross_validation import fold_of_rows
 from robolaser.estimation.problem import Box, Residuals
 from robolaser.geometry.robots import find_robot
@@ -181,7 +181,7 @@ def test_a_stopped_search_goes_on_to_the_same_result(
     resumed = calibrate(experiment.dataset, BREEDING, state=tmp_path, resume=True)
     assert np.array_equal(resumed.x, bred.x)
     assert np.array_equal(resumed.history.best, bred.history.best)
-    with pytest.raises(CheckpointForeign):
+    with pytest.raises(AlgorithmError):
         calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
 
 
