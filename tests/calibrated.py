@@ -114,11 +114,11 @@ def finished(model, x):
     rng = np.random.default_rng(6)
     parameters = model.parameters
     std = rng.uniform(1e-4, 1e-3, len(x)) * parameters.width
-    held = np.isin(parameters.names, model.sensor.held)
+    held = np.isin(parameters.names, model.sensor.fixed)
     std[held] = np.nan
     residuals = model.residuals(x[None])[0]
     noise = {"stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5}, "point": {"point": 2e-5, "joint": 1e-5}}
-    own = tuple(model.sensor.own)
+    own = tuple(model.sensor.free)
     history = None
     if own:
         wandering = parameters.lower + parameters.width * rng.uniform(size=(20, len(x)))

@@ -48,7 +48,7 @@ class Cell:
     def missed(self) -> Array:
         """Residuals at the truth, (m, 3), without the closed form that a model starts from."""
         model = self.model()
-        values = at_truth(model.sensor.own + model.sensor.following)
+        values = at_truth(model.sensor.free + model.sensor.derived)
         perturb = model.perturb(values)
         return model.sensor.residuals(values, model.flange(values, perturb), perturb)[0]
 

@@ -13,12 +13,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import vl_convert
+
 from robolaser import RunPlan
 from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.record import RunRecord
 from robolaser.benchmark.standings import Measure, standings
-from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.solved import TITLES, solved
+from robolaser.report.chart import CONFIG
+from robolaser.report.comparison.charts.solved import TITLES, solved
+from robolaser.report.comparison.plot_context import PlotContext
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
@@ -27,6 +30,7 @@ PICTURES = PAGE.with_name("pictures")
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
 SEEDS = 30
+WIDTH_PX = 520
 
 PARTS = {
     "operators": (
@@ -57,11 +61,11 @@ PARTS = {
         ),
     ),
 }  # fmt: skip
-"""Budget and solvers of each comparison."""
+"""Budget and contestants of each comparison."""
 PICTURED = "field"
 BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
-"""Beside whom each solver is put."""
-COLUMNS = ("solver", "within 1 % of the best J", "evaluations to it", "J at the end, median")
+"""Beside whom each contestant is put."""
+COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
 def command(part: str) -> list[str]:
@@ -101,13 +105,13 @@ def picture(part: str, measure: Measure) -> str:
     plan = RunPlan.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
     record = RunRecord(FOLDER / part / "runs.jsonl")
     comparison = plan.result(plan.select(record.runs), record.effort)
-    drawn = solved(Field(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
+    drawn = solved(PlotContext(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones
-    svg = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], str(drawn.svg))
-    return svg.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-                       'style="background: white; font-family: sans-serif" ', 1) + "\n"  # fmt: skip
+    spec = drawn.spec | {"width": WIDTH_PX, "config": CONFIG | {"background": "white", "font": "sans-serif"}}
+    text = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], json.dumps(spec))
+    return str(vl_convert.vegalite_to_svg(json.loads(text))) + "\n"
 
 
 def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
@@ -140,7 +144,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
 
 
 def _marked(answer: str, said: dict[str, Any]) -> str:
-    """Names of solvers as code, the longest first: some begin like others."""
+    """Names of contestants as code, the longest first: some begin like others."""
     names = sorted((one["name"] for one in said["algorithms"]), key=len, reverse=True)
     return re.sub("|".join(rf"(?<![\w:-]){re.escape(name)}(?![\w:=-])" for name in names), r"`\g<0>`", answer)
 

@@ -19,8 +19,8 @@ def seeded(seed: int) -> Iterator[None]:
     """Derive all random draws from a seed, and restore global generators and warning filters at the end.
 
     pymoo passes its generator from function to function, but its pattern search, its Gaussian mutation and its
-    crossover of differential evolution draw from a new, unseeded one. Here they share a seeded one. pycma draws from NumPy's
-    global generator. Only one thread at a time can be inside.
+    crossover of differential evolution draw from a new, unseeded one. Here they share a seeded one. pycma draws from
+    NumPy's global generator. Only one thread at a time can be inside.
     """
     unseeded = np.random.default_rng(seed)
 

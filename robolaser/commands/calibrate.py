@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Resume, Seed
+from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
@@ -26,6 +26,7 @@ def calibrate(
     resume: Resume = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
+    typed: Typed = "",
 ) -> None:
     """Find the parameters of scanner, base, tool or sockets from measured points.
 
@@ -55,7 +56,7 @@ def calibrate(
     from robolaser.calibration.result import json_text
     from robolaser.data.csv_tables import write_together
     from robolaser.data.loading import load
-    from robolaser.report import page, print_summary
+    from robolaser.report.calibration import page, print_summary
 
     refuse_to_overwrite(output / "calibration.json", force=force)
     if (output / CHECKPOINT).exists() and not (resume or force):
@@ -83,7 +84,7 @@ def calibrate(
             "robot.urdf": robot_urdf(found),
             "robot_corrected.urdf": corrected_urdf(found),
             "camera.yaml": camera_yaml(found) if data.kind == "stripe" else None,
-            "report.html": page(found),
+            "report.html": page(found, command=typed),
             "calibration.json": result,
         }
         write_together({output / name: text.encode() for name, text in texts.items() if text is not None})

@@ -8,8 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.stage_derivatives import Probe
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.places import moving_joints
 
 DENT, DENTS = 0.08, 80
@@ -42,11 +42,11 @@ class Site:
     most: float = np.inf
 
 
-def sites(fitted: Fitted) -> Iterator[Site]:
+def sites(fitted: Fit) -> Iterator[Site]:
     """Every site that the data set has, with every coordinate that it may depend on there."""
     model = fitted.problem.model
     dataset, scene = model.dataset, model.scene
-    probe, of_poses = Probe(fitted), OfPoses(dataset, scene)
+    probe, of_poses = StageDerivatives(fitted), OfPoses(dataset, scene)
     pose = dataset.points.pose
 
     def over_poses(columns: Array, shapes: Array) -> Array:
@@ -88,7 +88,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
     yield from _of_rows(fitted, probe, of_poses)
 
 
-def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
+def _of_rows(fitted: Fit, probe: StageDerivatives, of_poses: OfPoses) -> Iterator[Site]:
     """Sites whose departure differs from row to row of a pose."""
     model = fitted.problem.model
     dataset = model.dataset

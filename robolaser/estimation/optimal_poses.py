@@ -207,7 +207,7 @@ def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str
     dataset = replace(description, poses=poses, points=points, time_is_order=True)
     model = Model(dataset, candidate_effects(effects, dataset))
     x = np.array([item.nominal for item in model.parameters.items])
-    free = ~np.isin(model.parameters.names, model.sensor.held)
+    free = ~np.isin(model.parameters.names, model.sensor.fixed)
     slopes = (jacobian(model, x) * model.parameters.width / ERROR_M)[:, free]
     return slopes.reshape(n, 3 * ALONG, -1)
 

@@ -83,7 +83,8 @@ class GapAgainstComplexity(Problem):
         if not additions:
             raise AlgorithmError("GapAgainstComplexity: additions is empty, expected one effect or more.")
         if len(np.unique(fold)) < 2:
-            raise AlgorithmError(f"GapAgainstComplexity: fold is {np.unique(fold).tolist()}, expected two folds or more.")
+            found = np.unique(fold).tolist()
+            raise AlgorithmError(f"GapAgainstComplexity: fold is {found}, expected two folds or more.")
         self.names = tuple(addition.name for addition in additions)
         self.effect = np.repeat(np.arange(len(additions)), [len(addition.reach) for addition in additions])
         self.reach = np.concatenate([addition.reach for addition in additions])

@@ -280,7 +280,7 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
 
 
 def test_importing_the_package_loads_no_physics() -> None:
-    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich.progress'}"
+    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'rich.progress'}"
     code = (
         "import sys, robolaser, robolaser.cli\n"
         "robolaser.cli.app.parse_args(['list', 'robots'])\n"

@@ -1,4 +1,4 @@
-"""Made-up comparisons: traces drawn from a generator rather than searched for."""
+"""Made-up comparisons: courses drawn from a generator rather than searched for."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ PROBLEMS = (
 )
 
 
-def trace(rng, problem, speed, luck, seconds, budget=BUDGET):
+def course(rng, problem, speed, luck, seconds, budget=BUDGET):
     """A run that falls a decade after the other, or halts in another valley."""
     stuck = rng.uniform() > luck
     hard = speed * (1.0 + 0.5 * (problem.dimension > 20)) * rng.lognormal(0.0, 0.25)
@@ -50,7 +50,7 @@ def trace(rng, problem, speed, luck, seconds, budget=BUDGET):
 def made(
     names=tuple(SPEEDS), problems=PROBLEMS, seeds=15, failing="g3pcx", refusing="scipy-least-squares", unfinished="pso"
 ):
-    """Every solver on every problem; one fails at times, one refuses the last problem, one is not done yet."""
+    """Every contestant on every problem; one fails at times, one refuses the last problem, one is not done yet."""
     rng = np.random.default_rng(4)
     runs, refused = [], {}
     for problem in problems:
@@ -63,7 +63,7 @@ def made(
                 if name == unfinished and seed > 9:
                     continue
                 fails = name == failing and seed % 4 == 0
-                path = trace(rng, problem, speed, luck, seconds)
+                path = course(rng, problem, speed, luck, seconds)
                 spent = BUDGET
                 reason = "not done within 20 s" if seed % 8 else "ValueError: array must not contain infs or NaNs"
                 runs.append(
@@ -93,7 +93,7 @@ def complete():
 
 
 def tiny():
-    """One solver, one problem, one seed."""
+    """One contestant, one problem, one seed."""
     return made(names=("rcga",), problems=PROBLEMS[:1], seeds=1)
 
 
@@ -125,5 +125,5 @@ MADE = {"large": large, "complete": complete, "tiny": tiny, "pair": pair, "nothi
 
 
 def judged(comparison):
-    """How solvers stand, for each family."""
+    """How contestants stand, for each family."""
     return tuple(standings(comparison, family) for family in comparison.families)
