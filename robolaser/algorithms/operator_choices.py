@@ -103,11 +103,12 @@ def operators() -> Mapping[str, Mapping[str, OperatorChoice]]:
     Raises:
         PluginError: What a package announces cannot be used.
     """
+    groups = entry_points().groups
     found: dict[str, Mapping[str, OperatorChoice]] = {}
     for slot, choices in OPERATORS.items():
         group = f"{GROUP}.{slot}"
         theirs: Mapping[str, type[Any]] = {}
-        if entry_points(group=group):
+        if group in groups:
             base = getattr(import_module(f"pymoo.core.{slot}"), slot.capitalize())
             theirs = announced(group, base, taken=choices, name="")
         found[slot] = {**choices, **{name: OperatorChoice(kind, _settings(kind)) for name, kind in theirs.items()}}

@@ -34,7 +34,7 @@ _ENVIRONMENT = {
 
 @final
 @dataclass(frozen=True)
-class Session:
+class ClientProcess:
     """The program that wants the runs.
 
     Attributes:
@@ -46,7 +46,7 @@ class Session:
     paths: tuple[str, ...]
 
     @classmethod
-    def here(cls) -> "Session":
+    def here(cls) -> "ClientProcess":
         """This process, now."""
         return cls(uuid.uuid4().hex, _paths())
 
@@ -99,7 +99,7 @@ class WorkerProcess:
         return self._process.poll() is None
 
     def run(
-        self, task: Task, digest: str, payload: Callable[[], bytes], session: Session, *, warm_up: bool
+        self, task: Task, digest: str, payload: Callable[[], bytes], program: ClientProcess, *, warm_up: bool
     ) -> tuple[BenchmarkRun, bool]:
         """Have it make a run; also return whether it is fit for another.
 
@@ -108,7 +108,7 @@ class WorkerProcess:
             EOFError, OSError: It died.
         """
         self.began, self.heard = None, False
-        self._connection.send((task, digest, session.paths, warm_up))
+        self._connection.send((task, digest, program.paths, warm_up))
         allowed_s = STARTUP_S
         while self._connection.poll(min(allowed_s, _LONGEST_S)):
             message = self._connection.recv()

@@ -17,7 +17,7 @@ from robolaser.benchmark import worker_process
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import Session
+from robolaser.benchmark.worker_process import ClientProcess
 
 PAYLOAD = pickle.dumps(Bowl())
 Make = Callable[..., BenchmarkRun]
@@ -25,7 +25,7 @@ Make = Callable[..., BenchmarkRun]
 
 @pytest.fixture(scope="module")
 def pool() -> Iterator[WorkerPool]:
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     yield pool
     pool.close()
 
@@ -150,7 +150,7 @@ def test_a_run_whose_worker_died_is_tried_once_more(
 
 def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROGUES_GRAVE", "/")
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
@@ -177,10 +177,10 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
         from rogues import Bowl
         from robolaser.benchmark.task import Task
         from robolaser.benchmark.worker_pool import WorkerPool
-        from robolaser.benchmark.worker_process import Session
+        from robolaser.benchmark.worker_process import ClientProcess
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
         payload = pickle.dumps(Bowl())
-        pool = WorkerPool(Session.here())
+        pool = WorkerPool(ClientProcess.here())
         threading.Thread(target=pool.run, args=(task, "x", lambda: payload), daemon=True).start()
         while not pool.workers:
             pass
@@ -200,7 +200,7 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
 
 
 def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))

@@ -15,7 +15,7 @@ from robolaser.benchmark.engines.engine import Engine, EngineLost, Payload, dige
 from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import Session
+from robolaser.benchmark.worker_process import ClientProcess
 from robolaser.errors import BenchmarkError, DependencyMissing
 
 ANSWER_S = 3.0
@@ -60,7 +60,7 @@ class DaskCluster(Engine):
                 "Dask's `distributed` is not installed here; `pip install 'robolaser[dask]'` brings it."
             ) from None
         self.label = address
-        self._session = Session.here()
+        self._program = ClientProcess.here()
         self._versions = _compared(address)
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # our errors say it
         try:
@@ -86,7 +86,7 @@ class DaskCluster(Engine):
         name = digest(payload)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            content = self._client.submit(_identity, payload, key=f"problem-{name}-{self._session.name}")
+            content = self._client.submit(_identity, payload, key=f"problem-{name}-{self._program.name}")
         return Payload(name, content)
 
     def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
@@ -96,7 +96,7 @@ class DaskCluster(Engine):
         if self._client.status != "running":  # a lost scheduler would never answer
             outer.set_exception(_lost(self.label))
             return outer
-        inner = self._executor.submit(_on_worker, task, payload.digest, payload.content, self._session, self._versions)
+        inner = self._executor.submit(_on_worker, task, payload.digest, payload.content, self._program, self._versions)
         inner.add_done_callback(lambda inner: self._completed(task, inner, outer))
         return outer
 
@@ -107,7 +107,7 @@ class DaskCluster(Engine):
         self._closed = True
         self._executor.shutdown(wait=False)
         with suppress(Exception):  # nor may it fail because a worker does
-            _in_thread(lambda: self._client.run(_close_pool, self._session, on_error="ignore")).result(CLOSE_S)
+            _in_thread(lambda: self._client.run(_close_pool, self._program, on_error="ignore")).result(CLOSE_S)
         self._client.close(timeout=CLOSE_S)
 
     def _completed(self, task: Task, inner: Future[BenchmarkRun | _Foreign], outer: Future[BenchmarkRun]) -> None:
@@ -186,7 +186,9 @@ def _versions(info: Mapping[str, Any]) -> Versions:
     return {"python": python} | {package: packages.get(package) for package in PACKAGES}
 
 
-def _on_worker(task: Task, name: str, payload: bytes, session: Session, wanted: Versions) -> BenchmarkRun | _Foreign:
+def _on_worker(
+    task: Task, name: str, payload: bytes, program: ClientProcess, wanted: Versions
+) -> BenchmarkRun | _Foreign:
     """Make a run, unless this Dask worker, which may have joined later, has other versions."""
     from distributed import get_worker  # noqa: PLC0415
     from distributed.versions import get_versions  # noqa: PLC0415
@@ -194,17 +196,17 @@ def _on_worker(task: Task, name: str, payload: bytes, session: Session, wanted: 
     worker, ours = get_worker(), _versions(get_versions(packages=PACKAGES))
     if ours != wanted:
         return _Foreign(f"worker {worker.address}", ours)
-    return _pool(worker, session).run(task, name, lambda: payload)
+    return _pool(worker, program).run(task, name, lambda: payload)
 
 
-def _pool(worker: Any, session: Session) -> WorkerPool:
-    """The worker processes of a session on a Dask worker, which keeps them between runs."""
-    pool: WorkerPool = vars(worker).setdefault(f"robolaser-{session.name}", WorkerPool(session))
+def _pool(worker: Any, program: ClientProcess) -> WorkerPool:
+    """The worker processes of a program on a Dask worker, which keeps them between runs."""
+    pool: WorkerPool = vars(worker).setdefault(f"robolaser-{program.name}", WorkerPool(program))
     return pool
 
 
-def _close_pool(session: Session, dask_worker: Any) -> None:
-    _pool(dask_worker, session).close()
+def _close_pool(program: ClientProcess, dask_worker: Any) -> None:
+    _pool(dask_worker, program).close()
 
 
 def _identity(payload: bytes) -> bytes:

@@ -10,7 +10,7 @@ from robolaser.benchmark.engines.engine import Engine, Payload, digest
 from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import Session
+from robolaser.benchmark.worker_process import ClientProcess
 
 CPU_LIMIT = Path("/sys/fs/cgroup/cpu.max")
 """Where Linux states how much processor time a container has: quota and period [µs]."""
@@ -28,7 +28,7 @@ class ThisMachine(Engine):
 
     def __init__(self, jobs: int | None = None) -> None:
         self._jobs = usable_cores() if jobs is None else jobs
-        self._pool = WorkerPool(Session.here())
+        self._pool = WorkerPool(ClientProcess.here())
         self._threads = ThreadPoolExecutor(self._jobs)
 
     @property

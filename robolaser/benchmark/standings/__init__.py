@@ -2,8 +2,8 @@
 
 from robolaser.benchmark.standings.judgement import standings, standings_of
 from robolaser.benchmark.standings.table import (
-    Estimate,
     FinalCosts,
+    IntervalEstimate,
     Measure,
     OnProblem,
     Order,
@@ -16,8 +16,8 @@ from robolaser.benchmark.standings.table import (
 )
 
 __all__ = [
-    "Estimate",
     "FinalCosts",
+    "IntervalEstimate",
     "Measure",
     "OnProblem",
     "Order",

@@ -12,7 +12,7 @@ Measure = Literal["evaluations", "seconds"]
 
 @final
 @dataclass(frozen=True)
-class Estimate:
+class IntervalEstimate:
     """A number and its 95 % interval.
 
     Attributes:
@@ -41,9 +41,9 @@ class Reached:
 
     tolerance: float
     successes: int
-    success: Estimate
-    evaluations: Estimate
-    seconds: Estimate
+    success: IntervalEstimate
+    evaluations: IntervalEstimate
+    seconds: IntervalEstimate
 
 
 @final
@@ -101,9 +101,9 @@ class Pair:
 
     one: str
     other: str
-    superiority: Estimate
+    superiority: IntervalEstimate
     effect: str | None
-    ratio: Estimate
+    ratio: IntervalEstimate
     ratio_problems: tuple[str, ...]
     p: float | None
     p_adjusted: float | None
@@ -134,8 +134,8 @@ class Place:
     mean_rank: float | None
     runs: int
     failed: int
-    success: Estimate
-    running_time: Estimate
+    success: IntervalEstimate
+    running_time: IntervalEstimate
     solved: int
     area: float | None
     against_first: Pair | None

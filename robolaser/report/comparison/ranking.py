@@ -6,7 +6,7 @@ from typing import final
 
 from robolaser.benchmark.result import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.standings import Estimate, FinalCosts, OnProblem, Pair, Place, Reached, Result
+from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Place, Reached, Result
 from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison import prices
 from robolaser.report.comparison.plot_context import PlotContext
@@ -131,7 +131,7 @@ def line_number(context: PlotContext, name: str) -> int | None:
     return coloured.index(name) if name in coloured else None
 
 
-def _known(estimate: Estimate) -> float:
+def _known(estimate: IntervalEstimate) -> float:
     return float("inf") if estimate.value is None else estimate.value
 
 
@@ -139,7 +139,7 @@ def _rank(place: Place) -> str:
     return "–" if place.rank is None else str(place.rank)
 
 
-def _interval(estimate: Estimate) -> str:
+def _interval(estimate: IntervalEstimate) -> str:
     if estimate.lower is None or estimate.upper is None:
         return ""
     return prices.interval(estimate.lower, estimate.upper)
