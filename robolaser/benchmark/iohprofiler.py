@@ -28,7 +28,7 @@ def export(result: BenchmarkResult, folder: Path) -> None:
         folder: Created where it is not there; files of the same names are replaced.
 
     Raises:
-        FileUnwritable: A file cannot be written.
+        OutputError: A file cannot be written.
     """
     files: dict[Path, bytes] = {}
     for number, problem in enumerate(result.problems, start=1):

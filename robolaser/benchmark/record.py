@@ -18,7 +18,7 @@ from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.plan import Key, RunPlan, key
 from robolaser.benchmark.result import Effort
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
-from robolaser.errors import BenchmarkError, FileUnreadable, FileUnwritable
+from robolaser.errors import BenchmarkError, unreadable, unwritable
 
 FORMAT = "robolaser-runs/1"
 PACKAGES = ("robolaser", "numpy", "numba", "scipy", "pymoo", "cma")
@@ -85,7 +85,7 @@ class RunRecord:
 
         Raises:
             BenchmarkError: The runs in the file were made under other conditions.
-            FileUnwritable: The file cannot be written.
+            OutputError: The file cannot be written.
         """
         self._check(plan)
         self._conditions = {
@@ -103,7 +103,7 @@ class RunRecord:
         """Add a run that was done so many seconds after the session began.
 
         Raises:
-            FileUnwritable: The file cannot be written.
+            OutputError: The file cannot be written.
         """
         self._append({"run": _as_json(run), "after_s": round(after_s, 3)})
         self._take(run, after_s)
@@ -148,14 +148,14 @@ class RunRecord:
                 file.seek(self._size)
                 file.write(data)
         except OSError as error:
-            raise FileUnwritable(self._path, error.strerror or str(error)) from None
+            raise unwritable(self._path, error.strerror or str(error)) from None
         self._size += len(data)
 
     def _read(self) -> None:
         try:
             data = self._path.read_bytes()
         except OSError as error:
-            raise FileUnreadable(self._path, error.strerror or str(error)) from None
+            raise unreadable(self._path, error.strerror or str(error)) from None
         *lines, _ = data.split(b"\n")  # what comes after the last end of a line was cut off
         for number, line in enumerate(lines, start=1):
             try:

@@ -87,9 +87,9 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
     found: dict[str, Localization] = {}
     for one in evidence:
-        kind, site = one.candidate_effect.kind, one.candidate_effect.where
+        kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = float(chi2.sf(one.explained, len(kind.declared()) + len(kind.shapes())))
+        p_value = float(chi2.sf(one.explained, len(kind.units())))
         found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
 
@@ -104,7 +104,7 @@ def not_testable(
     imitated: dict[str, list[str]] = {}
     for one in limits:
         if one.size is None:
-            imitated.setdefault(one.candidate_effect.kind.name, []).append(one.candidate_effect.where)
+            imitated.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in imitated.items():
         reason = f"at {', '.join(locations)} these poses cannot tell it from the ordinary parameters"
         reasons.setdefault(name, reason)

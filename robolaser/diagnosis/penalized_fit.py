@@ -78,7 +78,7 @@ class Problem:
         names = {
             candidate_effect.key(name)
             for candidate_effect in self.model.effects
-            for name, *_ in candidate_effect.kind.shapes()
+            for name, *_ in candidate_effect.effect.nonlinear_parameters()
         }
         return np.isin(self.parameters.names, list(names))
 

@@ -27,8 +27,7 @@ from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
 from robolaser.diagnosis.verdict import Evidence, judge
-from robolaser.errors import EffectUnknown
-from robolaser.model.effects import EFFECTS
+from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 Progress = Callable[[str, float], None]
@@ -71,7 +70,7 @@ def examine(
         progress: Is called with what is going on, and what share of the work is done.
 
     Raises:
-        EffectUnknown: There is no such effect to take out.
+        UsageError: There is no such effect to take out.
         DataError: The data set holds nothing to judge.
     """
     began = time.perf_counter()
@@ -83,7 +82,7 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
     kinds = list(EFFECTS if effects is None else effects)
     for name in without:
         if name not in {kind.name for kind in kinds}:
-            raise EffectUnknown(name, {kind.name: kind for kind in kinds})
+            raise unknown_effect(name, [kind.name for kind in kinds])
     return [kind for kind in kinds if kind.name not in without]
 
 

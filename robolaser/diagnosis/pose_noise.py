@@ -31,8 +31,8 @@ def explicable(fitted: Fit, candidate_effects: Sequence[CandidateEffect]) -> Arr
     """
     parts = [fitted.jacobian * fitted.problem.prior]
     for one in candidate_effects:
-        bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
-        columns = derivatives(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
+        bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
+        columns = derivatives(fitted, one, one.effect.grid(fitted.problem.model.dataset, one.where)[:1])
         parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / prior_scales(one)))
     every = np.hstack(parts)
     if len(every) < ENOUGH * every.shape[1]:

@@ -63,7 +63,7 @@ class Refits:
     def with_new_shapes(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
         for one in fit.effects[:-1]:
-            if one.kind.shapes() and len(fit.effects) > 1:
+            if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
                 less = self.refit(fit, removed=one)
                 again = self.refit(less, score_tests(less, [one], self._columns))
                 fit = min(fit, again, key=lambda option: option.chi2)
@@ -112,8 +112,8 @@ class Refits:
 
 def penalty(test: ScoreTest) -> float:
     """The complexity penalty of an effect, its nonlinear parameters chosen from those that were tried."""
-    kind = test.candidate_effect.kind
-    return complexity_penalty(len(kind.declared()) + len(kind.shapes()), test.tried)
+    kind = test.candidate_effect.effect
+    return complexity_penalty(len(kind.units()), test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

@@ -48,7 +48,7 @@ class ScoreTest:
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """What it tests: effect, location and nonlinear parameters."""
-        return self.candidate_effect.kind.name, self.candidate_effect.where, self.shapes
+        return self.candidate_effect.effect.name, self.candidate_effect.where, self.shapes
 
     @cached_property
     def basis(self) -> Array:
@@ -75,7 +75,7 @@ class ScoreTest:
 
 def prior_scales(candidate_effect: CandidateEffect) -> Array:
     """Prior scales of an effect's linear parameters, in their units, (a,)."""
-    return np.array([scale for *_, scale in candidate_effect.kind.declared()])
+    return np.array([scale for *_, scale in candidate_effect.effect.amplitudes()])
 
 
 @final
@@ -118,9 +118,9 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
     for one in effects:
         if one in fit.effects:
             continue
-        grid = one.kind.grid(fit.problem.model.dataset, one.where)
+        grid = one.effect.grid(fit.problem.model.dataset, one.where)
         tried = len(grid)
-        if tried > DENSE_GRID and one.kind.stage is Stage.JOINTS:
+        if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
             grid = motions.best_shapes(one, grid)
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
@@ -210,7 +210,7 @@ class JointMotions:
     def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
         gradient, own, shared = self._normal_equations(candidate_effect.where)
-        scene = self._fit.problem.model.scene
+        scene = self._fit.problem.model.run
         assert scene.poses.q is not None
         assert scene.robot is not None
         q = scene.poses.q[None]
@@ -233,4 +233,4 @@ class JointMotions:
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
     """Every effect at every location that the data set has for it."""
-    return [CandidateEffect(kind, where) for kind in kinds for where in kind.places(dataset)]
+    return [CandidateEffect(kind, where) for kind in kinds for where in kind.locations(dataset)]

@@ -107,7 +107,7 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
     if begin is not None or refits.start.problem.model.dataset.kind == "stripe":
         return selection.stepwise(begin or refits.start)
     few = selection.stepwise(refits.start, MAX_SEPARATE_EFFECTS)
-    geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.kind is LinkGeometry]
+    geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
     enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
     if enough or not geometry:
         return few

@@ -28,7 +28,7 @@ class Reduction:
         self.model = model
         self.parameters = model.parameters.without((*sensor.eliminated, *sensor.fixed))
         self._rounds = (
-            2 if any(candidate_effect.kind.stage in BREAKS_SCALE for candidate_effect in model.effects) else 1
+            2 if any(candidate_effect.effect.stage in BREAKS_SCALE for candidate_effect in model.effects) else 1
         )
 
     def completed(self, x: Array) -> Array:

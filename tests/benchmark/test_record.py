@@ -11,7 +11,7 @@ from robolaser.benchmark.plan import RunPlan, key
 from robolaser.benchmark.problem_specs import specs_of
 from robolaser.benchmark.record import RunRecord
 from robolaser.benchmark.solvers import find
-from robolaser.errors import BenchmarkError, FileUnwritable
+from robolaser.errors import BenchmarkError, OutputError
 
 
 def plan(*problems: str, **changed) -> RunPlan:
@@ -133,5 +133,5 @@ def test_a_run_that_found_nothing_is_kept_too(record, path):
 
 
 def test_a_record_that_cannot_be_written_says_so(tmp_path):
-    with pytest.raises(FileUnwritable):
+    with pytest.raises(OutputError):
         RunRecord(tmp_path / "nowhere" / "runs.jsonl").begin(plan(), engine="", workers=1)

@@ -24,6 +24,7 @@ class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
     kind: ClassVar[str] = "point"
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
     measured_by: ClassVar[str] = "tracked points on the flange"
     task: ClassVar[str] = "the model predicts tracked points"

@@ -8,12 +8,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.toml_schema import unit_of
 from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.known_distances import KnownDistances
-from robolaser.model.stages import Perturbation
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -30,6 +29,7 @@ class Sensor(ABC):
 
     Attributes:
         kind: Name in dataset.toml.
+        stages: Those that its values pass: effects at others have no meaning for it.
         units: Unit of each of a row's k numbers.
         whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
             joint readings explain: a tracker that measures six dimensions at a time does.
@@ -40,6 +40,7 @@ class Sensor(ABC):
     """
 
     kind: ClassVar[str]
+    stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     whole_pose_errors: ClassVar[bool] = False
     measured_by: ClassVar[str] = "sensor"
@@ -186,9 +187,10 @@ class Sensor(ABC):
             nominal = {item.name: np.array([item.nominal]) for item in items}
             found = self.initialize(nominal, T_base_flange, perturb)
             for name in self.derived:
-                span = ANGLE_SPAN_RAD if unit_of(name) == "rad" else LENGTH_SPAN_M
+                unit = self.dataset.format.unit_of(name)
+                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
                 at = float(found[name][0])
-                start = Parameter(name, unit_of(name), at, at - span, at + span, given=False)
+                start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
 

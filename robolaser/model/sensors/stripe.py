@@ -31,6 +31,7 @@ class Stripe(Sensor):
     """The laser scanner of the paper, eqs. 1-13, its target placed or not."""
 
     kind: ClassVar[str] = "stripe"
+    stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
     measured_by: ClassVar[str] = "laser stripe scanner"
     task: ClassVar[str] = "the scanner places points"
     row_point: ClassVar[str] = "known point"
