@@ -61,11 +61,11 @@ PARTS = {
         ),
     ),
 }  # fmt: skip
-"""Budget and contestants of each comparison."""
+"""Budget and solvers of each comparison."""
 PICTURED = "field"
 BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
-"""Beside whom each contestant is put."""
-COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "J at the end, median")
+"""Beside whom each solver is put."""
+COLUMNS = ("solver", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
 def command(part: str) -> list[str]:
@@ -144,7 +144,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
 
 
 def _marked(answer: str, said: dict[str, Any]) -> str:
-    """Names of contestants as code, the longest first: some begin like others."""
+    """Names of solvers as code, the longest first: some begin like others."""
     names = sorted((one["name"] for one in said["algorithms"]), key=len, reverse=True)
     return re.sub("|".join(rf"(?<![\w:-]){re.escape(name)}(?![\w:=-])" for name in names), r"`\g<0>`", answer)
 

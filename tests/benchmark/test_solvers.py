@@ -143,15 +143,15 @@ def test_nobody_asks_outside_the_bounds_even_beside_a_pole(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", DEFAULT)
-def test_a_calibration_can_be_asked_of_everybody(text: str, paper_question: BenchmarkProblem) -> None:
-    made = ran(text, paper_question, budget=15_000 if text == "screening" else 500)
-    assert find(text).refuses(paper_question) is None
+def test_a_calibration_can_be_asked_of_everybody(text: str, paper_problem: BenchmarkProblem) -> None:
+    made = ran(text, paper_problem, budget=15_000 if text == "screening" else 500)
+    assert find(text).refuses(paper_problem) is None
     assert (made.state, made.reason) == (DONE, "")
     assert np.isfinite(made.trace.final)
 
 
 @pytest.fixture(scope="module")
-def paper_question() -> BenchmarkProblem:
+def paper_problem() -> BenchmarkProblem:
     return calibration()
 
 
@@ -164,17 +164,17 @@ def test_a_search_that_has_collapsed_begins_anew_elsewhere(text: str) -> None:
     assert far[1000:].any()
 
 
-def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_question: BenchmarkProblem) -> None:
+def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_problem: BenchmarkProblem) -> None:
     asked: list[np.ndarray] = []
 
     def residuals(x: np.ndarray) -> np.ndarray:
         asked.append(np.array(x, ndmin=2))
-        return paper_question.residuals(asked[-1]).reshape(len(asked[-1]), -1)
+        return paper_problem.residuals(asked[-1]).reshape(len(asked[-1]), -1)
 
-    lower, upper = paper_question.lower, paper_question.upper
+    lower, upper = paper_problem.lower, paper_problem.upper
     scipy.optimize.least_squares(
         lambda x: residuals(x)[0],
-        paper_question.sample_uniform(np.random.default_rng(3))[0],
+        paper_problem.sample_uniform(np.random.default_rng(3))[0],
         bounds=(lower, upper),
         x_scale=upper - lower,
         ftol=1e-12,
@@ -183,22 +183,22 @@ def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_question
     )
     theirs = np.vstack(asked)
     asked.clear()
-    ran("least-squares", replace(paper_question, residuals=residuals), seed=3, budget=len(theirs))
+    ran("least-squares", replace(paper_problem, residuals=residuals), seed=3, budget=len(theirs))
     assert np.array_equal(np.vstack(asked)[: len(theirs)], theirs)
 
 
-def test_screening_is_told_of_in_the_course_with_what_all_rows_cost(paper_question: BenchmarkProblem) -> None:
-    made = ran("screening", paper_question, budget=50_000)
+def test_screening_is_counted_with_the_cost_of_all_rows(paper_problem: BenchmarkProblem) -> None:
+    made = ran("screening", paper_problem, budget=50_000)
     assert made.state == DONE
     assert len(made.trace.costs) >= 1
     assert made.evaluations < 50_000
-    assert made.trace.final == pytest.approx(optimum(paper_question.model, seed=1).cost, rel=1e-9)
+    assert made.trace.final == pytest.approx(optimum(paper_problem.model, seed=1).cost, rel=1e-9)
 
 
-def test_who_cannot_answer_says_why(paper_question: BenchmarkProblem) -> None:
+def test_a_solver_that_does_not_apply_says_why(paper_problem: BenchmarkProblem) -> None:
     bowl = Sphere().problem()
     plain = replace(bowl, residuals=None)
-    assert [name for name in DEFAULT if find(name).refuses(paper_question)] == []
+    assert [name for name in DEFAULT if find(name).refuses(paper_problem)] == []
     assert [name for name in DEFAULT if find(name).refuses(bowl)] == ["screening"]
     assert [name for name in DEFAULT if find(name).refuses(plain)] == ["screening", "least-squares"]
 
@@ -365,10 +365,10 @@ def test_ones_own_may_refuse() -> None:
 
 
 @pytest.mark.usefixtures("here")
-def test_who_never_asks_is_stopped() -> None:
+def test_a_solver_that_never_evaluates_is_stopped() -> None:
     made = ran("written_by_me:Idle", Sphere().problem())
     assert (made.state, made.evaluations) == (FAILED, 0)
-    assert "rounds without" in made.reason
+    assert "iterations without" in made.reason
 
 
 @pytest.mark.usefixtures("here")
