@@ -12,7 +12,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.formats import STRIPE
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 
 NOMINAL = {
@@ -61,7 +61,7 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
         pixel=np.stack([along, across] if axis == "u" else [across, 0.7 * along], axis=-1),
         xyz=np.zeros((POSES * ROWS, 3)),
     )
-    parameters = {key: Parameter(key, STRIPE.unit_of(key), *map(float, three)) for key, three in NOMINAL.items()}
+    parameters = {key: Parameter(key, Stripe.format.unit_of(key), *map(float, three)) for key, three in NOMINAL.items()}
     parameters["k"] = replace(parameters["k"], nominal=k)
     dataset = Dataset(
         name=name,

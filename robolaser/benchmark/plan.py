@@ -16,7 +16,7 @@ from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
-from robolaser.estimation.multistart import optimum
+from robolaser.estimation.multistart import multistart
 
 OUR_OWN = "robolaser's own search"
 """Found the lowest cost, if no solver came below it."""
@@ -190,7 +190,7 @@ def _best_known(problem: BenchmarkProblem) -> tuple[float, str]:
         return problem.lowest, THEORY
     if problem.model is None:
         return np.inf, ""
-    return min(optimum(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
+    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
 def _fingerprint(problem: BenchmarkProblem) -> str:

@@ -13,9 +13,9 @@ from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkPro
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.errors import BenchmarkError, UsageError, near
-from robolaser.estimation.reduction import Reduction
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
+from robolaser.problems.reduction import Reduction
 
 PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
 """Names of problems that are not folders."""

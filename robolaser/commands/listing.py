@@ -55,10 +55,10 @@ def _algorithms() -> Iterable[tuple[str, ...]]:
 
 
 def _sensors() -> Iterable[tuple[str, ...]]:
-    from robolaser.model.sensors import SENSORS
+    from robolaser.model.sensors import sensors
 
-    for sensor in SENSORS:
-        yield sensor.kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
+    for kind, sensor in sensors().items():
+        yield kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
 
 
 FAMILIES = {

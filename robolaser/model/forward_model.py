@@ -97,7 +97,7 @@ class Model:
             x: Candidates in the order of `parameters`, (c, d).
 
         Returns:
-            (c, m, k) [`sensor.units`]; not finite at the model's poles.
+            (c, m, k) [`sensor.format.unit`]; not finite at the model's poles.
         """
         parts = [self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)

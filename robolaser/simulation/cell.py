@@ -8,13 +8,13 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.sensor_format import sensor_kinds
 from robolaser.errors import EffectError
 from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
 from robolaser.geometry.visibility import View, anywhere, limits, looking_down
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.sensors import SENSORS
 from robolaser.model.sensors.sensor import SIX
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.exact import seated, stripe_points, tracker_points
@@ -187,7 +187,7 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
 
 
 def _demand(kind: str, poses: int, points: int, repeats: int, noise: Noise) -> None:
-    kinds = [sensor.kind for sensor in SENSORS]
+    kinds = sensor_kinds()
     if kind not in kinds:
         raise impossible("sensor kind", kind, " or ".join(kinds))
     for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):

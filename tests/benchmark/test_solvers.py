@@ -16,7 +16,7 @@ from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkPro
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun, run
 from robolaser.benchmark.solvers import DEFAULT, SOLVERS, find
 from robolaser.errors import UsageError
-from robolaser.estimation.multistart import optimum
+from robolaser.estimation.multistart import multistart
 from robolaser.model.forward_model import Model
 from robolaser.simulation import paper
 
@@ -192,7 +192,7 @@ def test_screening_is_counted_with_the_cost_of_all_rows(paper_problem: Benchmark
     assert made.state == DONE
     assert len(made.trace.costs) >= 1
     assert made.evaluations < 50_000
-    assert made.trace.final == pytest.approx(optimum(paper_problem.model, seed=1).cost, rel=1e-9)
+    assert made.trace.final == pytest.approx(multistart(paper_problem.model, seed=1).cost, rel=1e-9)
 
 
 def test_a_solver_that_does_not_apply_says_why(paper_problem: BenchmarkProblem) -> None:

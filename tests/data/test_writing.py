@@ -10,7 +10,7 @@ from robolaser.data.writing import save
 from robolaser.errors import OutputError
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.geometry.robots import find_robot
-from robolaser.model.sensors.formats import STRIPE
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 
 WILD = 'a "quoted" \\ back\tslash, ümlaut 光 🤖 \x7f \x01 = [x] # no comment'
@@ -53,7 +53,8 @@ def a_stripe_data_set(**changes: object) -> Dataset:
             xyz=rng.normal(size=(m, 3)),
         ),
         parameters={
-            name: Parameter(name, STRIPE.unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("b", "theta", "target.x")
+            name: Parameter(name, Stripe.format.unit_of(name), 1 / 3, -np.pi / 7, 1.1)
+            for name in ("b", "theta", "target.x")
         },
         image_px=(640, 480),
     )
@@ -71,7 +72,7 @@ def without_robot(dataset: Dataset) -> Dataset:
 def a_tracker_data_set() -> Dataset:
     stripe = a_stripe_data_set()
     points = dataclasses.replace(stripe.points, pixel=None)
-    base = {name: Parameter(name, STRIPE.unit_of(name), 0.1, -1.0, 1.0) for name in ("base.x", "base.psi")}
+    base = {name: Parameter(name, Stripe.format.unit_of(name), 0.1, -1.0, 1.0) for name in ("base.x", "base.psi")}
     noise = Noise(point_m=2e-5, distance_m=1e-5)
     return dataclasses.replace(stripe, kind="point", points=points, parameters=base, image_px=None, noise=noise)
 

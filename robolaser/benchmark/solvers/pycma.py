@@ -44,7 +44,7 @@ class Pycma(Solver):
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run."""
-        import cma  # type: ignore[import-untyped]  # noqa: PLC0415 - half a second to import
+        import cma  # noqa: PLC0415 - half a second to import
 
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415
 

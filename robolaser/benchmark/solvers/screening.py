@@ -9,7 +9,7 @@ from robolaser.algorithms.settings import Setting
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.estimation.multistart import SoFar, optimum
+from robolaser.estimation.multistart import SoFar, multistart
 
 
 @final
@@ -46,5 +46,5 @@ class Screening(Solver):
             record(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
 
         no_starts = np.empty((0, len(model.parameters)))
-        found = optimum(model, seed=seed, starts=no_starts, progress=after_round)
+        found = multistart(model, seed=seed, starts=no_starts, progress=after_round)
         record(found.evaluations, found.cost)

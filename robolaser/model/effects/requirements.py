@@ -4,7 +4,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
-from robolaser.model.sensors import SENSORS
+from robolaser.model.sensors import sensor_class
 from robolaser.model.stages import Stage
 
 PARTS = {
@@ -22,7 +22,7 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
-    stages = {sensor.kind: sensor.stages for sensor in SENSORS}[dataset.kind]
+    stages = sensor_class(dataset.kind).stages
     return "" if stage in stages else f"a sensor of kind '{dataset.kind}' has no {PARTS.get(stage, 'flange')}"
 
 
