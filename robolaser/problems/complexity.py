@@ -81,10 +81,11 @@ class GapAgainstComplexity(Problem):
 
     def __init__(self, model: Neighbourhood, additions: Sequence[Addition], fold: Ints) -> None:
         if not additions:
-            raise AlgorithmError("GapAgainstComplexity: additions is empty, expected one effect or more.")
+            raise AlgorithmError(f"GapAgainstComplexity: additions is {list(additions)}. Expected: one effect or more.")
         if len(np.unique(fold)) < 2:
-            found = np.unique(fold).tolist()
-            raise AlgorithmError(f"GapAgainstComplexity: fold is {found}, expected two folds or more.")
+            raise AlgorithmError(
+                f"GapAgainstComplexity: fold is {np.unique(fold).tolist()}. Expected: two folds or more."
+            )
         self.names = tuple(addition.name for addition in additions)
         self.effect = np.repeat(np.arange(len(additions)), [len(addition.reach) for addition in additions])
         self.reach = np.concatenate([addition.reach for addition in additions])
