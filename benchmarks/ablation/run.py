@@ -65,7 +65,7 @@ PARTS = {
 PICTURED = "field"
 BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
 """Beside whom each solver is put."""
-COLUMNS = ("solver", "within 1 % of the best J", "evaluations to it", "J at the end, median")
+COLUMNS = ("algorithm", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
 def command(part: str) -> list[str]:

@@ -101,7 +101,7 @@ def test_a_planted_ratio_is_in_the_answer():
 def test_equals_do_not_differ_significantly_and_the_answer_says_so():
     found = _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}))
     assert not any(pair.significant for pair in found.evaluations.pairs)
-    assert "no solver differs significantly from" in found.evaluations.answer
+    assert "no algorithm differs significantly from" in found.evaluations.answer
     assert found.evaluations.ranks.groups == (found.evaluations.ranks.algorithms,)
 
 
@@ -132,7 +132,7 @@ def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
     assert found.evaluations.places[0].solved == 0
     assert found.evaluations.pairs[0].significant
     assert found.evaluations.pairs[0].ratio.value is None
-    assert "No solver reached the target" in found.evaluations.answer
+    assert "No algorithm reached the target" in found.evaluations.answer
 
 
 def test_who_alone_reached_the_target_is_named_even_if_it_does_not_rank_first():

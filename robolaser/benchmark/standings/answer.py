@@ -19,7 +19,7 @@ def answer(measure: Measure, places: Sequence[Place], *, problems: int, runs: in
     ranked = [place for place in places if place.rank is not None]
     left_out = [place.algorithm for place in places if place.rank is None]
     if not ranked:
-        sentences = ["No solver can be ranked: there are too few runs."] if left_out else ["There are no runs yet."]
+        sentences = ["No algorithm can be ranked: there are too few runs."] if left_out else ["There are no runs yet."]
     elif len(ranked) == 1:
         sentences = [_alone(ranked[0], measure)]
     else:
@@ -48,7 +48,7 @@ def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int,
     beaten = [(name, pair) for name, pair in against if pair is not None and pair.significant]
     sentences = []
     if not any(place.solved for place in ranked):
-        sentences.append("No solver reached the target, so the ranking is by how close they came.")
+        sentences.append("No algorithm reached the target, so the ranking is by how close they came.")
     if not beaten:
         sentences += _nothing_significant(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
         return [*sentences, *_surprise(ranked)]
@@ -125,9 +125,9 @@ def _nothing_significant(
         ]
     pair = second.against_first
     if pair is None or pair.p_adjusted is None:
-        return [f"In {measure}, the solvers cannot be compared."]
+        return [f"In {measure}, the algorithms cannot be compared."]
     comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(measure, pair, problems)}; "
     return [
-        f"In {measure}, no solver differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
+        f"In {measure}, no algorithm differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
         f"{second.algorithm} {comes}{_how_sure(first.algorithm, second.algorithm, pair, comparisons)}."
     ]
