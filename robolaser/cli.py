@@ -1,57 +1,60 @@
 """The command line: reads what was typed, lets one command run, and turns errors into sentences."""
 
-import argparse
 import io
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
 
-from robolaser.commands.calibrate import Calibrate
-from robolaser.commands.challenge import Challenge
-from robolaser.commands.command import Command
-from robolaser.commands.compare import Compare
-from robolaser.commands.diagnose import Diagnose
-from robolaser.commands.emulate import Emulate
-from robolaser.commands.extract import Extract
-from robolaser.commands.listing import List
-from robolaser.commands.record import Record
-from robolaser.commands.scan import Scan
-from robolaser.commands.simulate import Simulate
-from robolaser.commands.view import View
-from robolaser.errors import Interrupted, RobolaserError, SystemSaidNo, WrongUsage
+from cyclopts import App, CycloptsError, Group, Parameter
 
-COMMANDS: tuple[Command, ...] = (
-    Calibrate(),
-    Diagnose(),
-    Compare(),
-    Extract(),
-    Simulate(),
-    Record(),
-    Emulate(),
-    Scan(),
-    View(),
-    Challenge(),
-    List(),
-)
+from robolaser.commands.calibrate import calibrate
+from robolaser.commands.challenge import challenge
+from robolaser.commands.compare import compare
+from robolaser.commands.diagnose import diagnose
+from robolaser.commands.emulate import emulate
+from robolaser.commands.extract import extract
+from robolaser.commands.listing import list_family
+from robolaser.commands.options import shown_default
+from robolaser.commands.record import record
+from robolaser.commands.scan import scan
+from robolaser.commands.simulate import simulate
+from robolaser.commands.view import view
+from robolaser.errors import RobolaserError, UsageError
+
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
-
-def parser() -> argparse.ArgumentParser:
-    """What can be typed."""
-    top = argparse.ArgumentParser(
-        prog="robolaser",
-        description="Calibrate robot-mounted laser scanners, and say why the robot does not do what the model says.",
-    )
-    top.add_argument("--version", action="version", version=f"robolaser {version('robolaser')}")
-    words = top.add_subparsers(metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        below = words.add_parser(command.name, help=command.summary, description=command.summary.capitalize() + ".")
-        command.declare(below)
-        below.set_defaults(run=command.run)
-    return top
+find = Group.create_ordered("Find what is wrong")
+data = Group.create_ordered("Get data")
+use = Group.create_ordered("Use the result")
+methods = Group.create_ordered("Compare and test methods")
+app = App(
+    "robolaser",
+    help="Calibrate robot-mounted laser scanners, and say why the robot does not do what the model says.",
+    help_epilogue="Exit 0: done. 1: the data or the robot said no. 2: wrong usage.",
+    help_format="plaintext",
+    version_format="plaintext",
+    version=lambda: f"robolaser {version('robolaser')}",
+    default_parameter=Parameter(negative=(), show_default=shown_default),
+    group_commands=Group.create_ordered("More"),
+    suppress_keyboard_interrupt=False,
+)
+app.command(calibrate, group=find)
+app.command(diagnose, group=find)
+app.command(simulate, group=data)
+app.command(extract, group=data)
+app.command(record, group=data)
+app.command(scan, group=use)
+app.command(view, group=use)
+app.command(compare, group=methods)
+challenge.group = methods
+app.command(challenge)
+app.command(emulate, group=methods)
+app.command(list_family, name="list")
+app.register_install_completion_command()
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -61,24 +64,48 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done. 1: the data or the robot said no, see standard error. 2: wrong usage.
     """
     _speak_plainly()
-    args = parser().parse_args(argv)
     try:
-        args.run(args)
+        _run(list(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
-    except RobolaserError as error:
-        print(f"robolaser: {error}", file=sys.stderr)
-        return WRONG_USAGE if isinstance(error, WrongUsage) else DATA_SAID_NO
-    except KeyboardInterrupt:
-        print(f"robolaser: {Interrupted(None)}", file=sys.stderr)
-        return DATA_SAID_NO
-    except BrokenPipeError:
-        _write_nowhere()
-        return DATA_SAID_NO
-    except OSError as error:
-        print(f"robolaser: {SystemSaidNo(error)}", file=sys.stderr)
-        _write_nowhere()
-        return DATA_SAID_NO
+    except (CycloptsError, RobolaserError, KeyboardInterrupt, OSError) as error:
+        if sentence := _sentence(error):
+            print(f"robolaser: {sentence}", file=sys.stderr)
+        if isinstance(error, OSError):
+            _write_nowhere()
+        return WRONG_USAGE if isinstance(error, (CycloptsError, UsageError)) else DATA_SAID_NO
     return 0
+
+
+def _sentence(error: BaseException) -> str:
+    """What a person reads of an error; nothing where whoever read the output went away."""
+    match error:
+        case CycloptsError():
+            command = " ".join(["robolaser", *(error.command_chain or ())])
+            return f"{' '.join(str(error).split())} See `{command} --help`."
+        case KeyboardInterrupt():
+            return "Stopped. Nothing was written."
+        case BrokenPipeError():
+            return ""
+        case OSError():
+            what = "the output" if error.filename is None else error.filename
+            return f"Cannot use {what}: {error.strerror or error}. Check the path, its rights and the disk's room."
+    return str(error)
+
+
+def _run(tokens: Sequence[str]) -> None:
+    """Let the command that was typed run.
+
+    Raises:
+        CycloptsError: What was typed has no meaning.
+        RobolaserError: The command's own.
+    """
+    command, bound, passed_in = app.parse_args(tokens, print_error=False, exit_on_error=False)
+    words, apps, _ = app.parse_commands(tokens)
+    if apps[-1].default_command is None and not {"--help", "-h"} & set(tokens):
+        raise UsageError(f"Name a command, see `{' '.join(['robolaser', *words])} --help`.")
+    if "typed" in passed_in:
+        bound.arguments["typed"] = shlex.join(["robolaser", *tokens])
+    command(*bound.args, **bound.kwargs)
 
 
 def _speak_plainly() -> None:

@@ -13,12 +13,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import vl_convert
+
 from robolaser import Contest
 from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.record import Record
 from robolaser.benchmark.standings import Measure, standings
-from robolaser.report.comparison.field import Field
-from robolaser.report.comparison.pictures.solved import TITLES, solved
+from robolaser.report.chart import CONFIG
+from robolaser.report.comparison.charts.solved import TITLES, solved
+from robolaser.report.comparison.plot_context import PlotContext
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
@@ -27,6 +30,7 @@ PICTURES = PAGE.with_name("pictures")
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
 SEEDS = 30
+WIDTH_PX = 520
 
 PARTS = {
     "operators": (
@@ -101,13 +105,13 @@ def picture(part: str, measure: Measure) -> str:
     contest = Contest.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
     record = Record(FOLDER / part / "runs.jsonl")
     comparison = contest.so_far(contest.own(record.runs), record.effort)
-    drawn = solved(Field(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
+    drawn = solved(PlotContext(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones
-    svg = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], str(drawn.svg))
-    return svg.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-                       'style="background: white; font-family: sans-serif" ', 1) + "\n"  # fmt: skip
+    spec = drawn.spec | {"width": WIDTH_PX, "config": CONFIG | {"background": "white", "font": "sans-serif"}}
+    text = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], json.dumps(spec))
+    return str(vl_convert.vegalite_to_svg(json.loads(text))) + "\n"
 
 
 def shown(part: str, said: dict[str, Any]) -> Iterator[str]:

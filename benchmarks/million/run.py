@@ -26,7 +26,7 @@ from robolaser.estimation.robust_reweighting import polished
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import sizes_of
-from robolaser.report import page
+from robolaser.report.calibration import page
 from robolaser.simulation import simulate
 
 SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))

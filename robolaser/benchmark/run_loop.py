@@ -54,7 +54,7 @@ def held(
         made: Runs that need not be made again.
         tell: Is told how far it has come, twice a second.
     """
-    parcels = {source.name: engine.share(pickle.dumps(source)) for source in contest.sources}
+    payloads = {source.name: engine.share(pickle.dumps(source)) for source in contest.sources}
     done = {key(run): run for run in made}
     coming = iter([task for task in contest.tasks if key(task) not in done])
     flying: dict[Future[Run], Task] = {}
@@ -62,7 +62,7 @@ def held(
     told = -math.inf
     while True:
         while len(flying) < AHEAD * engine.workers and (task := next(coming, None)) is not None:
-            future = engine.submit(task, parcels[task.problem])
+            future = engine.submit(task, payloads[task.problem])
             flying[future] = task
             future.add_done_callback(landed.put)
         if not flying:

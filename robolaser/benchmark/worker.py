@@ -1,4 +1,4 @@
-"""The process in which contestants search: what they do to it hurts nobody else. Its parent is `guarded`."""
+"""The process in which contestants search: what they do to it hurts nobody else. Its parent is `worker_process`."""
 
 import os
 import pickle
@@ -12,9 +12,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import final
 
-from robolaser.benchmark.payload import Task
 from robolaser.benchmark.problem import Question
 from robolaser.benchmark.single_run import WARM_UP, Run, run
+from robolaser.benchmark.task import Task
 
 try:
     import resource

@@ -57,7 +57,7 @@ def calibrate(
 
     Raises:
         TooFewPoses, TargetUnseen, NothingFound: The data cannot be calibrated from.
-        EffectUnknown, PlaceUnknown, EffectSenseless, AlgorithmUnknown, LossUnknown: Something asked for is not there.
+        EffectError, UsageError, AlgorithmUnknown, LossUnknown: Something asked for is not there.
     """
     began = time.perf_counter()
     plan = plan or Plan()

@@ -57,7 +57,7 @@ def start_of(model: Model, plan: Plan, *, state: Path | None, resume: bool, prog
         NothingFound: All candidates lie at poles.
         AlgorithmUnknown: There is none of that name.
     """
-    algorithm = plan.algorithm or (SCREENING if model.sensor.own else POLISH_ONLY)
+    algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
     if algorithm not in (SCREENING, POLISH_ONLY):
         algorithm_named(algorithm)
     thin = thinned(model)

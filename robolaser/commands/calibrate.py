@@ -1,100 +1,97 @@
 """robolaser calibrate: from points to parameters."""
 
-import argparse
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Annotated, Literal
 
-from robolaser.commands.argument_types import count, seed
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
-from robolaser.errors import Interrupted, OutputExists, SearchStopped
+from cyclopts import Parameter
 
-RESULT = "calibration.json"
+from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
+from robolaser.commands.output import make_folder, refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import Interrupted, OutputError
 
 
-@final
-class Calibrate(Command):
-    """Finds the parameters."""
+def calibrate(
+    dataset: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
+    algorithm: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    polish: Annotated[bool, Parameter(negative="--no-polish")] = True,
+    weights: Literal["plain", "noise"] = "plain",
+    loss: Literal["square", "huber", "cauchy"] = "square",
+    effects: Annotated[tuple[str, ...], Parameter(name="--with", metavar="EFFECT[:WHERE]")] = (),
+    generations: Count | None = None,
+    seed: Seed = 1,
+    resume: Resume = False,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
+    """Find the parameters of scanner, base, tool or sockets from measured points.
 
-    name: ClassVar[str] = "calibrate"
-    summary: ClassVar[str] = "find the parameters of scanner, base, tool or sockets from measured points"
+    For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument(
-            "dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv"
-        )
-        parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
-        parser.add_argument("--algorithm", metavar="NAME", help="default: screening; see `robolaser list algorithms`")
-        parser.add_argument(
-            "--no-polish", action="store_true", help="leave out the Gauss-Newton steps after the search"
-        )
-        parser.add_argument(
-            "--weights", choices=("plain", "noise"), default="plain", help="default: plain, J as it stands"
-        )
-        parser.add_argument(
-            "--loss",
-            choices=("square", "huber", "cauchy"),
-            default="square",
-            help="huber and cauchy let gross errors count for less; default: square",
-        )
-        parser.add_argument(
-            "--with",
-            metavar="EFFECT[:WHERE]",
-            dest="effects",
-            action="append",
-            default=[],
-            help="add an effect to the model",
-        )
-        parser.add_argument("--generations", metavar="N", type=count, help="of a search that has any")
-        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="default: 1")
-        parser.add_argument("--resume", action="store_true", help="go on with a search that was stopped")
-        parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
+        robolaser calibrate measured --output result
+        robolaser calibrate measured --output result --with laser_roll --with backlash:joint_2
 
-    def run(self, args: argparse.Namespace) -> None:
-        """Calibrate, write and print the result."""
-        from robolaser.algorithms.registry import POLISH_ONLY, SCREENING  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.calibration.calibrate import calibrate  # noqa: PLC0415
-        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
-        from robolaser.calibration.options import GENERATIONS, Plan  # noqa: PLC0415
-        from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE  # noqa: PLC0415
-        from robolaser.calibration.result import json_text  # noqa: PLC0415
-        from robolaser.data.csv_tables import write_together  # noqa: PLC0415
-        from robolaser.data.loading import load  # noqa: PLC0415
-        from robolaser.report import page, print_summary  # noqa: PLC0415
+    Args:
+        dataset: Folder with dataset.toml, poses.csv and points.csv.
+        output: Folder for the result.
+        algorithm: Search by one of `robolaser list algorithms`. Default: screening.
+        polish: Refine what the search found by Gauss-Newton steps.
+        weights: Minimise J as it stands (plain), or weight each row by its noise.
+        loss: Let gross errors count for less (huber, cauchy).
+        effects: Add an effect to the model; may be given again.
+        generations: Length of a search that has generations.
+        seed: Seed of the search.
+        resume: Go on with a search that was stopped.
+        force: Overwrite an earlier result.
+    """
+    from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
+    from robolaser.calibration.calibrate import calibrate as find
+    from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
+    from robolaser.calibration.options import GENERATIONS, Plan
+    from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
+    from robolaser.calibration.result import json_text
+    from robolaser.data.csv_tables import write_together
+    from robolaser.data.loading import load
+    from robolaser.report.calibration import page, print_summary
 
-        out: Path = args.output
-        if (out / RESULT).exists() and not args.force:
-            raise OutputExists(out / RESULT)
-        if (out / CHECKPOINT).exists() and not (args.resume or args.force):
-            raise SearchStopped(out)
-        if args.generations and args.algorithm in (None, SCREENING, POLISH_ONLY):
-            warn(f"--generations changes nothing: {args.algorithm or 'the default search'} has none.")
-        dataset = load(args.dataset)
-        make_folder(out)
-        plan = Plan(
-            algorithm=args.algorithm,
-            polish=not args.no_polish,
-            weights=args.weights,
-            loss=args.loss,
-            effects=tuple(args.effects),
-            seed=args.seed,
-            generations=args.generations or GENERATIONS,
-        )
-        try:
-            with progress_bar() as progress:
-                found = calibrate(dataset, plan, state=out, resume=args.resume, progress=progress)
-            for warning in found.warnings:
-                warn(warning)
-            texts = {
-                "robot.urdf": robot_urdf(found),
-                "robot_corrected.urdf": corrected_urdf(found),
-                "camera.yaml": camera_yaml(found) if dataset.kind == "stripe" else None,
-                "report.html": page(found),
-                RESULT: json_text(found),
-            }
-            write_together({out / name: text.encode() for name, text in texts.items() if text is not None})
-        except KeyboardInterrupt:
-            raise Interrupted(out if (out / CHECKPOINT).exists() else None) from None
-        for state in (CHECKPOINT, COURSE):
-            (out / state).unlink(missing_ok=True)
-        print_summary(found, out)
+    refuse_to_overwrite(output / "calibration.json", force=force)
+    if (output / CHECKPOINT).exists() and not (resume or force):
+        raise OutputError(f"{output} holds a search that was stopped. Go on with --resume, or begin anew with --force.")
+    if generations and algorithm in (None, SCREENING, POLISH_ONLY):
+        terminal.warn(f"--generations changes nothing: {algorithm or 'the default search'} has none.")
+    data = load(dataset)
+    make_folder(output)
+    plan = Plan(
+        algorithm=algorithm,
+        polish=polish,
+        weights=weights,
+        loss=loss,
+        effects=effects,
+        seed=seed,
+        generations=generations or GENERATIONS,
+    )
+    try:
+        with terminal.progress() as progress:
+            found = find(data, plan, state=output, resume=resume, progress=progress)
+        for warning in found.warnings:
+            terminal.warn(warning)
+        result = json_text(found)
+        texts = {
+            "robot.urdf": robot_urdf(found),
+            "robot_corrected.urdf": corrected_urdf(found),
+            "camera.yaml": camera_yaml(found) if data.kind == "stripe" else None,
+            "report.html": page(found, command=typed),
+            "calibration.json": result,
+        }
+        write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
+    except KeyboardInterrupt:
+        kept = (output / CHECKPOINT).exists()
+        state = f"The search's state is in {output}: go on with --resume." if kept else "Nothing was written."
+        raise Interrupted(f"Stopped. {state}") from None
+    for file in (CHECKPOINT, COURSE):
+        (output / file).unlink(missing_ok=True)
+    terminal.show(result, lambda: print_summary(found, output))

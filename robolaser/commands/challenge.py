@@ -1,154 +1,159 @@
 """robolaser challenge: blind data sets whose effects are sealed, and the score of a diagnosis on them."""
 
-import argparse
+import json
 import re
 import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, final
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from robolaser.commands.argument_types import count, seed
-from robolaser.commands.command import Command, make_folder, progress_bar
-from robolaser.errors import OutputExists, RangeUnclear
+from cyclopts import App, Parameter
+
+from robolaser.commands.options import RESULT, Count, Force, Seed
+from robolaser.commands.output import make_folder, refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
     from robolaser.geometry.kinematics import Robot
-    from robolaser.trials.building import Ranges
 
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
 MOST_ROWS = 5  # of confusions shown: score.json has all
 N = TypeVar("N", int, float)
 
-
-@final
-class Challenge(Command):
-    """Makes and scores blind trials."""
-
-    name: ClassVar[str] = "challenge"
-    summary: ClassVar[str] = "make blind data sets whose effects are sealed, and score a diagnosis on them"
-
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        words = parser.add_subparsers(metavar="new|score", required=True)
-        self._declare_new(words.add_parser("new", help="make data sets, and seal what is wrong in them"))
-        self._declare_score(words.add_parser("score", help="open the seals and score the diagnoses"))
-
-    def _declare_new(self, parser: argparse.ArgumentParser) -> None:
-        parser.add_argument("folder", metavar="DIR", type=Path, help="for the trial")
-        parser.add_argument(
-            "--robot",
-            metavar="NAME_OR_URDF",
-            action="append",
-            default=[],
-            help=f"default: {USUAL_ARM}; several take turns",
-        )
-        parser.add_argument("--flange", metavar="FRAME", help="of URDF files: the frame that carries the sensor")
-        parser.add_argument(
-            "--like",
-            metavar="DATASET",
-            action="append",
-            default=[],
-            type=Path,
-            help="its arm, scanner, poses and noise",
-        )
-        parser.add_argument("--count", metavar="N", type=count, default=12, help="data sets; default: 12")
-        parser.add_argument("--poses", metavar="A-B", help="default: 36-72")
-        parser.add_argument("--points", metavar="A-B", help="in each pose; default: 6-12")
-        parser.add_argument("--pixel-noise", metavar="A-B", help="in pixels; default: 0.06-0.2")
-        parser.add_argument(
-            "--kinds",
-            metavar="A,B",
-            help="of none,single,pair,triple,unknown,outliers, in equal shares; default: all, singles most",
-        )
-        parser.add_argument("--seed", metavar="N", type=seed, help="default: a new one each time, and a secret")
-        parser.add_argument("--force", action="store_true", help="overwrite a trial that is there")
-        parser.set_defaults(act=_new)
-
-    def _declare_score(self, parser: argparse.ArgumentParser) -> None:
-        parser.add_argument("folder", metavar="DIR", type=Path, help="of the trial")
-        parser.add_argument("--output", metavar="DIR", type=Path, help="for score.json; default: the trial's folder")
-        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="of diagnoses not yet made; default: 1")
-        parser.add_argument("--jobs", metavar="N", type=count, default=1, help="diagnoses at a time; default: 1")
-        parser.add_argument("--force", action="store_true", help="overwrite a score that is there")
-        parser.set_defaults(act=_score)
-
-    def run(self, args: argparse.Namespace) -> None:
-        """Make or score."""
-        args.act(args)
+challenge = App(
+    "challenge",
+    help="Make blind data sets whose effects are sealed, and score a diagnosis on them.",
+    group_commands="Commands",
+)
 
 
-def _new(args: argparse.Namespace) -> None:
-    from robolaser.data.loading import load  # noqa: PLC0415
-    from robolaser.geometry.robots import find_robot  # noqa: PLC0415
-    from robolaser.trials.making import USUAL  # noqa: PLC0415 - `--help` must not pay for physics
-    from robolaser.trials.trial import new  # noqa: PLC0415
+@challenge.command
+def new(
+    folder: Path,
+    /,
+    *,
+    robot: Annotated[tuple[str, ...], Parameter(metavar="NAME_OR_URDF")] = (),
+    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    like: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
+    count: Count = 12,
+    poses: Annotated[str | None, Parameter(metavar="A-B")] = None,
+    points: Annotated[str | None, Parameter(metavar="A-B")] = None,
+    pixel_noise: Annotated[str | None, Parameter(metavar="A-B")] = None,
+    kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
+    seed: Seed | None = None,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Make data sets, and seal what is wrong in them.
 
-    ranges = _ranges(args)
-    kinds = dict.fromkeys(args.kinds.split(","), 1.0) if args.kinds else USUAL
-    sources: list[Robot | Dataset] = [load(path) for path in args.like]
-    named = args.robot or ([] if sources else [USUAL_ARM])
-    sources += [find_robot(name, flange=args.flange) for name in named]
-    make_folder(args.folder)
-    drawn = secrets.randbits(48) if args.seed is None else args.seed
-    with progress_bar() as tell:
-        names = new(
-            args.folder,
-            sources,
-            count=args.count,
-            seed=drawn,
-            kinds=kinds,
-            ranges=ranges,
-            overwrite=args.force,
-            tell=tell,
-        )
-    print(f"{len(names)} sealed data sets: {args.folder / names[0]} to {names[-1]}. Diagnose them, then:")
-    print(f"robolaser challenge score {args.folder}")
+    For example:
 
+        robolaser challenge new trial --count 24 --robot panda --robot ur5
 
-def _ranges(args: argparse.Namespace) -> "Ranges":
-    from robolaser.trials.building import Ranges  # noqa: PLC0415
+    Args:
+        folder: Folder for the trial.
+        robot: A robot or a URDF file; several take turns. Default: scorbot_er7.
+        flange: Frame of URDF files that carries the sensor.
+        like: Data set whose arm, scanner, poses and noise are taken; may be given again.
+        count: Number of data sets.
+        poses: Range of the number of poses. Default: 36-72.
+        points: Range of the number of points in each pose. Default: 6-12.
+        pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
+        kinds: Some of none,single,pair,triple,unknown,outliers in equal shares. Default: all, singles most.
+        seed: Seed of the trial. Default: a new one each time, and a secret.
+        force: Overwrite an earlier trial.
+    """
+    from robolaser.data.loading import load
+    from robolaser.geometry.robots import find_robot
+    from robolaser.trials.building import Ranges
+    from robolaser.trials.making import USUAL
+    from robolaser.trials.trial import new as make
 
     usual = Ranges()
-    return Ranges(
-        poses=_range("--poses", args.poses, usual.poses, int),
-        points=_range("--points", args.points, usual.points, int),
-        pixel_px=_range("--pixel-noise", args.pixel_noise, usual.pixel_px, float),
+    ranges = Ranges(
+        poses=_range("--poses", poses, usual.poses, int),
+        points=_range("--points", points, usual.points, int),
+        pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
     )
+    sources: list[Robot | Dataset] = [load(path) for path in like]
+    sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
+    make_folder(folder)
+    with terminal.progress() as tell:
+        names = make(
+            folder,
+            sources,
+            count=count,
+            seed=secrets.randbits(48) if seed is None else seed,
+            kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else USUAL,
+            ranges=ranges,
+            overwrite=force,
+            tell=tell,
+        )
+
+    def print_names() -> None:
+        print(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
+        print(f"robolaser challenge score {folder}")
+
+    terminal.show({"folder": str(folder), "datasets": names}, print_names)
+
+
+@challenge.command
+def score(
+    folder: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
+    seed: Seed = 1,
+    jobs: Count = 1,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Open the seals and score the diagnoses.
+
+    For example:
+
+        robolaser challenge score trial --jobs 4
+
+    Args:
+        folder: Folder of the trial.
+        output: Folder for score.json. Default: the trial's.
+        seed: Seed of diagnoses that are not yet made.
+        jobs: Number of diagnoses at a time.
+        force: Overwrite an earlier score.
+    """
+    from robolaser.data.csv_tables import write_text
+    from robolaser.trials.trial import score as score_trial
+
+    file = (output or folder) / "score.json"
+    refuse_to_overwrite(file, force=force)
+    if output:
+        make_folder(output)
+    with terminal.progress() as tell:
+        scored = score_trial(folder, seed=seed, jobs=jobs, tell=tell)
+    text = json.dumps(scored, indent=1) + "\n"
+    write_text(file, text)
+    terminal.show(text, lambda: print("\n".join([*summary(scored), f"Wrote {file}"])))
 
 
 def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[str], N]) -> tuple[N, N]:
+    """The least and the most of a number, as typed."""
     if text is None:
         return usual
-    expected = f"two positive {'whole ' if kind is int else ''}numbers"
+    wrong = UsageError(
+        f"{option} {text}: expected two positive {'whole ' if kind is int else ''}numbers, the least before the most,"
+        " as in 36-72."
+    )
     match = re.fullmatch(rf"{NUMBER}(?:-{NUMBER})?", text.strip())
     try:
         low, high = (kind(part) for part in ((match[1], match[2] or match[1]) if match else ("", "")))
     except ValueError:
-        raise RangeUnclear(option, text, expected) from None
+        raise wrong from None
     if not 0 < low <= high:
-        raise RangeUnclear(option, text, expected)
+        raise wrong
     return low, high
-
-
-def _score(args: argparse.Namespace) -> None:
-    import json  # noqa: PLC0415
-
-    from robolaser.data.csv_tables import write_text  # noqa: PLC0415
-    from robolaser.trials.trial import score  # noqa: PLC0415
-
-    folder = args.output or args.folder
-    file = folder / "score.json"
-    if file.exists() and not args.force:
-        raise OutputExists(file)
-    if args.output:
-        make_folder(folder)
-    with progress_bar() as tell:
-        scored = score(args.folder, seed=args.seed, jobs=args.jobs, tell=tell)
-    write_text(file, json.dumps(scored, indent=1) + "\n")
-    print("\n".join(summary(scored)))
-    print(f"Wrote {file}")
 
 
 TITLES = {
@@ -163,7 +168,7 @@ TITLES = {
 
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
-    from robolaser.trials.worlds.families import STRANGERS  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.trials.worlds.families import STRANGERS
 
     lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
     lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]

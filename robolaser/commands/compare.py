@@ -1,181 +1,167 @@
 """robolaser compare: algorithms side by side."""
 
-import argparse
-import shlex
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.commands.argument_types import count, positive
-from robolaser.commands.command import Command, make_folder
-from robolaser.errors import ClusterLost, ComparisonInterrupted, ComparisonThere, OptionsClash, OutputExists
+from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
+from robolaser.commands.output import make_folder, refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import ClusterLost, Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
     from robolaser.benchmark.engines import Engine
     from robolaser.benchmark.plan import Contest
     from robolaser.benchmark.record import Record
+    from robolaser.benchmark.run_loop import Moment
 
-RESULT, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
+RESULT_FILE, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
 GB = 1e9
+MOST_SHOWN = 4
+"""Runs under way that a line has room for."""
 
 
-@final
-class Compare(Command):
-    """Lets algorithms run side by side, and says which is better."""
+def compare(
+    *datasets: str,
+    output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
+    algorithms: Annotated[str | None, Parameter(metavar="A,B")] = None,
+    seeds: Count = SEEDS,
+    budget: Annotated[Count, Parameter(metavar="EVALS")] = BUDGET,
+    time_limit: Annotated[Positive, Parameter(metavar="S")] = TIME_LIMIT_S,
+    memory_limit: Annotated[Positive, Parameter(metavar="GB")] = MEMORY_LIMIT_B / GB,
+    jobs: Count | None = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
+    seed: Count = 1,
+    iohprofiler: Annotated[bool, Parameter(group=RESULT)] = False,
+    resume: Resume = False,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
+    """Run algorithms side by side and say which is better, by how much, and how sure that is.
 
-    name: ClassVar[str] = "compare"
-    summary: ClassVar[str] = "run algorithms side by side and say which is better, by how much, and how sure that is"
+    For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument(
-            "datasets",
-            metavar="DATASET",
-            nargs="+",
-            help="a problem each: folder of a data set, or `paper`, either with `reduced:` before it for its"
-            " closed-form reduction; or pymoo:NAME[-DIMENSION], a test function",
-        )
-        parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
-        parser.add_argument(
-            "--algorithms",
-            metavar="A,B",
-            help="names, see `list algorithms`, with settings as in rcga:b=2:n_elites=0, or package.module:attribute;"
-            " default: all by their plain names",
-        )
-        parser.add_argument("--seeds", metavar="N", type=count, default=SEEDS, help=f"default: {SEEDS}, from --seed on")
-        parser.add_argument(
-            "--budget", metavar="EVALS", type=count, default=BUDGET, help=f"evaluations a run; default: {BUDGET}"
-        )
-        parser.add_argument(
-            "--time-limit",
-            metavar="S",
-            type=positive,
-            default=TIME_LIMIT_S,
-            help=f"of a run; default: {TIME_LIMIT_S:g}",
-        )
-        parser.add_argument(
-            "--memory-limit",
-            metavar="GB",
-            type=positive,
-            default=MEMORY_LIMIT_B / GB,
-            help=f"of a run; default: {MEMORY_LIMIT_B / GB:g}",
-        )
-        parser.add_argument("--jobs", metavar="N", type=count, help="runs at a time; default: one on each core")
-        parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, tcp://HOST:PORT")
-        parser.add_argument("--seed", metavar="N", type=count, default=1, help="the first of the seeds; default: 1")
-        parser.add_argument("--iohprofiler", action="store_true", help="write the runs in IOHprofiler's format too")
-        parser.add_argument("--resume", action="store_true", help="go on with a comparison that was stopped")
-        parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
+        robolaser compare paper --algorithms rcga,de --output comparison
+        robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
 
-    def run(self, args: argparse.Namespace) -> None:
-        """Hold the contest, then write and print what came of it, even if it was stopped on the way."""
-        from robolaser.benchmark.record import Record  # noqa: PLC0415 - `--help` must not pay for physics
+    Args:
+        datasets: A problem each: folder of a data set, or `paper`, either with `reduced:` before it for its
+            closed-form reduction; or pymoo:NAME[-DIMENSION], a test function.
+        output: Folder for the result.
+        algorithms: Names, see `robolaser list algorithms`, with settings as in rcga:b=2:n_elites=0, or
+            package.module:attribute. Default: all by their plain names.
+        seeds: Number of runs of an algorithm on a problem, from --seed on.
+        budget: Evaluations of a run.
+        time_limit: Seconds of a run.
+        memory_limit: Memory of a run in GB.
+        jobs: Number of runs at a time. Default: one on each core.
+        scheduler: Address of a Dask cluster, tcp://HOST:PORT.
+        seed: The first of the seeds.
+        iohprofiler: Write the runs in IOHprofiler's format too.
+        resume: Go on with a comparison that was stopped.
+        force: Overwrite an earlier result.
+    """
+    from robolaser.benchmark.engines import DaskCluster, ThisMachine
+    from robolaser.benchmark.plan import Contest
+    from robolaser.benchmark.record import Record
+    from robolaser.benchmark.solvers import DEFAULT
 
-        out: Path = args.output
-        if args.scheduler and args.jobs:
-            raise OptionsClash("--scheduler", ["--jobs"])
-        if not (args.resume or args.force):
-            _refuse_what_is_there(out)
-        contest = _contest(args)
-        with _engine(args) as engine:
-            make_folder(out)
-            if not args.resume:
-                (out / RECORD).unlink(missing_ok=True)
-            record = Record(out / RECORD)
-            try:
-                record.begin(contest, engine=engine.label, workers=engine.workers)
-                _hold(contest, engine, record)
-            except (KeyboardInterrupt, ClusterLost) as stopped:
-                engine.close()
-                with suppress(KeyboardInterrupt):  # who cannot wait for the report has the record
-                    _conclude(contest, record, args)
-                why = str(stopped) if isinstance(stopped, ClusterLost) else "Stopped"
-                made = len(contest.own(record.runs))
-                raise ComparisonInterrupted(why, out / RECORD, made=made, wanted=len(contest.tasks)) from None
-        _conclude(contest, record, args)
-
-
-def _refuse_what_is_there(out: Path) -> None:
-    """Runs and results are overwritten only if somebody says so."""
-    from robolaser.benchmark.record import Record  # noqa: PLC0415
-
-    if runs := Record(out / RECORD).runs:
-        raise ComparisonThere(out, len(runs))
-    if (out / RESULT).exists():
-        raise OutputExists(out / RESULT)
-
-
-def _contest(args: argparse.Namespace) -> "Contest":
-    """What was asked for."""
-    from robolaser.benchmark.plan import Contest  # noqa: PLC0415
-    from robolaser.benchmark.solvers import DEFAULT  # noqa: PLC0415
-
-    return Contest.of(
-        args.datasets,
-        DEFAULT if args.algorithms is None else [name.strip() for name in args.algorithms.split(",")],
-        seeds=args.seeds,
-        first_seed=args.seed,
-        budget=args.budget,
-        time_limit_s=args.time_limit,
-        memory_limit_b=round(args.memory_limit * GB),
+    if not datasets:
+        raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
+    if scheduler and jobs:
+        raise UsageError("--scheduler fixes what --jobs would change: leave out one or the other.")
+    if not (resume or force):
+        _refuse_to_mix(output)
+    contest = Contest.of(
+        datasets,
+        DEFAULT if algorithms is None else [name.strip() for name in algorithms.split(",")],
+        seeds=seeds,
+        first_seed=seed,
+        budget=budget,
+        time_limit_s=time_limit,
+        memory_limit_b=round(memory_limit * GB),
     )
+    export_to = output / EXPORT if iohprofiler else None
+    with DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine:
+        make_folder(output)
+        if not resume:
+            (output / RECORD).unlink(missing_ok=True)
+        record = Record(output / RECORD)
+        try:
+            record.begin(contest, engine=engine.label, workers=engine.workers)
+            _run(contest, engine, record, terminal)
+        except (KeyboardInterrupt, ClusterLost) as stopped:
+            engine.close()
+            with suppress(KeyboardInterrupt):  # who cannot wait for the report has the record
+                _conclude(contest, record, output, export_to, terminal, typed)
+            why = str(stopped).rstrip(".") if isinstance(stopped, ClusterLost) else "Stopped"
+            raise Interrupted(
+                f"{why}, after {len(contest.own(record.runs))} of {len(contest.tasks)} runs. They are in"
+                f" {output / RECORD}: go on with --resume."
+            ) from None
+    _conclude(contest, record, output, export_to, terminal, typed)
 
 
-def _engine(args: argparse.Namespace) -> "Engine":
-    """Where it is to be run."""
-    from robolaser.benchmark.engines import DaskCluster, ThisMachine  # noqa: PLC0415
+def _refuse_to_mix(output: Path) -> None:
+    """Runs and results are overwritten only if somebody says so."""
+    from robolaser.benchmark.record import Record
 
-    return DaskCluster(args.scheduler) if args.scheduler else ThisMachine(args.jobs)
+    if runs := Record(output / RECORD).runs:
+        raise OutputError(
+            f"{output} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew"
+            " with --force."
+        )
+    refuse_to_overwrite(output / RESULT_FILE, force=False)
 
 
-def _hold(contest: "Contest", engine: "Engine", record: "Record") -> None:
-    """Let everybody run whose run is not in the record, and take each run in as it comes."""
-    from robolaser.benchmark.run_loop import held  # noqa: PLC0415
-    from robolaser.commands.benchmark_progress import contest_progress  # noqa: PLC0415
+def _run(contest: "Contest", engine: "Engine", record: "Record", terminal: Terminal) -> None:
+    """Make the runs that are not in the record, and record each as it comes."""
+    from robolaser.benchmark.run_loop import held
 
     began = time.monotonic()
-    with contest_progress() as tell:
-        for run in held(contest, engine, made=contest.own(record.made), tell=tell):
+    with terminal.progress() as progress:
+        for run in held(
+            contest,
+            engine,
+            made=contest.own(record.made),
+            tell=lambda moment: progress(_words(moment), moment.done / max(1, moment.wanted)),
+        ):
             record.add(run, after_s=time.monotonic() - began)
 
 
-def _conclude(contest: "Contest", record: "Record", args: argparse.Namespace) -> None:
-    """Write and print what came of it."""
-    from robolaser.benchmark.iohprofiler import export  # noqa: PLC0415
-    from robolaser.benchmark.results import comparison_json, runs_csv  # noqa: PLC0415
-    from robolaser.benchmark.standings import standings  # noqa: PLC0415
-    from robolaser.data.csv_tables import write_together  # noqa: PLC0415
-    from robolaser.report.comparison import page, print_comparison  # noqa: PLC0415
+def _words(moment: "Moment") -> str:
+    """How far a comparison is, and what runs now."""
+    running = "; ".join(f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in moment.running[:MOST_SHOWN])
+    left = "" if moment.left_s is None else f"{_duration(moment.left_s)} left, "
+    return f"{moment.done}/{moment.wanted} runs, {left}{running or 'waiting for the first worker'}"
 
-    out: Path = args.output
+
+def _duration(seconds: float) -> str:
+    """A time in hours and minutes, or minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
+
+
+def _conclude(
+    contest: "Contest", record: "Record", output: Path, export_to: Path | None, terminal: Terminal, typed: str
+) -> None:
+    """Write and show what came of it."""
+    from robolaser.benchmark.iohprofiler import export
+    from robolaser.benchmark.results import comparison_json, runs_csv
+    from robolaser.benchmark.standings import standings
+    from robolaser.data.csv_tables import write_together
+    from robolaser.report.comparison import page, print_comparison
+
     comparison = contest.so_far(contest.own(record.runs), record.effort)
     judged = tuple(standings(comparison, family) for family in comparison.families)
-    texts = {
-        RUNS: runs_csv(comparison),
-        PAGE: page(comparison, judged, command=_again(args)),
-        RESULT: comparison_json(comparison, judged),
-    }
-    write_together({out / name: text.encode() for name, text in texts.items()})
-    if args.iohprofiler:
-        export(comparison, out / EXPORT)
-    print_comparison(comparison, judged, out)
-
-
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    words = ["robolaser", "compare", *args.datasets, "--output", str(args.output)]
-    if args.algorithms is not None:
-        words += ["--algorithms", args.algorithms]
-    words += ["--seeds", str(args.seeds), "--budget", str(args.budget)]
-    for option, value, usual in (
-        ("--time-limit", args.time_limit, TIME_LIMIT_S),
-        ("--memory-limit", args.memory_limit, MEMORY_LIMIT_B / GB),
-        ("--jobs", args.jobs, None),
-        ("--scheduler", args.scheduler, None),
-        ("--seed", args.seed, 1),
-    ):
-        if value != usual:
-            words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
-    return shlex.join([*words, "--iohprofiler"] if args.iohprofiler else words)
+    result = comparison_json(comparison, judged)
+    texts = {RUNS: runs_csv(comparison), PAGE: page(comparison, judged, command=typed), RESULT_FILE: result}
+    write_together({output / name: text.encode() for name, text in texts.items()})
+    if export_to is not None:
+        export(comparison, export_to)
+    terminal.show(result, lambda: print_comparison(comparison, judged, output))

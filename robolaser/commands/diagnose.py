@@ -1,81 +1,67 @@
 """robolaser diagnose: why the robot does not do what the model says."""
 
-import argparse
 import json
-import shlex
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Annotated
 
-from robolaser.commands.argument_types import seed
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
-from robolaser.errors import Interrupted, OutputExists
+from cyclopts import Parameter
 
-RESULT = "diagnosis.json"
-
-
-@final
-class Diagnose(Command):
-    """Finds where the gap lies, which effects cause it, and how far it shrinks."""
-
-    name: ClassVar[str] = "diagnose"
-    summary: ClassVar[str] = "say why the robot does not do what the model says: where, which effects, how far"
-
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument(
-            "dataset", metavar="DATASET", type=Path, help="folder with dataset.toml, poses.csv, points.csv"
-        )
-        parser.add_argument("--output", metavar="DIR", type=Path, required=True, help="folder for the result")
-        parser.add_argument(
-            "--without",
-            metavar="EFFECT",
-            action="append",
-            default=[],
-            help="take an effect out of the library, see `list effects`",
-        )
-        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="default: 1")
-        parser.add_argument("--force", action="store_true", help="overwrite a result that is there")
-
-    def run(self, args: argparse.Namespace) -> None:
-        """Diagnose, write and print the result, and the corrected model with it."""
-        from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf  # noqa: PLC0415
-        from robolaser.data.csv_tables import write_together  # noqa: PLC0415
-        from robolaser.data.loading import load  # noqa: PLC0415
-        from robolaser.diagnosis import examine  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.diagnosis.corrected_model import corrected, corrected_json  # noqa: PLC0415
-        from robolaser.report.diagnosis import page, print_diagnosis  # noqa: PLC0415
-
-        out: Path = args.output
-        for name in (RESULT, "calibration.json"):
-            if (out / name).exists() and not args.force:
-                raise OutputExists(out / name)
-        dataset = load(args.dataset)
-        make_folder(out)
-        try:
-            with progress_bar() as progress:
-                found = examine(dataset, seed=args.seed, without=tuple(args.without), progress=progress)
-            for warning in dataset.warnings:
-                warn(warning)
-            model = corrected(found, args.seed)
-            texts = {
-                "robot.urdf": robot_urdf(model),
-                "robot_corrected.urdf": corrected_urdf(model),
-                "camera.yaml": camera_yaml(model) if dataset.kind == "stripe" else None,
-                "calibration.json": corrected_json(model),
-                "report.html": page(found, command=_again(args)),
-                RESULT: json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
-            }
-            write_together({out / name: text.encode() for name, text in texts.items() if text is not None})
-            for name in (name for name, text in texts.items() if text is None):
-                (out / name).unlink(missing_ok=True)  # of the result that was here before
-        except KeyboardInterrupt:
-            raise Interrupted(None) from None
-        print_diagnosis(found, out)
+from robolaser.commands.options import RESULT, Force, Seed, Typed
+from robolaser.commands.output import make_folder, refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
 
 
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    without = [word for effect in args.without for word in ("--without", effect)]
-    return shlex.join(
-        ["robolaser", "diagnose", args.dataset.name, "--output", "result", "--seed", str(args.seed), *without]
-    )
+def diagnose(
+    dataset: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
+    without: Annotated[tuple[str, ...], Parameter(metavar="EFFECT")] = (),
+    seed: Seed = 1,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
+    """Say why the robot does not do what the model says: where, which effects, how far.
+
+    For example:
+
+        robolaser diagnose measured --output why
+        robolaser diagnose measured --output why --without thermal_drift
+
+    Args:
+        dataset: Folder with dataset.toml, poses.csv and points.csv.
+        output: Folder for the result.
+        without: Take an effect out of the library, see `robolaser list effects`; may be given again.
+        seed: Seed of the random draws.
+        force: Overwrite an earlier result.
+    """
+    from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
+    from robolaser.data.csv_tables import write_together
+    from robolaser.data.loading import load
+    from robolaser.diagnosis import examine
+    from robolaser.diagnosis.corrected_model import corrected, corrected_json
+    from robolaser.report.diagnosis import page, print_diagnosis
+
+    for name in ("diagnosis.json", "calibration.json"):
+        refuse_to_overwrite(output / name, force=force)
+    data = load(dataset)
+    make_folder(output)
+    with terminal.progress() as progress:
+        found = examine(data, seed=seed, without=without, progress=progress)
+    for warning in data.warnings:
+        terminal.warn(warning)
+    model = corrected(found, seed)
+    result = json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    texts = {
+        "robot.urdf": robot_urdf(model),
+        "robot_corrected.urdf": corrected_urdf(model),
+        "camera.yaml": camera_yaml(model) if data.kind == "stripe" else None,
+        "calibration.json": corrected_json(model),
+        "report.html": page(found, command=typed),
+        "diagnosis.json": result,
+    }
+    write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
+    for name in (name for name, text in texts.items() if text is None):
+        (output / name).unlink(missing_ok=True)  # of the result that was here before
+    terminal.show(result, lambda: print_diagnosis(found, output))

@@ -1,23 +1,44 @@
-"""robolaser emulate: a cell that is not there."""
+"""robolaser emulate: an emulated cell."""
 
-import argparse
-from typing import ClassVar, final
+from pathlib import Path
+from typing import Annotated
 
-from robolaser.commands.command import Command
-from robolaser.emulator.serving import declare, serve
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from robolaser.commands.options import Seed
+from robolaser.commands.terminal import TERMINAL, Terminal
+
+FASTEST = 1000.0
 
 
-@final
-class Emulate(Command):
-    """Serves an arm on a pseudo terminal, and a camera, until it is ended."""
+def emulate(
+    cell: Path,
+    /,
+    *,
+    world: Annotated[Path | None, Parameter(metavar="WORLD.toml")] = None,
+    hurry: Annotated[float, Parameter(metavar="N", validator=Number(gt=0, lte=FASTEST))] = 1.0,
+    seed: Seed = 1,
+    faults: Annotated[tuple[str, ...], Parameter(name="--fault", metavar="KIND[:AMOUNT][@WHEN]")] = (),
+    camera_port: Annotated[int, Parameter(metavar="N", validator=Number(gte=0, lte=65535))] = 0,
+    socket: bool = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Serve an emulated cell: its arm's line and its camera, with faults on demand.
 
-    name: ClassVar[str] = "emulate"
-    summary: ClassVar[str] = "serve a cell that is not there: its arm's line and its camera, with faults on demand"
+    It prints one line of JSON that says where arm and camera are, and serves until it is stopped. For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        declare(parser)
+        robolaser emulate cell --world world.toml --fault lost:0.1
 
-    def run(self, args: argparse.Namespace) -> None:
-        """Print where arm and camera are, as one line of JSON, and serve."""
-        serve(args)
+    Args:
+        cell: Folder with cell.toml, dataset.toml and the URDF.
+        world: What the camera sees; without it, no camera.
+        hurry: How many times faster its clock runs.
+        seed: Seed of noise and faults.
+        faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.
+        camera_port: Port of the camera. Default: any that is free.
+        socket: Serve the arm as socket://, not as a pseudo terminal.
+    """
+    from robolaser.emulator.serving import serve
+
+    serve(cell, world=world, hurry=hurry, seed=seed, faults=faults, camera_port=camera_port, over_socket=socket)

@@ -1,116 +1,132 @@
-"""robolaser extract: from images to points, or to the stripe's middles where there is no board."""
+"""robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
-import argparse
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from robolaser.commands.argument_types import count
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
-from robolaser.errors import FileUnwritable, OutputExists, StoppedLate
+from cyclopts import Parameter
+
+from robolaser.commands.options import RESULT, Count, Force
+from robolaser.commands.output import make_folder, refuse_to_overwrite, unwritable
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import Interrupted
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
-CENTRES = ("mass", "gauss", "steger")
+Centre = Literal["mass", "gauss", "steger"]
 
 
-@final
-class Extract(Command):
-    """Finds board and stripe in every image of a recording."""
+def extract(
+    recording: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
+    step: Annotated[Count | None, Parameter(metavar="LINES")] = None,
+    centre: Centre = "gauss",
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Find board and laser stripe in a recording's images and write points.csv.
 
-    name: ClassVar[str] = "extract"
-    summary: ClassVar[str] = "find board and laser stripe in a recording's images and write points.csv"
+    A recording without [board] is one to scan: the stripe's centres in every image go to stripes.npy. Images with the
+    laser off (column image_off of poses.csv) take away what else is bright. For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.description = (
-            "Finds checkerboard and laser stripe in each image of a recording and writes points.csv. A recording "
-            "without [board] is one to scan: the stripe's middles in every image go to stripes.npy. Images with the "
-            "laser off (column image_off of poses.csv) take away what else is bright."
-        )
-        parser.add_argument(
-            "recording", metavar="RECORDING", type=Path, help="folder with dataset.toml, poses.csv, images"
-        )
-        parser.add_argument(
-            "--output",
-            metavar="DATASET",
-            type=Path,
-            help="new data set, images copied, which states the stripe's noise; default: points go into RECORDING, and "
-            "nothing else in it changes",
-        )
-        parser.add_argument("--step", metavar="LINES", type=count, help="lines of pixels from point to point")
-        parser.add_argument(
-            "--centre",
-            choices=CENTRES,
-            default="gauss",
-            help="the stripe's middle is that of the best Gaussian (default), the centre of mass, or Steger's ridge, "
-            "which smooths along the stripe",
-        )
-        parser.add_argument("--force", action="store_true", help="overwrite points that are there")
+        robolaser extract recording --output measured
 
-    def run(self, args: argparse.Namespace) -> None:
-        """Extract, write, and say what became of each image."""
-        from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
+    Args:
+        recording: Folder with dataset.toml, poses.csv and images.
+        output: New data set, images copied, which states the stripe's noise. Default: points go into RECORDING, and
+            nothing else in it changes.
+        step: Lines of pixels from point to point.
+        centre: The stripe's centre is that of the best Gaussian, the centre of mass, or Steger's ridge, which smooths
+            along the stripe.
+        force: Overwrite earlier points.
+    """
+    from robolaser.data.loading import load
 
-        recording = load(args.recording)
-        to_scan = recording.board is None and recording.poses.image is not None
-        result = STRIPES if to_scan else POINTS
-        if args.output is not None and args.output.resolve() == args.recording.resolve():
-            args.output = None
-        new = () if args.output is None else (SETTINGS,)
-        folder: Path = args.output or args.recording
-        for file in (result, *new):
-            if (folder / file).exists() and not args.force:
-                raise OutputExists(folder / file)
-        make_folder(folder)
-        if to_scan:
-            _stripes(recording, args)
-        else:
-            _points(recording, args)
+    dataset = load(recording)
+    to_scan = dataset.board is None and dataset.poses.image is not None
+    if output is not None and output.resolve() == recording.resolve():
+        output = None
+    folder = output or recording
+    for file in (STRIPES if to_scan else POINTS, *([] if output is None else [SETTINGS])):
+        refuse_to_overwrite(folder / file, force=force)
+    make_folder(folder)
+    write = _stripes if to_scan else _points
+    write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
 
 
-def _points(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.data.writing import save, save_points  # noqa: PLC0415
-    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415
+def _points(
+    recording: "Dataset",
+    source: Path,
+    output: Path | None,
+    *,
+    step: int | None,
+    centre: Centre,
+    force: bool,
+    terminal: Terminal,
+) -> None:
+    from robolaser.data.writing import save, save_points
+    from robolaser.vision.recordings import points_from_images
 
-    with progress_bar() as progress:
-        found, dataset = points_from_images(recording, step=args.step, centring=args.centre, progress=progress)
-    print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
+    with terminal.progress() as progress:
+        found, dataset = points_from_images(recording, step=step, centring=centre, progress=progress)
+    terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
     for frame in found.frames:
         if frame.skipped:
-            print(f"{frame.pose:<16}   skipped: {frame.skipped}")
+            terminal.print(f"{frame.pose:<16}   skipped: {frame.skipped}")
         else:
-            print(f"{frame.pose:<16} {frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}")
+            figures = f"{frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}"
+            terminal.print(f"{frame.pose:<16} {figures}")
     if not found.lens.known:
-        warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
-    if args.output is None:
-        save_points(dataset, args.recording)
+        terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
+    if output is None:
+        save_points(dataset, source)
     else:
-        with _told_if_stopped(f"a part of {args.output}", POINTS):
-            _copy_images(recording, args.recording, args.output)
-            save(_with_noise_stated(dataset, found.pixel_noise_px), args.output, overwrite=args.force)
-    skipped = sum(bool(frame.skipped) for frame in found.frames)
-    told = found.pixel_noise_px
-    noise = f"{told:.2f} px" if told > 0 else "not known: neighbouring lines share it"
-    print(
-        f"{len(found)} points from {len(found.frames) - skipped} images, {skipped} skipped; "
-        f"stripe noise {noise}. Wrote {(args.output or args.recording) / POINTS}"
+        with _told_if_stopped(f"a part of {output}", POINTS):
+            _copy_images(recording, source, output)
+            save(_with_noise_stated(dataset, found.pixel_noise_px), output, overwrite=force)
+    file = (output or source) / POINTS
+    skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
+    known = found.pixel_noise_px > 0
+    noise = f"{found.pixel_noise_px:.2f} px" if known else "not known: neighbouring lines share it"
+    images = len(found.frames) - len(skipped)
+    terminal.show(
+        {
+            "points": len(found),
+            "images": images,
+            "skipped": skipped,
+            "pixel_noise_px": float(found.pixel_noise_px) if known else None,
+            "file": str(file),
+        },
+        lambda: print(
+            f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
+        ),
     )
 
 
-def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
-    from robolaser.data.stripe_file import write_stripes  # noqa: PLC0415
-    from robolaser.data.writing import save  # noqa: PLC0415
-    from robolaser.vision.recordings import stripes_from_images  # noqa: PLC0415
+def _stripes(
+    recording: "Dataset",
+    source: Path,
+    output: Path | None,
+    *,
+    step: int | None,
+    centre: Centre,
+    force: bool,
+    terminal: Terminal,
+) -> None:
+    from robolaser.data.stripe_file import write_stripes
+    from robolaser.data.writing import save
+    from robolaser.vision.recordings import stripes_from_images
 
-    folder: Path = args.output or args.recording
+    file = (output or source) / STRIPES
     images = blank = 0
 
     def counted(blocks: "Iterator[Stripes]") -> "Iterator[Stripes]":
@@ -120,25 +136,28 @@ def _stripes(recording: "Dataset", args: argparse.Namespace) -> None:
             blank += not len(block)
             yield block
 
-    with progress_bar() as progress:
-        blocks = stripes_from_images(recording, step=args.step, centring=args.centre, progress=progress)
-        middles = write_stripes(folder / STRIPES, counted(blocks), overwrite=args.force)
-    if args.output is not None:
-        with _told_if_stopped(str(folder / STRIPES), "its poses and images"):
-            _copy_images(recording, args.recording, folder)
-            save(recording, folder, overwrite=args.force)
-    print(f"{middles} middles from {images - blank} images, {blank} without a stripe. Wrote {folder / STRIPES}")
+    with terminal.progress() as progress:
+        blocks = stripes_from_images(recording, step=step, centring=centre, progress=progress)
+        centres = write_stripes(file, counted(blocks), overwrite=force)
+    if output is not None:
+        with _told_if_stopped(str(file), "its poses and images"):
+            _copy_images(recording, source, output)
+            save(recording, output, overwrite=force)
+    terminal.show(
+        {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
+        lambda: print(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
+    )
 
 
 def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
-    """The data set with the scatter of the stripe's middle as its pixel noise, unless it states one."""
+    """The data set with the scatter of the stripe's centre as its pixel noise, unless it states one."""
     if dataset.noise.pixel_px is not None or not pixel_px > 0:
         return dataset
     return replace(dataset, noise=replace(dataset.noise, pixel_px=pixel_px))
 
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
-    from robolaser.data.image_list import shots_of  # noqa: PLC0415
+    from robolaser.data.image_list import shots_of
 
     for image in (file.relative_to(source) for shots in shots_of(recording) for file in shots.files):
         make_folder((folder / image).parent)
@@ -147,12 +166,15 @@ def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
             taken = (source / image).stat()
             os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
         except OSError as error:
-            raise FileUnwritable(folder / image, error.strerror or str(error)) from None
+            raise unwritable(folder / image, error) from None
 
 
 @contextmanager
 def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
+    """Say what is on the disk, and what is not, if the user stops it here."""
     try:
         yield
     except KeyboardInterrupt:
-        raise StoppedLate(written, missing) from None
+        raise Interrupted(
+            f"Stopped. {written} was written, but not {missing}: run it again with --force for the whole."
+        ) from None

@@ -1,56 +1,70 @@
-"""robolaser list: the robots, effects and algorithms that are there."""
+"""robolaser list: the robots, effects, algorithms and sensors that are there."""
 
-import argparse
 from collections.abc import Iterable
-from typing import ClassVar, final
+from typing import Literal
 
-from robolaser.commands.command import Command
+from robolaser.commands.terminal import TERMINAL, Terminal
 
 
-@final
-class List(Command):
-    """Shows what is there."""
+def list_family(
+    family: Literal["robots", "effects", "algorithms", "sensors"], /, *, terminal: Terminal = TERMINAL
+) -> None:
+    """Show the robots, effects, algorithms or sensors that are there.
 
-    name: ClassVar[str] = "list"
-    summary: ClassVar[str] = "show the robots, effects or algorithms that are there"
+    For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument("family", choices=tuple(FAMILIES), help="what to show")
+        robolaser list effects
 
-    def run(self, args: argparse.Namespace) -> None:
-        """Print a line for each."""
-        rows = list(FAMILIES[args.family]())
-        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    Args:
+        family: What to show.
+    """
+    titles, members = FAMILIES[family]
+    rows = list(members())
+    widths = [max(len(row[i]) for row in rows) for i in range(len(titles))]
+
+    def print_rows() -> None:
         for row in rows:
             print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
 
+    terminal.show({family: [dict(zip(titles, row, strict=True)) for row in rows]}, print_rows)
+
 
 def _robots() -> Iterable[tuple[str, ...]]:
-    from robolaser.geometry.robots import known_robots  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.geometry.robots import known_robots
 
     for robot in known_robots():
         yield robot.name, f"{len(robot.joints)} joints", f"flange {robot.flange}", robot.title
 
 
 def _effects() -> Iterable[tuple[str, ...]]:
-    from robolaser.model.effects import EFFECTS, outliers  # noqa: PLC0415
+    from robolaser.model.effects import EFFECTS, outliers
 
     for effect in EFFECTS:
-        declared = [(name, unit) for name, unit, *_ in effect.declared()]
-        shapes = [(name, unit) for name, unit, *_ in effect.shapes()]
-        numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in declared + shapes)
+        numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in effect.units().items())
         yield effect.name, effect.title, numbers
     yield outliers.NAME, outliers.TITLE, "share of the points"
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
-    from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY, SCREENING  # noqa: PLC0415
-    from robolaser.benchmark.solvers import CONTESTANTS  # noqa: PLC0415
+    from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY, SCREENING
+    from robolaser.benchmark.solvers import CONTESTANTS
 
     for name, title in CONTESTANTS.items():
         yield name, "calibrate, compare" if name in (SCREENING, *ALGORITHMS) else "compare", title
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 
-FAMILIES = {"robots": _robots, "effects": _effects, "algorithms": _algorithms}
+def _sensors() -> Iterable[tuple[str, ...]]:
+    from robolaser.model.sensors import sensors
+
+    for kind, sensor in sensors().items():
+        yield kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
+
+
+FAMILIES = {
+    "robots": (("robot", "joints", "flange", "title"), _robots),
+    "effects": (("effect", "title", "parameters"), _effects),
+    "algorithms": (("algorithm", "commands", "title"), _algorithms),
+    "sensors": (("sensor", "title"), _sensors),
+}
+"""The columns of each family, and what gives its rows."""

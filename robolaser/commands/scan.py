@@ -1,115 +1,101 @@
 """robolaser scan: from a calibration and a recording to a cloud of points."""
 
-import argparse
-import shlex
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Annotated, Any
 
-from robolaser.commands.argument_types import positive
-from robolaser.commands.command import Command, make_folder, progress_bar, warn
-from robolaser.errors import OutputExists, StoppedLate
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from robolaser.commands.options import RESULT, Force, Positive, Typed
+from robolaser.commands.output import make_folder, refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import Interrupted
 
 ENDING = ".ply"
 LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
 
 
-@final
-class Scan(Command):
-    """Turns the stripes of a recording into points in the base frame."""
+def cloud_file(_: Any, path: Path) -> None:
+    """Check the name of a cloud.
 
-    name: ClassVar[str] = "scan"
-    summary: ClassVar[str] = "turn a recording into a point cloud with a calibrated scanner"
-
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument(
-            "calibration", metavar="CALIBRATION", type=Path, help="calibration.json or its folder, with robot.urdf"
-        )
-        parser.add_argument(
-            "recording",
-            metavar="RECORDING",
-            type=Path,
-            help="folder with dataset.toml, poses.csv and stripes.npy, points.csv or images",
-        )
-        parser.add_argument(
-            "--output", metavar="CLOUD.ply", type=cloud_file, required=True, help="the cloud, as binary PLY"
-        )
-        parser.add_argument(
-            "--nominal", action="store_true", help="with the scanner as it was drawn, before anything was fitted"
-        )
-        parser.add_argument("--plane", action="store_true", help="measure the scatter about the largest plane")
-        parser.add_argument(
-            "--step",
-            metavar="HEIGHT_M",
-            type=step_height,
-            help=f"measure a step of this height on the largest plane, at least {LEAST_STEP_M:g}",
-        )
-        parser.add_argument("--sphere", metavar="RADIUS_M", type=positive, help="measure a sphere of this radius")
-        parser.add_argument("--report", action="store_true", help="write CLOUD.html beside it, with pictures")
-        parser.add_argument("--force", action="store_true", help="overwrite a cloud that is there")
-
-    def run(self, args: argparse.Namespace) -> None:
-        """Scan, write the cloud, and say how good it is."""
-        from robolaser.data.csv_tables import write_text  # noqa: PLC0415
-        from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.report.cloud import page, print_cloud  # noqa: PLC0415
-        from robolaser.scan import prepare, read_calibration  # noqa: PLC0415
-        from robolaser.scan.ply import write_ply  # noqa: PLC0415
-        from robolaser.scan.quality import measure  # noqa: PLC0415
-        from robolaser.scan.subsample import Survey  # noqa: PLC0415
-
-        files: list[Path] = [args.output, *([args.output.with_suffix(".html")] if args.report else [])]
-        for path in files:
-            if path.exists() and not args.force:
-                raise OutputExists(path)
-        calibrated = read_calibration(args.calibration)
-        scan = prepare(calibrated.as_drawn() if args.nominal else calibrated, load(args.recording))
-        make_folder(args.output.parent)
-        for warning in (*scan.recording.warnings, *scan.warnings):
-            warn(warning)
-        survey = Survey()
-        with progress_bar() as progress:
-            pieces = survey.watch(scan.cloud.pieces(progress))
-            write_ply(args.output, pieces, scan.comments(), overwrite=args.force)
-        wanted = [what for what in ("plane", "step", "sphere") if getattr(args, what)]
-        try:
-            quality = measure(survey.vertices, wanted=wanted, step_m=args.step or 0.0, sphere_m=args.sphere or 0.0)
-            if args.report:
-                write_text(files[1], page(scan, quality, command=_again(args)))
-        except KeyboardInterrupt:
-            raise StoppedLate(str(args.output), "what is measured on it") from None
-        print_cloud(scan, quality, *files)
-        for doubt in quality.doubts:
-            warn(doubt)
-        for missing in quality.missing[1:]:
-            warn(str(missing))
-        for missing in quality.missing[:1]:
-            raise missing
+    Raises:
+        ValueError: It is no name of a PLY file.
+    """
+    if path.suffix.lower() != ENDING:
+        raise ValueError(f"Expected a name that ends with {ENDING}.")
 
 
-def _again(args: argparse.Namespace) -> str:
-    """What to type to repeat it."""
-    sizes = [
-        word for what in ("step", "sphere") if getattr(args, what) for word in (f"--{what}", repr(vars(args)[what]))
+def scan(
+    calibration: Path,
+    recording: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
+    nominal: bool = False,
+    plane: bool = False,
+    step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
+    sphere: Annotated[Positive | None, Parameter(metavar="RADIUS_M")] = None,
+    report: Annotated[bool, Parameter(group=RESULT)] = False,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
+    """Turn a recording into a point cloud with a calibrated scanner.
+
+    For example:
+
+        robolaser scan result recording --output cloud.ply
+        robolaser scan result recording --output cloud.ply --plane --step 0.01 --report
+
+    Args:
+        calibration: calibration.json or its folder, with robot.urdf.
+        recording: Folder with dataset.toml, poses.csv and stripes.npy, points.csv or images.
+        output: The cloud, as binary PLY.
+        nominal: Use the scanner as it was drawn, before anything was fitted.
+        plane: Measure the scatter about the largest plane.
+        step: Measure a step of this height on the largest plane, at least 0.001.
+        sphere: Measure a sphere of this radius.
+        report: Write CLOUD.html beside it, with pictures.
+        force: Overwrite an earlier cloud.
+    """
+    from robolaser.data.csv_tables import write_text
+    from robolaser.data.loading import load
+    from robolaser.report.cloud import page, print_cloud
+    from robolaser.scan import prepare, read_calibration
+    from robolaser.scan.ply import write_ply
+    from robolaser.scan.quality import measure
+    from robolaser.scan.subsample import Survey
+
+    files = [output, *([output.with_suffix(".html")] if report else [])]
+    for path in files:
+        refuse_to_overwrite(path, force=force)
+    calibrated = read_calibration(calibration)
+    made = prepare(calibrated.as_drawn() if nominal else calibrated, load(recording))
+    make_folder(output.parent)
+    for warning in (*made.recording.warnings, *made.warnings):
+        terminal.warn(warning)
+    survey = Survey()
+    with terminal.progress() as progress:
+        pieces = survey.watch(made.cloud.pieces(progress))
+        write_ply(output, pieces, made.comments(), overwrite=force)
+    wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
+    try:
+        quality = measure(survey.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
+        if report:
+            write_text(files[1], page(made, quality, command=typed))
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"Stopped. {output} was written, but not what is measured on it: run it again with --force for the whole."
+        ) from None
+    bodies = [
+        {"body": body.what, "size_m": body.size_m, "std_m": body.std_m, "known_m": body.known_m, "rms_m": body.rms_m}
+        for body in quality.bodies
     ]
-    options = [*(["--nominal"] if args.nominal else []), *(["--plane"] if args.plane else []), *sizes, "--report"]
-    forced = ["--force"] if args.force else []
-    names = [str(args.calibration), str(args.recording), "--output", str(args.output)]
-    return shlex.join(["robolaser", "scan", *names, *options, *forced])
-
-
-def step_height(text: str) -> float:
-    """The height of a step, as typed."""
-    height = positive(text)
-    if height < LEAST_STEP_M:
-        raise argparse.ArgumentTypeError(
-            f"{text}, expected at least {LEAST_STEP_M:g}: less is as near as points of one plane are"
-        )
-    return height
-
-
-def cloud_file(text: str) -> Path:
-    """The name of a cloud, as typed."""
-    if not text.lower().endswith(ENDING):
-        raise argparse.ArgumentTypeError(f"{text}, expected a name that ends with {ENDING}")
-    return Path(text)
+    result = {"cloud": str(output), "bodies": bodies, "missing": [str(one) for one in quality.missing]}
+    terminal.show(result, lambda: print_cloud(made, quality, *files))
+    for doubt in quality.doubts:
+        terminal.warn(doubt)
+    for missing in quality.missing[1:]:
+        terminal.warn(str(missing))
+    for missing in quality.missing[:1]:
+        raise missing

@@ -1,87 +1,105 @@
 """robolaser simulate: a data set as the real cell would give it."""
 
-import argparse
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Annotated, Literal
 
-from robolaser.commands.argument_types import count, seed
-from robolaser.commands.command import Command
-from robolaser.errors import OptionsClash, OutputExists
+from cyclopts import Group, Parameter
 
-NOISES = ("pixel_px", "target_m", "joint_rad", "point_m")
-OWN = {"sensor": "stripe", "poses": 40, "points": None, "repeats": 1, "unplaced": False, **dict.fromkeys(NOISES)}
-"""What the paper's experiment fixes, and what it is elsewhere unless something else is asked for."""
+from robolaser.commands.options import RESULT, Count, Force, Seed
+from robolaser.commands.output import refuse_to_overwrite
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import UsageError
+
+NOISE = Group("Noise, one standard deviation", sort_key=0)
+Deviation = Annotated[float | None, Parameter(metavar="STD", group=NOISE)]
 
 
-@final
-class Simulate(Command):
-    """Makes a data set."""
+def simulate(
+    *,
+    robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
+    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
+    sensor: Literal["stripe", "point", "socket"] = "stripe",
+    poses: Count = 40,
+    points: Count | None = None,
+    repeats: Count = 1,
+    pixel_px: Deviation = None,
+    target_m: Deviation = None,
+    joint_rad: Deviation = None,
+    point_m: Deviation = None,
+    unplaced: bool = False,
+    effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
+    paper: bool = False,
+    seed: Seed = 1,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Make a data set as a real cell would give it, with noise and effects you choose.
 
-    name: ClassVar[str] = "simulate"
-    summary: ClassVar[str] = "make a data set as a real cell would give it, with noise and effects you choose"
+    For example:
 
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument("--robot", metavar="NAME_OR_URDF", required=True, help="see `robolaser list robots`")
-        parser.add_argument("--flange", metavar="FRAME", help="of a URDF file: the frame that carries the sensor")
-        parser.add_argument("--output", metavar="DATASET", type=Path, required=True, help="folder for the data set")
-        parser.add_argument(
-            "--sensor", choices=("stripe", "point", "socket"), default=OWN["sensor"], help="default: stripe"
+        robolaser simulate --robot scorbot_er7 --output cell --effect backlash:joint_2=0.002
+        robolaser simulate --robot panda --sensor point --poses 60 --output cell
+
+    Args:
+        robot: A robot of `robolaser list robots`, or a URDF file.
+        flange: Frame of a URDF file that carries the sensor.
+        output: Folder for the data set.
+        sensor: What measures.
+        poses: Number of poses.
+        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 3 sockets.
+        repeats: Number of shots in each pose.
+        pixel_px: Of a pixel.
+        target_m: Of a target point.
+        joint_rad: Of a joint angle.
+        point_m: Of a tracker's point.
+        unplaced: Leave out where the target is.
+        effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
+        paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
+        seed: Seed of poses and noise.
+        force: Overwrite an earlier data set.
+    """
+    from robolaser.data.dataset import Noise
+    from robolaser.data.writing import save
+    from robolaser.geometry.robots import find_robot
+    from robolaser.simulation import paper as paper_experiment
+    from robolaser.simulation import simulate as simulated
+    from robolaser.simulation import sizes_of
+
+    refuse_to_overwrite(output / "dataset.toml", force=force)
+    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
+    fixed = {
+        "--sensor": sensor != "stripe",
+        "--poses": poses != 40,
+        "--points": points is not None,
+        "--repeats": repeats != 1,
+        "--unplaced": unplaced,
+        **{f"--{name.replace('_', '-')}": True for name in stated},
+    }
+    clashing = [option for option, changed in fixed.items() if changed]
+    if paper and clashing:
+        raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
+    arm = find_robot(robot, flange=flange)
+    sizes = sizes_of(effects)
+    if paper:
+        made = paper_experiment(arm, effects=sizes, seed=seed)
+    else:
+        made = simulated(
+            arm,
+            kind=sensor,
+            poses=poses,
+            points=points,
+            repeats=repeats,
+            noise=Noise(**stated) if stated else None,
+            placed=not unplaced,
+            effects=sizes,
+            name=output.resolve().name,
+            seed=seed,
         )
-        parser.add_argument("--poses", metavar="N", type=count, default=OWN["poses"], help="default: 40")
-        parser.add_argument(
-            "--points", metavar="N", type=count, help="in each pose; default: 12 of a stripe, 3 reflectors, 3 sockets"
-        )
-        parser.add_argument(
-            "--repeats", metavar="N", type=count, default=OWN["repeats"], help="shots in each pose; default: 1"
-        )
-        for name in NOISES:
-            parser.add_argument(f"--{name.replace('_', '-')}", metavar="STD", type=float, help=f"noise, {name}")
-        parser.add_argument("--unplaced", action="store_true", help="the target's place is not told")
-        parser.add_argument(
-            "--effect",
-            metavar="NAME[:WHERE]=SIZE",
-            action="append",
-            default=[],
-            help="an effect, SI, see `list effects`",
-        )
-        parser.add_argument(
-            "--paper", action="store_true", help="the experiment of Lee et al. 2004: 25 points, 5 poses"
-        )
-        parser.add_argument("--seed", metavar="N", type=seed, default=1, help="default: 1")
-        parser.add_argument("--force", action="store_true", help="overwrite a data set that is there")
-
-    def run(self, args: argparse.Namespace) -> None:
-        """Simulate, write, and say what was made."""
-        from robolaser.data.dataset import Noise  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.data.writing import save  # noqa: PLC0415
-        from robolaser.geometry.robots import find_robot  # noqa: PLC0415
-        from robolaser.simulation import paper, simulate, sizes_of  # noqa: PLC0415
-
-        if (args.output / "dataset.toml").exists() and not args.force:
-            raise OutputExists(args.output / "dataset.toml")
-        clashing = [f"--{name.replace('_', '-')}" for name, usual in OWN.items() if getattr(args, name) != usual]
-        if args.paper and clashing:
-            raise OptionsClash("--paper", clashing)
-        robot = find_robot(args.robot, flange=args.flange)
-        effects = sizes_of(args.effect)
-        if args.paper:
-            made = paper(robot, effects=effects, seed=args.seed)
-        else:
-            asked = {name: getattr(args, name) for name in NOISES if getattr(args, name) is not None}
-            made = simulate(
-                robot,
-                kind=args.sensor,
-                poses=args.poses,
-                points=args.points,
-                repeats=args.repeats,
-                noise=Noise(**asked) if asked else None,
-                placed=not args.unplaced,
-                effects=effects,
-                name=args.output.resolve().name,
-                seed=args.seed,
-            )
-        save(made.dataset, args.output, overwrite=args.force)
-        print(
-            f"{len(made.dataset.points)} points in {len(made.dataset.poses)} poses of {robot.name}. Wrote {args.output}"
-        )
+    save(made.dataset, output, overwrite=force)
+    rows, number = len(made.dataset.points), len(made.dataset.poses)
+    terminal.show(
+        {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
+        lambda: print(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
+    )

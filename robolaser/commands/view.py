@@ -1,60 +1,57 @@
 """robolaser view: a cell in the browser."""
 
-import argparse
 import webbrowser
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Annotated
 
-from robolaser.commands.argument_types import LAST_PORT, count
-from robolaser.commands.command import Command, warn
+from cyclopts import Parameter
 
-
-@final
-class View(Command):
-    """Shows arm, scanner, light, target and points, nominal and calibrated."""
-
-    name: ClassVar[str] = "view"
-    summary: ClassVar[str] = "show robot, scanner, light sheet, target and points in the browser"
-
-    def declare(self, parser: argparse.ArgumentParser) -> None:
-        """Say what can be given to it."""
-        parser.add_argument("dataset", metavar="DATASET", type=Path, help="data set or recording")
-        parser.add_argument(
-            "calibration", metavar="CALIBRATION", type=Path, nargs="?", help="calibration.json or its folder"
-        )
-        parser.add_argument("--cloud", metavar="CLOUD.ply", type=Path, help="a cloud from `robolaser scan`")
-        parser.add_argument("--port", metavar="N", type=port, help="1 to 65535; default: 8080 or the next free one")
-        parser.add_argument("--no-browser", action="store_true", help="serve only; open the address yourself")
-
-    def run(self, args: argparse.Namespace) -> None:
-        """Serve until interrupted."""
-        from robolaser.data.loading import load  # noqa: PLC0415 - `--help` must not pay for physics
-        from robolaser.report.viewer.downsampling import thinned  # noqa: PLC0415
-        from robolaser.report.viewer.model import Belief, calibrated, nominal  # noqa: PLC0415
-        from robolaser.report.viewer.serving import ViewerApp  # noqa: PLC0415
-        from robolaser.scan import read_calibration  # noqa: PLC0415
-        from robolaser.scan.ply import map_ply  # noqa: PLC0415
-
-        dataset = load(args.dataset)
-        beliefs: tuple[Belief, ...] = (nominal(dataset),)
-        if args.calibration is not None:
-            beliefs = (*beliefs, calibrated(read_calibration(args.calibration), dataset))
-        cloud = None if args.cloud is None else thinned(map_ply(args.cloud))
-        for warning in (*dataset.warnings, *(note for belief in beliefs for note in belief.notes)):
-            warn(warning)
-        stage = ViewerApp(beliefs, cloud, args.port)
-        print(f"{dataset.name} is at {stage.url}; stop with Ctrl-C.", flush=True)
-        if not args.no_browser:
-            webbrowser.open(stage.url)
-        try:
-            stage.wait()
-        except KeyboardInterrupt:
-            stage.stop()
+from robolaser.commands.options import Port
+from robolaser.commands.terminal import TERMINAL, Terminal
 
 
-def port(text: str) -> int:
-    """The number of a port, as typed."""
-    number = count(text)
-    if number > LAST_PORT:
-        raise argparse.ArgumentTypeError(f"{text}, expected a whole number from 1 to {LAST_PORT}")
-    return number
+def view(
+    dataset: Path,
+    calibration: Path | None = None,
+    /,
+    *,
+    cloud: Annotated[Path | None, Parameter(metavar="CLOUD.ply")] = None,
+    port: Port | None = None,
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Show robot, scanner, laser plane, target and points in the browser.
+
+    For example:
+
+        robolaser view measured result --cloud cloud.ply
+
+    Args:
+        dataset: Data set or recording.
+        calibration: calibration.json or its folder.
+        cloud: A cloud of `robolaser scan`.
+        port: Port to serve at. Default: 8080 or the next free one.
+        browser: Open the page in the browser.
+    """
+    from robolaser.data.loading import load
+    from robolaser.report.viewer.downsampling import thinned
+    from robolaser.report.viewer.model import Belief, calibrated, nominal
+    from robolaser.report.viewer.serving import ViewerApp
+    from robolaser.scan import read_calibration
+    from robolaser.scan.ply import map_ply
+
+    data = load(dataset)
+    beliefs: tuple[Belief, ...] = (nominal(data),)
+    if calibration is not None:
+        beliefs = (*beliefs, calibrated(read_calibration(calibration), data))
+    points = None if cloud is None else thinned(map_ply(cloud))
+    for warning in (*data.warnings, *(note for belief in beliefs for note in belief.notes)):
+        terminal.warn(warning)
+    app = ViewerApp(beliefs, points, port)
+    terminal.show({"url": app.url}, lambda: print(f"{data.name} is at {app.url}; stop with Ctrl-C.", flush=True))
+    if browser:
+        webbrowser.open(app.url)
+    try:
+        app.wait()
+    except KeyboardInterrupt:
+        app.stop()

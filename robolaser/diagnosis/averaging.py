@@ -8,20 +8,18 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.subsampling import telling, worth_keeping
+from robolaser.diagnosis.subsampling import chosen_rows, kept_poses
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
-from robolaser.model.noise.covariance import FLOOR_M, OF_POSES, noise_from
-from robolaser.model.noise.sources import Disturbance, disturbances
+from robolaser.model.noise.covariance import FLOOR, noise_from
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.whitening import group_sums
-
-AVERAGED = ("pixel", "point", "seat")
-"""Sources of error that each shot has anew; a target point's error and a pose's are shared by its repeats."""
 
 
 @final
 @dataclass(frozen=True)
-class Observed:
+class AveragedData:
     """A data set with one row for each point of each pose.
 
     Attributes:
@@ -35,10 +33,10 @@ class Observed:
     group: Ints
 
     @classmethod
-    def of(cls, dataset: Dataset, gross: Bools | None = None) -> "Observed":
-        """Average the repeats of each point, without those rows that are marked as gross errors."""
+    def of(cls, dataset: Dataset, outliers: Bools | None = None) -> "AveragedData":
+        """Average the repeats of each point, without the rows that are marked as gross errors."""
         points = dataset.points
-        kept = np.flatnonzero(~gross) if gross is not None else np.arange(len(points))
+        kept = np.flatnonzero(~outliers) if outliers is not None else np.arange(len(points))
         if points.repeat is None:
             names: Sequence[object] = kept.tolist()
         else:
@@ -57,21 +55,21 @@ class Observed:
         return cls(replace(dataset, points=averaged), shots, group)
 
     @classmethod
-    def single(cls, dataset: Dataset) -> "Observed":
+    def single(cls, dataset: Dataset) -> "AveragedData":
         """Each shot a row of its own."""
         rows = np.arange(len(dataset.points), dtype=np.int64)
         return cls(dataset, np.ones_like(rows), rows)
 
-    def thinned(self) -> "Observed":
+    def subsampled(self) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too."""
-        kept = telling(self.dataset.points)
+        kept = chosen_rows(self.dataset.points)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
         dataset = replace(self.dataset, points=self.dataset.points.take(kept))
         if dataset.poses.time_s is None or not dataset.path_known:
-            dataset = dataset.of_poses(worth_keeping(dataset))
-        return Observed(dataset, self.shots[kept], number[self.group])
+            dataset = dataset.of_poses(kept_poses(dataset))
+        return AveragedData(dataset, self.shots[kept], number[self.group])
 
     def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
@@ -86,8 +84,8 @@ class Observed:
             raw: The data set with its repeats.
         """
         sources, known = self._sources(model, x, raw)
-        if any(source.name not in OF_POSES and known.get(source.name) is None for source in sources):
-            return of_rows(self._estimated(model, x, J, raw, sources, known))
+        if any(source.level != "pose" and known.get(source.name) is None for source in sources):
+            return noise_without_pose_errors(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 
     def scatter(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
@@ -100,42 +98,42 @@ class Observed:
         x: Array,
         J: Array,
         raw: Dataset,
-        sources: tuple[Disturbance, ...],
+        sources: tuple[ErrorSource, ...],
         known: Mapping[str, float | None],
     ) -> NoiseModel:
-        stated = replace(raw.noise, pixel_px=known["pixel"])
-        with_pixel = replace(self.dataset, noise=stated)
-        return noise_from(with_pixel, sources, model.residuals(x[None])[0], J)
+        stated = tuple(replace(source, stated=known.get(source.name)) for source in sources)
+        return noise_from(self.dataset, stated, model.residuals(x[None])[0], J)
 
-    def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[Disturbance, ...], dict[str, float | None]]:
+    def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[ErrorSource, ...], dict[str, float | None]]:
         """What may shake the rows, and how much where that is known.
 
         Where each pose has one row only, an error of the pose would be the row's under another name.
         """
-        stated = raw.noise
-        pixel = stated.pixel_px if stated.pixel_px is not None else pixel_from_repeats(raw)
-        known = {"pixel": pixel, "target": stated.target_m, "joint": stated.joint_rad, "point": stated.point_m}
+        every = error_sources(model, x)
+        known = {source.name: source.stated for source in every}
+        if "pixel" in known and known["pixel"] is None:
+            known["pixel"] = pixel_from_repeats(raw)
         alone = np.bincount(self.dataset.points.pose).max() == 1
         share = 1.0 / np.sqrt(self.shots)[:, None, None]
         sources = tuple(
-            replace(source, effect=source.effect * share) if source.name in AVERAGED else source
-            for source in disturbances(model, x)
-            if not alone or source.name not in OF_POSES or known.get(source.name) is not None
+            replace(source, effect=source.effect * share) if source.level == "shot" else source
+            for source in every
+            if not alone or source.level != "pose" or known.get(source.name) is not None
         )
         return sources, known
 
 
-def of_rows(noise: NoiseModel) -> NoiseModel:
+def noise_without_pose_errors(noise: NoiseModel) -> NoiseModel:
     """Noise without estimated errors of whole poses, which hold what the model lacks.
 
     Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
     errors, and those of whole poses are all that is known.
     """
-    rows = [name for name in noise.sigmas if name not in OF_POSES]
-    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR_M for name in rows)
+    rows = [source.name for source in noise.sources if source.level != "pose"]
+    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
     return noise if exact else noise.for_weights()
 
 
-def size(noise: NoiseModel) -> float:
+def noise_size(noise: NoiseModel) -> float:
     """Root-mean-square 3-D error of a row by noise alone [m]."""
     return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

@@ -8,9 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.stage_derivatives import Probe
-from robolaser.model.effects.places import moving_joints
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.model.effects.joints import moving_joints
 
 DENT, DENTS = 0.08, 80
 """Size of dents in a target, as a share of its extent, and how many shapes tell where they are."""
@@ -42,11 +42,11 @@ class Site:
     most: float = np.inf
 
 
-def sites(fitted: Fitted) -> Iterator[Site]:
+def sites(fitted: Fit) -> Iterator[Site]:
     """Every site that the data set has, with every coordinate that it may depend on there."""
     model = fitted.problem.model
-    dataset, scene = model.dataset, model.scene
-    probe, of_poses = Probe(fitted), OfPoses(dataset, scene)
+    dataset, scene = model.dataset, model.run
+    probe, of_poses = StageDerivatives(fitted), OfPoses(dataset, scene)
     pose = dataset.points.pose
 
     def over_poses(columns: Array, shapes: Array) -> Array:
@@ -55,7 +55,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
         return (columns[:, :, None] * rows[:, None]).reshape(len(columns), -1)
 
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
-    joints = moving_joints(dataset)
+    joints = moving_joints(dataset.robot)
     if joints:
         robot, qd = dataset.robot, dataset.poses.qd
         assert robot is not None
@@ -88,7 +88,7 @@ def sites(fitted: Fitted) -> Iterator[Site]:
     yield from _of_rows(fitted, probe, of_poses)
 
 
-def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
+def _of_rows(fitted: Fit, probe: StageDerivatives, of_poses: OfPoses) -> Iterator[Site]:
     """Sites whose departure differs from row to row of a pose."""
     model = fitted.problem.model
     dataset = model.dataset
@@ -108,8 +108,8 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
         across = seen[:, [1 - along]]
         yield Site("laser", "position along the stripe", over_rows(sheet, smooth(pixel[:, [along]])))
         yield Site("laser", "place on the sheet", over_rows(sheet, _over_sheet(probe.on_sheet())))
-        if np.ptp(model.scene.tilt) > 0:
-            yield Site("laser", "tilt of the surface", over_rows(across, smooth(model.scene.tilt[:, None])))
+        if np.ptp(model.run.tilt) > 0:
+            yield Site("laser", "tilt of the surface", over_rows(across, smooth(model.run.tilt[:, None])))
         for coordinate, shapes in of_poses.run():
             drift = np.concatenate(
                 [shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1
@@ -117,7 +117,7 @@ def _of_rows(fitted: Fitted, probe: Probe, of_poses: OfPoses) -> Iterator[Site]:
             yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
     if dataset.points.xyz is not None and dataset.kind == "stripe":
         given = probe.target()
-        lift = given @ model.scene.target.axes[:, 2:]
+        lift = given @ model.run.target.axes[:, 2:]
         yield Site("target", "place on the target", over_rows(given, smooth(dataset.points.xyz)))
         yield Site("target", "place on the target", over_rows(lift, smooth(dataset.points.xyz, DENT, most=DENTS)))
 

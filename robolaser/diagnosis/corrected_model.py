@@ -24,7 +24,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
     known = Information.of(jacobian(diagnosis.model, x), noise, weights=noise)
-    held = np.isin(parameters.names, diagnosis.model.sensor.held)
+    held = np.isin(parameters.names, diagnosis.model.sensor.fixed)
     given = np.array([item.given for item in parameters.items])
     on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))
     doubts = [
@@ -33,8 +33,8 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     ]
     if len(diagnosis.outliers):
         doubts.append(
-            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and max_m,"
-            " but the parameters are those of the others. diagnosis.json lists them."
+            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and"
+            " max_m, but the parameters are those of the others. diagnosis.json lists them."
         )
     model = Model(diagnosis.dataset, diagnosis.model.effects)
     return Calibration(

@@ -1,32 +1,31 @@
-"""The smallest size of each effect that the data could have shown."""
+"""The smallest size of each effect that the data would have shown."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
+from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
-from robolaser.diagnosis.score_tests import SEEN, Signature, typical
-from robolaser.diagnosis.verdict import DETECTED, price
+from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest, prior_scales
+from robolaser.diagnosis.thresholds import DETECTION_SIGMA
 
 
-def limits(signatures: Iterable[Signature], spread: float) -> tuple[DetectionLimit, ...]:
-    """For each effect that is not in the model, the size of its principal number that is found nine times in ten.
+def detection_limits(tests: Iterable[ScoreTest], spread: float) -> tuple[DetectionLimit, ...]:
+    """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
 
-    The squared signature of a size δ is δ² |s|², s being what the fitted parameters cannot imitate of it. What is
-    seen of its length scatters by one standard deviation: it must exceed the effect's price by as much as nine times
-    in ten need.
+    A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
+    measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty.
 
     Args:
-        signatures: Against the final model.
-        spread: By how much whole poses scatter more than noise.
+        tests: Against the final model.
+        spread: The dispersion: by how much whole poses scatter more than noise.
     """
-    found = []
-    for signature in signatures:
-        candidate_effect = signature.candidate_effect
-        name, unit, *_ = candidate_effect.kind.declared()[0]
-        length = float(np.linalg.norm(signature.columns[:, 0]))
-        unseen = length**2 < SEEN * max(float((signature.white[:, 0] ** 2).sum()), 1e-12)
-        needed = (np.sqrt(price(candidate_effect, signature.tried)) + DETECTED) * np.sqrt(spread)
-        size = None if unseen else float(needed / length * typical(candidate_effect)[0])
-        found.append(DetectionLimit(candidate_effect, name, size, unit))
-    return tuple(sorted(found, key=lambda limit: (limit.candidate_effect.kind.name, limit.candidate_effect.where)))
+    limits = []
+    for test in tests:
+        name, unit, *_ = test.candidate_effect.effect.amplitudes()[0]
+        length = float(np.linalg.norm(test.columns[:, 0]))
+        imitated = length**2 < NEGLIGIBLE * max(float((test.white[:, 0] ** 2).sum()), 1e-12)
+        needed = (np.sqrt(penalty(test)) + DETECTION_SIGMA) * np.sqrt(spread)
+        size = None if imitated else float(needed / length * prior_scales(test.candidate_effect)[0])
+        limits.append(DetectionLimit(test.candidate_effect, name, size, unit))
+    return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

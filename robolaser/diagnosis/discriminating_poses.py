@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.diagnosis.penalized_fit import Fitted
+from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import View, anywhere, limits
 from robolaser.model.sensors.sensor import motion
@@ -25,7 +25,7 @@ ALONG = 5
 """Points along the stripe at which the rivals are compared."""
 
 
-def next_poses(one: Fitted, other: Fitted, *, seed: int) -> tuple[Mapping[str, float], ...]:
+def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
     """Postures within the joint limits, the target in sight, that would tell two fitted models apart best.
 
     Both models, each with its own best parameters, predict what would be measured; where they differ most, in
@@ -62,7 +62,7 @@ def next_poses(one: Fitted, other: Fitted, *, seed: int) -> tuple[Mapping[str, f
     return tuple(dict(zip(robot.joints, tried[i].tolist(), strict=True)) for i in chosen)
 
 
-def _prediction(fitted: Fitted, extended: Dataset) -> Array:
+def _prediction(fitted: Fit, extended: Dataset) -> Array:
     """Residuals of all rows of a longer data set by a model's parameters, (m, 3) [m]."""
     problem = fitted.problem
     model = replace(problem.model, dataset=extended)
@@ -70,7 +70,7 @@ def _prediction(fitted: Fitted, extended: Dataset) -> Array:
     return e
 
 
-def _with(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Dataset, Ints, Array]:
+def _with(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Dataset, Ints, Array]:
     """The data set with postures (k, j) after its last pose; rows of each, (k', r); and those that see the target."""
     points = dataset.points
     if dataset.kind == "stripe":
@@ -113,7 +113,7 @@ def _as_last(values: Array | None, last: int, k: int) -> Array | None:
     return None if values is None else np.append(values, np.full(k, values[last]))
 
 
-def _stripes(dataset: Dataset, q: Array, fitted: Fitted) -> tuple[Array, Array, Bools]:
+def _stripes(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Array, Array, Bools]:
     """Where the stripe on the target's middle level would show, (k, r, 2) [px], the points there, and which see it."""
     values = fitted.problem.parameters.values(fitted.x[None])
     sensor = fitted.problem.model.sensor

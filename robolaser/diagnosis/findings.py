@@ -1,112 +1,111 @@
-"""The account of a diagnosis: the gap step by step, each effect with its numbers and rivals, what was not tested."""
+"""What a diagnosis reports: the gap step by step, each effect with its parameters, what was not tested."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import chi2
 
-from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import of_rows, size
-from robolaser.diagnosis.held_out_gap import Unseen, interval
-from robolaser.diagnosis.localization import Localization, where
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.probabilities import Stand, rival
+from robolaser.diagnosis.averaging import noise_size, noise_without_pose_errors
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.held_out_gap import HeldOut, interval
+from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import FEWEST_POSES
+from robolaser.diagnosis.thresholds import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
-MOST_RIVALS = 6
-"""Rivals that are told of each effect, the nearest first."""
+MAX_ALTERNATIVES = 6
+"""Alternatives that are reported of each effect, the cheapest first."""
+
+
+def nested_fits(refits: Refits, final: Fit) -> list[Fit]:
+    """Fits of the final model's effects, each time the one added that explains the most; the start first."""
+    fits, remaining = [refits.start], refits.tests_of(final)
+    while len(remaining) > 1:
+        options = [refits.of(fits[-1], [test]) for test in remaining]
+        best = int(np.argmin([option.chi2 for option in options]))
+        fits.append(options[best])
+        del remaining[best]
+    return [*fits, final] if remaining else fits
 
 
 def findings_of(
-    search: Search, start: Fitted, final: Fitted, standing: list[Stand], unseen: Unseen, seed: int
-) -> tuple[Gap, tuple[Finding, ...], Array, Array]:
-    """The held-out gap step by step, the effects added in the order in which they help most."""
-    before, after = unseen.errors(start), unseen.errors(final)
-    order, state = [], start
-    by_suspect = {signature.candidate_effect: signature for signature in search.seen(final)}
-    gaps = [rms(before)]
-    remaining = list(final.effects)
-    while remaining:
-        options = [search.fit(state, [by_suspect[candidate_effect]]) for candidate_effect in remaining]
-        best = int(np.argmin([option.misfit for option in options]))
-        order.append(remaining.pop(best))
-        state = options[best]
-        gaps.append(unseen.gap(state) if remaining else rms(after))
-    stand_of = {stand.candidate_effect: stand for stand in standing}
-    findings = tuple(
-        Finding(
-            candidate_effect=candidate_effect,
-            probability=stand_of[candidate_effect].probability,
-            parameters=_numbers(final, candidate_effect),
-            gap_before_m=gaps[i],
-            gap_after_m=gaps[i + 1],
-            gap_without_m=unseen.gap(stand_of[candidate_effect].without),
-            alternatives=_rivals(stand_of[candidate_effect], final, unseen),
+    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut
+) -> tuple[Finding, ...]:
+    """Each effect with its gaps, in the order in which they were added."""
+    final = nested[-1]
+    by_effect = {one.candidate_effect: one for one in evidence}
+    findings = []
+    for before, after in pairwise(nested):
+        (added,) = set(after.effects) - set(before.effects)
+        own = by_effect[added]
+        findings.append(
+            Finding(
+                candidate_effect=added,
+                probability=own.probability,
+                parameters=_estimates(final, added),
+                gap_before_m=held_out.gap(before),
+                gap_after_m=held_out.gap(after),
+                gap_without_m=held_out.gap(refits.of(own.without)),
+                alternatives=tuple(
+                    Alternative(one, _estimates(fit, one), held_out.gap(fit))
+                    for one, fit in own.alternatives[:MAX_ALTERNATIVES]
+                ),
+            )
         )
-        for i, candidate_effect in enumerate(order)
-    )
+    return tuple(findings)
+
+
+def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
+    """The held-out gap, from the nominal model to the final one."""
     given = any(item.given for item in start.problem.sensor.items)
-    nominal = start.problem.plain(start.problem.parameters.nominal[None])[0] if given else start.plain
-    floor = size(of_rows(final.problem.noise))
-    gap = Gap(rms(nominal), gaps[0], rms(after), floor, interval(after, start.problem.model.dataset.points.pose, seed))
-    return gap, findings, before, after
+    nominal = start.problem.residuals(start.problem.parameters.nominal[None])[0] if given else start.residuals
+    pose = start.problem.model.dataset.points.pose
+    after = held_out.errors(final)
+    floor = noise_size(noise_without_pose_errors(final.problem.noise))
+    return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 
-def _rivals(stand: Stand, final: Fitted, unseen: Unseen) -> tuple[Alternative, ...]:
-    return tuple(
-        Alternative(candidate_effect, _numbers(fit, candidate_effect), unseen.gap(fit))
-        for candidate_effect, fit in zip(rival(stand, final)[:MOST_RIVALS], stand.alternatives, strict=False)
-    )
+def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
+    names = fit.problem.parameters.names
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
+    return {
+        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(deviations[i]), item.unit) for item, i in columns
+    }
 
 
-def _numbers(final: Fitted, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
-    names = final.problem.parameters.names
-    found = {}
-    for item in candidate_effect.parameters.items:
-        column = names.index(item.name)
-        variance = float(final.covariance[column, column])
-        found[item.name.rsplit(".", 1)[1]] = Estimate(
-            float(final.x[column]), float(np.sqrt(max(variance, 0.0))), item.unit
-        )
-    return found
-
-
-def places_of(start: Fitted, final: Fitted, lost: Mapping[CandidateEffect, float]) -> list[Localization]:
+def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:
     """Where the gap lay, by what each effect explains of it."""
-    freedoms = len(start.r) - len(start.x)
-    excess = max(start.misfit - freedoms, 1e-9)
-    closed = float(np.clip((start.misfit - final.misfit) / excess, 0.0, 1.0))
-    total = max(sum(lost.values()), 1e-9)
-    seen = {lies.site: lies for lies in reversed(where(start))}
+    excess = max(start.chi2 - (len(start.white) - len(start.x)), 1e-9)
+    closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
+    total = max(sum(one.explained for one in evidence), 1e-9)
+    coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
     found: dict[str, Localization] = {}
-    for candidate_effect, gain in lost.items():
-        share = closed * gain / total + (
-            found[candidate_effect.where].share if candidate_effect.where in found else 0.0
-        )
-        coordinate = (
-            seen[candidate_effect.where].coordinate if candidate_effect.where in seen else candidate_effect.kind.title
-        )
-        p_value = float(chi2.sf(gain, len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())))
-        found[candidate_effect.where] = Localization(candidate_effect.where, coordinate, share, gain, p_value)
-    return sorted(found.values(), key=lambda lies: -lies.share)
+    for one in evidence:
+        kind, site = one.candidate_effect.effect, one.candidate_effect.where
+        share = closed * one.explained / total + (found[site].share if site in found else 0.0)
+        p_value = float(chi2.sf(one.explained, len(kind.units())))
+        found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
+    return sorted(found.values(), key=lambda place: -place.share)
 
 
 def not_testable(
-    kinds: Sequence[type[Effect]], dataset: Dataset, limit: Sequence[DetectionLimit], *, enough: bool
+    kinds: Sequence[type[Effect]], dataset: Dataset, limits: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
     """Why an effect could not be tested, by its name."""
     if not enough:
-        return {kind.name: f"fewer than {FEWEST_POSES} poses show something" for kind in kinds}
+        return {kind.name: f"fewer than {MIN_POSES} poses have points" for kind in kinds}
     reasons = {kind.name: reason for kind in kinds if (reason := kind.missing(dataset))}
-    unseen: dict[str, list[str]] = {}
-    for one in limit:
+    imitated: dict[str, list[str]] = {}
+    for one in limits:
         if one.size is None:
-            unseen.setdefault(one.candidate_effect.kind.name, []).append(one.candidate_effect.where)
-    for name, places in unseen.items():
-        reasons.setdefault(name, f"at {', '.join(places)} these poses cannot tell it from the ordinary parameters")
+            imitated.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
+    for name, locations in imitated.items():
+        reason = f"at {', '.join(locations)} these poses cannot tell it from the ordinary parameters"
+        reasons.setdefault(name, reason)
     return reasons

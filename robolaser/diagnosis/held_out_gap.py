@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.averaging import Observed
-from robolaser.diagnosis.penalized_fit import Fitted
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.estimation.cross_validation import FOLDS, dealt
 
 RESAMPLES = 2000
@@ -15,13 +15,15 @@ STEPS = 4
 """Gauss-Newton steps of each fit without a fold, from the fit to all: a tenth of the poses moves little."""
 SHORTER = 0.3
 """Share of a step that is tried next where it did not lower the misfit."""
+REACHED = 1e-3
+"""Chi-squared promised by a further step, below which the optimum is reached."""
 UNFINISHED = 0.3
-"""Squared whitened misfit that one more step would still promise, beyond which the slopes are worked out anew."""
+"""Chi-squared that one more step would still promise, beyond which the derivatives are worked out anew."""
 
 
-def folds(observed: Observed, seed: int) -> Ints:
-    """The group in which each pose is held out, (n,); sockets are held out whole, with those at known distances."""
-    dataset = observed.dataset
+def folds(data: AveragedData, seed: int) -> Ints:
+    """The fold in which each pose is held out, (n,); sockets are held out whole, with those at known distances."""
+    dataset = data.dataset
     fold = np.zeros(len(dataset.poses), dtype=np.int64)
     if dataset.kind == "socket":
         whole = {name: name for name in dict.fromkeys(dataset.points.names)}
@@ -39,18 +41,18 @@ def folds(observed: Observed, seed: int) -> Ints:
     return fold
 
 
-def held_out(fitted: Fitted, fold_of_pose: Ints) -> Array:
+def held_out_errors(fit: Fit, fold_of_pose: Ints) -> Array:
     """Errors of each row by the parameters that the other folds give, (m, 3) [m].
 
     A socket that is held out is located from its own poses: its errors are those from their mean.
     """
-    problem, dataset = fitted.problem, fitted.problem.model.dataset
+    problem, dataset = fit.problem, fit.problem.model.dataset
     fold = fold_of_pose[dataset.points.pose]
     errors = np.empty((len(fold), 3))
     numbers = np.unique(fold)
-    plain = problem.plain(_without(fitted, np.repeat(fold, 3) != numbers[:, None]))
-    for number, predicted in zip(numbers, plain, strict=True):
-        errors[fold == number] = predicted[fold == number]
+    predicted = problem.residuals(_without(fit, np.repeat(fold, 3) != numbers[:, None]))
+    for number, rows in zip(numbers, predicted, strict=True):
+        errors[fold == number] = rows[fold == number]
     if any(name.startswith("socket.") for name in problem.parameters.names):
         names = np.array(dataset.points.names)
         for name in dict.fromkeys(dataset.points.names):
@@ -59,48 +61,50 @@ def held_out(fitted: Fitted, fold_of_pose: Ints) -> Array:
 
 
 @final
-class Unseen:
-    """Held-out errors of fitted models, worked out once for each model.
+class HeldOut:
+    """Held-out errors of fits, worked out once for each.
 
     Args:
-        fold_of_pose: The group in which each pose is held out, (n,).
+        fold_of_pose: The fold in which each pose is held out, (n,).
     """
 
     def __init__(self, fold_of_pose: Ints) -> None:
         self._fold_of_pose = fold_of_pose
-        self._known: dict[int, tuple[Fitted, Array]] = {}
+        self._known: dict[int, tuple[Fit, Array]] = {}
 
-    def errors(self, fitted: Fitted) -> Array:
+    def errors(self, fit: Fit) -> Array:
         """Of each row, (m, 3) [m]."""
-        if id(fitted) not in self._known:
-            self._known[id(fitted)] = fitted, held_out(fitted, self._fold_of_pose)
-        return self._known[id(fitted)][1]
+        if id(fit) not in self._known:
+            self._known[id(fit)] = fit, held_out_errors(fit, self._fold_of_pose)
+        return self._known[id(fit)][1]
 
-    def gap(self, fitted: Fitted) -> float:
+    def gap(self, fit: Fit) -> float:
         """Their root mean square [m]."""
-        return rms(self.errors(fitted))
+        return rms(self.errors(fit))
 
 
-def _without(fitted: Fitted, kept: Bools) -> Array:
-    """Parameters fitted to some whitened residuals only, (k, 3m) -> (k, d), all at once.
+def _without(fit: Fit, kept: Bools) -> Array:
+    """Parameters fitted to some whitened residuals only, (f, k) -> (f, d), all at once.
 
-    By Gauss-Newton steps whose slopes are those of the fit to all: the residuals are exact, the steps nearly. Where
-    that does not lead home, along a bent valley, by a fit of its own.
+    By Gauss-Newton steps whose derivatives are those of the fit to all; where these do not reach the optimum, by a fit
+    of its own.
     """
-    problem, J = fitted.problem, fitted.J
-    d = len(fitted.x)
+    problem, J = fit.problem, fit.J
+    d = len(fit.x)
     curvature = np.stack([J[rows].T @ J[rows] + np.eye(d) for rows in kept])
 
     def misfit(x: Array) -> tuple[Array, Array]:
         rows, penalty = kept * problem(x), problem.penalty(x)
         cost = (rows**2).sum(axis=1) + (penalty**2).sum(axis=1)
-        return np.where(np.isfinite(cost), cost, np.inf), (rows @ J + penalty) * ~fitted.stuck
+        return np.where(np.isfinite(cost), cost, np.inf), (rows @ J + penalty) * ~fit.active
 
-    x = np.repeat(fitted.x[None], len(kept), axis=0)
+    x = np.repeat(fit.x[None], len(kept), axis=0)
     cost, slope = misfit(x)
     length = np.ones(len(kept))
     for _ in range(STEPS):
         steps = -np.linalg.solve(curvature, slope[..., None])[..., 0] * length[:, None]
+        if (np.abs((steps * slope).sum(axis=1)) < REACHED).all():
+            break
         tried = problem.within(x + problem.prior * steps)
         tried_cost, tried_slope = misfit(tried)
         better = tried_cost < cost
@@ -117,7 +121,7 @@ def _without(fitted: Fitted, kept: Bools) -> Array:
 
 
 def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:
-    """Where the gap lies with 95 % probability, by resampling poses [m]."""
+    """The gap's 95 % interval, by resampling poses [m]."""
     squares = (errors**2).sum(axis=-1)
     seen, number = np.unique(pose, return_inverse=True)
     total, count = np.bincount(number, squares), np.bincount(number)

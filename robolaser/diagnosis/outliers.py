@@ -3,11 +3,9 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.verdict import GROSS
-from robolaser.geometry.rigid_motion import skew
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.thresholds import OUTLIER_SIGMA
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import arms
 from robolaser.model.noise.whitening import group_sums
 
 ROUNDS = 8
@@ -22,10 +20,10 @@ SHIFT_M, TURN_RAD = 0.02, 0.05
 """How far a pose may be off as a whole: what the model lacks moves whole poses, gross errors single rows."""
 
 
-def robust(fitted: Fitted) -> Fitted:
+def robust_fit(fitted: Fit) -> Fit:
     """Fit again, rows far off counting little."""
     for _ in range(ROUNDS):
-        norm = _norms(fitted.plain, fitted.problem.noise)
+        norm = _norms(fitted.residuals, fitted.problem.noise)
         scale = max(1.0, float(np.median(norm)) / MEDIAN_NORM)
         weight = np.repeat((1.0 + (norm / (TAIL * scale)) ** 2) ** -0.5, 3)
         before, fitted = fitted, fitted.problem.fit(fitted.x, weight=weight, steps=ROUNDS)
@@ -34,7 +32,7 @@ def robust(fitted: Fitted) -> Fitted:
     return fitted
 
 
-def gross_rows(fitted: Fitted) -> Bools:
+def outliers_within_poses(fitted: Fit) -> Bools:
     """Mark rows far from where the others of their pose would have them, (m,).
 
     Each pose may be off as a whole by a free small motion, found robustly: so a robot that is not where the model has
@@ -47,13 +45,13 @@ def gross_rows(fitted: Fitted) -> Bools:
     of_pose = model.dataset.points.pose
     values = fitted.problem.parameters.values(fitted.x[None])
     root = _roots(fitted.problem.noise)
-    r = (root @ fitted.plain[..., None])[..., 0]
+    r = (root @ fitted.residuals[..., None])[..., 0]
     enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= LEAST_POINTS
     if not enough.any():
-        return beyond(fitted)
-    moves = np.concatenate(
-        [np.broadcast_to(np.eye(3), (len(of_pose), 3, 3)) * SHIFT_M, skew(arms(model, values)) * TURN_RAD], axis=-1
-    )
+        return outliers_of(fitted)
+    perturb = model.perturb(values)
+    shifts, turns = model.sensor.moved_with_pose(values, model.flange(values, perturb), perturb)
+    moves = np.concatenate([shifts * SHIFT_M, turns * TURN_RAD], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r
     for _ in range(ROUNDS):
@@ -65,13 +63,13 @@ def gross_rows(fitted: Fitted) -> Bools:
         move = np.linalg.solve(A, b[..., None])[..., 0]
         left = r - (B @ move[of_pose][..., None])[..., 0]
     norm = np.linalg.norm(left, axis=-1)
-    return np.asarray(norm > GROSS * _scale(norm))
+    return np.asarray(norm > OUTLIER_SIGMA * _scale(norm))
 
 
-def beyond(fitted: Fitted) -> Bools:
+def outliers_of(fitted: Fit) -> Bools:
     """Mark rows that a model which explains the others leaves far off, (m,)."""
-    norm = _norms(fitted.plain, fitted.problem.noise)
-    return norm > GROSS * _scale(norm)
+    norm = _norms(fitted.residuals, fitted.problem.noise)
+    return norm > OUTLIER_SIGMA * _scale(norm)
 
 
 def _scale(norm: Array) -> float:

@@ -1,162 +1,107 @@
-"""The gap against the number of effects: what each further effect buys, as the best sets of every size show."""
+"""The gap against the number of effects: what each further effect gains on held-out poses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
-from pymoo.core.duplicate import DefaultDuplicateElimination
-from pymoo.core.mating import Mating
-from pymoo.operators.selection.tournament import TournamentSelection
-from pymoo.optimize import minimize
 
-from robolaser.arrays import Array, Bools, Ints
-from robolaser.calibration.result import rms
-from robolaser.diagnosis.held_out_gap import held_out
-from robolaser.diagnosis.penalized_fit import Fitted
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
-from robolaser.diagnosis.score_tests import Signature, slopes, typical
-from robolaser.diagnosis.verdict import price
-from robolaser.operators import ArithmeticCrossover, NonUniformMutation
-from robolaser.problems import Addition, BestAmplitudes, GapAgainstComplexity, Neighbourhood
+from robolaser.diagnosis.score_tests import ScoreTest
 
 LEADERS = 12
-"""Effects that the front is made of."""
-POPULATION = 60
-GENERATIONS = 30
-CROSSED = 0.85
-MUTATED = 0.2
-SLOWING = 1.0
-"""Of the non-uniform mutation: inclusion numbers must go on crossing the middle."""
-TRIED = 3
-"""Matings to fill a generation: few effects have few sets, and soon none is new."""
-LEAST = 1e-12
-"""Share of a signature's square beyond which something of it is left beside those that were taken before."""
+"""Effects of which sets are made, so at most 4096 sets."""
+FURTHER, AT_LEAST = 1, 2
+"""Effects beyond those of the diagnosis, up to which sets are fitted, and the least size of the largest of them."""
+SETS_OF_A_SIZE = 2
+"""Sets of each size that are refitted, those of the smallest linear chi-squared."""
+SEEN = 1e-12
+"""Share of the squared length of an effect's column, below which it is a combination of those taken before."""
 
 
-def front(fitted: Fitted, signatures: Sequence[Signature], fold_of_pose: Ints, seed: int) -> tuple[ParetoPoint, ...]:
-    """The sets of effects that no set with as few has a smaller gap than, from none on.
+def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tuple[ParetoPoint, ...]:
+    """The sets of effects than which none with as few effects has a smaller held-out gap, from none on.
 
-    NSGA-II with the paper's operators chooses the sets; stepwise least squares gives it sets to start from. Gaps are
-    those of the model as linear around the fit without effects, the shapes of the effects as their signatures have
-    them, all amplitudes and ordinary parameters fitted without the fold that is predicted.
+    All sets of the most promising effects are compared by chi-squared of the model as linear around the fit without
+    effects, exactly; the best few of each size are fitted, and judged by the same held-out error as every other gap of
+    the diagnosis. So a set has one gap wherever it is shown.
 
     Args:
-        fitted: The calibrated model without effects.
-        signatures: Of the effects that may be added.
-        fold_of_pose: The group in which each pose is held out, (n,).
-        seed: Of the search.
+        refits: Fits sets of effects.
+        nested: Fits of the chosen effects, added one by one; the model without effects first.
+        held_out: Errors on held-out poses.
 
     Returns:
         Sets by their number of effects, each with a smaller gap than the one before.
     """
-    path = stepwise(fitted, signatures)
-    leaders = [signatures[i] for i in path]
-    fold = fold_of_pose[fitted.problem.model.dataset.points.pose]
-    if not leaders or len(np.unique(fold)) < 2:
-        return (ParetoPoint((), rms(held_out(fitted, fold_of_pose))),)
-    problem = question(fitted, leaders, fold)
-    sets = np.unique(np.concatenate([_staircase(len(leaders)), searched(problem, seed)]), axis=0)
-    gaps = problem.unseen(sets)
-    return tuple(
-        ParetoPoint(
-            tuple(leader.candidate_effect for leader, inside in zip(leaders, sets[i], strict=True) if inside),
-            float(gaps[i]),
-        )
-        for i in undominated(sets.sum(axis=1), gaps)
-    )
+    tests = refits.score_tests(refits.start)
+    leaders = [tests[i] for i in stepwise_order(tests)]
+    most = max(AT_LEAST, len(nested) - 1 + FURTHER)
+    fits = [*nested, *(refits.of(refits.start, some) for some in best_subsets(leaders, most))]
+    gaps = np.array([held_out.gap(fit) for fit in fits])
+    counts = np.array([len(fit.effects) for fit in fits], dtype=np.int64)
+    return tuple(ParetoPoint(fits[i].effects, float(gaps[i])) for i in undominated(counts, gaps))
 
 
-def stepwise(fitted: Fitted, signatures: Sequence[Signature], most: int = LEADERS) -> list[int]:
-    """The order in which effects are taken, each that which explains most for its price beside those before it.
+def best_subsets(tests: Sequence[ScoreTest], most: int) -> list[tuple[ScoreTest, ...]]:
+    """Of each size, the sets of effects that explain the most chi-squared as far as the model is linear."""
+    found: list[tuple[ScoreTest, ...]] = []
+    for size, sets in sorted(_explained(tests, most).items()):
+        best = sorted(sets, key=lambda one: -sets[one])[:SETS_OF_A_SIZE] if size else []
+        found += [tuple(tests[i] for i in one) for one in best]
+    return found
+
+
+def _explained(tests: Sequence[ScoreTest], most: int) -> dict[int, dict[tuple[int, ...], float]]:
+    """Chi-squared that each set of up to so many effects explains, by size and members.
+
+    Effects are taken in their order; what a further effect explains follows from the normal equations from which those
+    before it are eliminated.
+    """
+    found: dict[int, dict[tuple[int, ...], float]] = {size: {} for size in range(min(most, len(tests)) + 1)}
+
+    def grow(taken: tuple[int, ...], explained: float, G: Array, spans: Sequence[Ints]) -> None:
+        found[len(taken)][taken] = explained
+        if len(taken) == most:
+            return
+        for k, span in enumerate(spans):
+            inverse = _inverse(G, span)
+            more = explained + float(G[span, -1] @ inverse @ G[span, -1])
+            rest = np.arange(span[-1] + 1, len(G))
+            part = G[np.ix_(span, rest)]
+            less = G[np.ix_(rest, rest)] - part.T @ inverse @ part
+            grow((*taken, len(tests) - len(spans) + k), more, less, [own - rest[0] for own in spans[k + 1 :]])
+
+    if tests:
+        grow((), 0.0, *_normal_equations(tests))
+    return found
+
+
+def stepwise_order(tests: Sequence[ScoreTest], most: int = LEADERS) -> list[int]:
+    """The order in which effects are taken, each the one that explains most for its penalty beside those before it.
 
     Args:
-        fitted: The model that the signatures are held against.
-        signatures: Of the effects.
+        tests: Of the effects, all against one model.
         most: Effects to be taken.
 
     Returns:
-        Indices of signatures.
+        Indices of the tests.
     """
-    if not signatures:
+    if not tests:
         return []
-    columns = np.hstack([signature.columns for signature in signatures])
-    size = np.maximum((np.hstack([signature.white for signature in signatures]) ** 2).sum(axis=0), np.finfo(float).tiny)
-    tall = np.column_stack([columns / np.sqrt(size), fitted.rest])
-    G = tall.T @ tall
-    ends = np.cumsum([0] + [signature.columns.shape[1] for signature in signatures])
-    spans = [np.arange(start, end) for start, end in pairwise(ends)]
-    prices = [price(signature.candidate_effect, signature.tried) for signature in signatures]
+    G, spans = _normal_equations(tests)
     order: list[int] = []
-    for _ in range(min(most, len(signatures))):
-        left = [i for i in range(len(signatures)) if i not in order]
-        worth = {i: G[spans[i], -1] @ _inverse(G, spans[i]) @ G[spans[i], -1] - prices[i] for i in left}
-        best = max(left, key=worth.__getitem__)
+    for _ in range(min(most, len(tests))):
+        others = [i for i in range(len(tests)) if i not in order]
+        net = {i: _gain(G, spans[i]) - penalty(tests[i]) for i in others}
+        best = max(others, key=net.__getitem__)
         order.append(best)
         span = spans[best]
         G = G - G[:, span] @ _inverse(G, span) @ G[span]
     return order
-
-
-def _inverse(G: Array, span: Ints) -> Array:
-    values, vectors = np.linalg.eigh(G[np.ix_(span, span)])
-    seen = values > LEAST
-    found: Array = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
-    return found
-
-
-def question(fitted: Fitted, signatures: Sequence[Signature], fold: Ints) -> GapAgainstComplexity:
-    """The gap against complexity, near a fitted model.
-
-    Args:
-        fitted: The model without effects.
-        signatures: Of the effects that may be added.
-        fold: In which each row is held out, (m,).
-    """
-    m, d = fitted.plain.shape[0], len(fitted.x)
-    located = _located(fitted, fold)
-
-    def by(columns: Array) -> Array:
-        return located(columns.reshape(m, 3, -1))
-
-    model = Neighbourhood(
-        white=fitted.rest,
-        white_slopes=np.vstack([fitted.J, np.eye(d)]),
-        plain=by(fitted.plain)[..., 0],
-        plain_slopes=by(fitted.slopes * (fitted.problem.prior * ~fitted.stuck)),
-        row=np.append(np.repeat(np.arange(m), 3), np.full(d, -1)),
-    )
-    additions = []
-    for signature in signatures:
-        candidate_effect = signature.candidate_effect
-        plain = slopes(fitted, candidate_effect, np.array([signature.shapes]))
-        additions.append(
-            Addition(
-                name=f"{candidate_effect.kind.name} {candidate_effect.where}",
-                white=np.vstack([signature.white, np.zeros((d, len(plain)))]),
-                plain=by(np.moveaxis(plain, 0, -1)),
-                reach=np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
-                / typical(candidate_effect),
-            )
-        )
-    return GapAgainstComplexity(model, additions, fold)
-
-
-def searched(problem: GapAgainstComplexity, seed: int) -> Bools:
-    """The sets of effects in NSGA-II's last generation, (c, n); the first effects are taken to be the best."""
-    each_set_once = DefaultDuplicateElimination(func=lambda pop: problem.chosen(pop.get("X")).astype(float))
-    mating = Mating(
-        TournamentSelection(func_comp=binary_tournament),
-        ArithmeticCrossover(prob=CROSSED),
-        NonUniformMutation(prob_var=MUTATED, b=SLOWING),
-        repair=BestAmplitudes(),
-        eliminate_duplicates=each_set_once,
-        n_max_iterations=TRIED,
-    )
-    first = _first_generation(problem, np.random.default_rng(seed))
-    algorithm = NSGA2(POPULATION, first, mating=mating, eliminate_duplicates=each_set_once)
-    found = minimize(problem, algorithm, ("n_gen", GENERATIONS), seed=seed)
-    return problem.chosen(found.pop.get("X"))
 
 
 def undominated(counts: Ints, gaps: Array) -> list[int]:
@@ -168,35 +113,21 @@ def undominated(counts: Ints, gaps: Array) -> list[int]:
     return front
 
 
-def _first_generation(problem: GapAgainstComplexity, rng: np.random.Generator) -> Array:
-    """The staircase of the effects, best first, and random sets of every size.
-
-    Inclusion numbers lie anywhere in their half, so that blends of two parents are new sets and not one or the other.
-    """
-    n = len(problem.names)
-    size = rng.integers(0, n + 1, (POPULATION, 1))
-    sets = np.concatenate([_staircase(n), rng.random((POPULATION, n)) < size / n])[:POPULATION]
-    inclusion = (sets + rng.random(sets.shape)) / 2.0
-    return problem.settled(np.hstack([inclusion, np.zeros((len(sets), len(problem.reach)))]))
+def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
+    """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
+    columns = np.hstack([test.columns for test in tests])
+    squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.stacked])
+    ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
+    return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
 
 
-def _staircase(n: int) -> Bools:
-    """None, the first, the first two, and so on to all, (n + 1, n)."""
-    return np.tri(n + 1, n, -1, dtype=bool)
+def _gain(G: Array, span: Ints) -> float:
+    return float(G[span, -1] @ _inverse(G, span) @ G[span, -1])
 
 
-def _located(fitted: Fitted, fold: Ints) -> Callable[[Array], Array]:
-    """How columns of plain rows (m, 3, c) are seen: in a socket that is held out whole, from where its poses put it."""
-    dataset = fitted.problem.model.dataset
-    names = np.array(dataset.points.names)
-    rows = [np.flatnonzero(names == name) for name in dict.fromkeys(dataset.points.names)]
-    if dataset.kind != "socket" or any(len(np.unique(fold[own])) > 1 for own in rows):
-        return lambda columns: columns
-
-    def located(columns: Array) -> Array:
-        centred = columns.copy()
-        for own in rows:
-            centred[own] -= centred[own].mean(axis=0)
-        return centred
-
-    return located
+def _inverse(G: Array, span: Ints) -> Array:
+    values, vectors = np.linalg.eigh(G[np.ix_(span, span)])
+    seen = values > SEEN
+    found: Array = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.diagnosis.svd_step import Valley
+from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -31,6 +32,8 @@ ENOUGH = 0.05
 TOUCH = 1e-6
 """Distance from a bound, as a share of what lies between the two, from which on a parameter stands on it."""
 MOST_STEPS = 60
+SINGULAR = 1e-5
+"""Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
 
 @final
@@ -62,7 +65,7 @@ class Problem:
         own = sensor or Model(model.dataset).parameters
         parameters = own + model.effect_parameters
         prior = UNIFORM * parameters.width
-        prior[np.isin(parameters.names, model.sensor.held)] = 0.0
+        prior[np.isin(parameters.names, model.sensor.fixed)] = 0.0
         return cls(model, parameters, prior, noise)
 
     @property
@@ -75,7 +78,7 @@ class Problem:
         names = {
             candidate_effect.key(name)
             for candidate_effect in self.model.effects
-            for name, *_ in candidate_effect.kind.shapes()
+            for name, *_ in candidate_effect.effect.nonlinear_parameters()
         }
         return np.isin(self.parameters.names, list(names))
 
@@ -83,7 +86,7 @@ class Problem:
         """Candidates (c, d) brought back between their bounds."""
         return np.clip(x, self.parameters.lower, self.parameters.upper)
 
-    def stuck(self, x: Array, J: Array, r: Array) -> Bools:
+    def active(self, x: Array, J: Array, r: Array) -> Bools:
         """Parameters on a bound that the misfit would push beyond it, (d,).
 
         Args:
@@ -96,15 +99,15 @@ class Problem:
         low, high = x <= self.parameters.lower + near, x >= self.parameters.upper - near
         return np.asarray((low & (uphill > 0)) | (high & (uphill < 0)))
 
-    def plain(self, x: Array) -> Array:
+    def residuals(self, x: Array) -> Array:
         """Residuals, (c, d) -> (c, m, 3) [m]."""
         return self.model.residuals_at(self.parameters.values(x))
 
     def __call__(self, x: Array) -> Array:
         """Whitened residuals, (c, d) -> (c, 3m)."""
-        return self.noise.whiten(self.plain(x))
+        return self.noise.whiten(self.residuals(x))
 
-    def slopes(self, x: Array, of: Callable[[Array], Array]) -> Array:
+    def derivatives(self, x: Array, of: Callable[[Array], Array]) -> Array:
         """Derivatives of a function of candidates by every parameter that is not held, at x (d,); -> (k, d)."""
         moving = np.flatnonzero(self.prior > 0)
         step = STEP * self.prior[moving]
@@ -130,7 +133,7 @@ class Problem:
         free = (self.prior > 0) & ~self._is_shape
         return np.where(free, (x - self.parameters.nominal) / np.where(free, self.prior, 1.0), 0.0)
 
-    def fit(self, start: Array, weight: Array | None = None, steps: int = MOST_STEPS) -> "Fitted":
+    def fit(self, start: Array, weight: Array | None = None, steps: int = MOST_STEPS) -> "Fit":
         """Gauss-Newton with several lengths and dampings of each step tried at once.
 
         Args:
@@ -153,7 +156,7 @@ class Problem:
         for _ in range(steps):
             r = rows(x[None])[0]
             J = self._uphill(x, r[: -len(x)], lambda at: w * self(at))
-            free = (self.prior > 0) & ~self.stuck(x, J, r[: len(J)])
+            free = (self.prior > 0) & ~self.active(x, J, r[: len(J)])
             J = np.vstack([J * free, np.diag(free * 1.0)])
             valley = Valley.of(J)
             if valley.promise(r) < ENOUGH:
@@ -172,12 +175,12 @@ class Problem:
             x, cost = trials[best], float(costs[best])
             if gained < ENOUGH:
                 break
-        return Fitted(self, x)
+        return Fit(self, x)
 
 
 @final
 @dataclass(frozen=True)
-class Fitted:
+class Fit:
     """The optimum of a problem.
 
     Attributes:
@@ -189,43 +192,43 @@ class Fitted:
     x: Array
 
     @cached_property
-    def plain(self) -> Array:
+    def residuals(self) -> Array:
         """Residuals, (m, 3) [m]."""
-        e: Array = self.problem.plain(self.x[None])[0]
+        e: Array = self.problem.residuals(self.x[None])[0]
         return e
 
     @cached_property
-    def r(self) -> Array:
+    def white(self) -> Array:
         """Whitened residuals, (3m,)."""
-        white: Array = self.problem.noise.whiten(self.plain[None])[0]
+        white: Array = self.problem.noise.whiten(self.residuals[None])[0]
         return white
 
     @cached_property
-    def slopes(self) -> Array:
+    def jacobian(self) -> Array:
         """Plain residuals by parameters, (3m, d) [m per unit]."""
-        return self.problem.slopes(self.x, self.problem.plain)
+        return self.problem.derivatives(self.x, self.problem.residuals)
 
     @cached_property
     def J(self) -> Array:  # noqa: N802 - the letter that the field knows it by
         """Whitened residuals by parameters in units of their priors, (3m, d); zero for those stuck on a bound."""
-        return self._every * ~self.stuck
+        return self._every * ~self.active
 
     @cached_property
     def _every(self) -> Array:
-        J: Array = self.problem.noise.whiten(self.slopes.T).T * self.problem.prior
+        J: Array = self.problem.noise.whiten(self.jacobian.T).T * self.problem.prior
         return J
 
     @cached_property
-    def stuck(self) -> Bools:
+    def active(self) -> Bools:
         """Parameters on a bound that the misfit would push beyond it, (d,)."""
-        return self.problem.stuck(self.x, self._every, self.r)
+        return self.problem.active(self.x, self._every, self.white)
 
     @cached_property
-    def inward(self) -> Array:
+    def releases(self) -> Array:
         """What those stuck on a bound would do on their way back, what the others can do projected out, (3m + d, q)."""
         middle = (self.problem.parameters.lower + self.problem.parameters.upper) / 2
-        ways = np.where(self.x < middle, 1.0, -1.0)[self.stuck]
-        return self.projected(self._every[:, self.stuck] * ways)
+        ways = np.where(self.x < middle, 1.0, -1.0)[self.active]
+        return self.projected(self._every[:, self.active] * ways)
 
     @cached_property
     def Q(self) -> Array:  # noqa: N802 - likewise
@@ -235,9 +238,9 @@ class Fitted:
         return Q
 
     @cached_property
-    def misfit(self) -> float:
+    def chi2(self) -> float:
         """Squared whitened misfit, the distance from the priors counted in."""
-        return float(self.r @ self.r + (self.problem.penalty(self.x[None]) ** 2).sum())
+        return float(self.white @ self.white + (self.problem.penalty(self.x[None]) ** 2).sum())
 
     @property
     def effects(self) -> tuple[CandidateEffect, ...]:
@@ -251,15 +254,35 @@ class Fitted:
         return rest
 
     @cached_property
-    def rest(self) -> Array:
+    def stacked(self) -> Array:
         """The residuals, priors beneath, (3m + d,); at the optimum no parameter can lower them."""
-        return np.concatenate([self.r, self.problem.penalty(self.x[None])[0]])
+        return np.concatenate([self.white, self.problem.penalty(self.x[None])[0]])
 
     def step(self, r: Array) -> Array:
         """What the parameters would do about whitened residuals (3m,), in units of their priors, (d,)."""
         tall = np.concatenate([r, self.problem.penalty(self.x[None])[0]])
         found: Array = -np.linalg.lstsq(np.vstack([self.J, np.eye(len(self.x))]), tall, rcond=None)[0]
         return np.where(self.problem.prior > 0, found, 0.0)
+
+    @property
+    def freedoms(self) -> int:
+        """Residuals less parameters, at least 1."""
+        return max(1, len(self.white) - len(self.x))
+
+    @property
+    def dispersion(self) -> float:
+        """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
+        poses = len(np.unique(self.problem.model.dataset.points.pose))
+        return dispersion(self.chi2, self.freedoms, poses)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters by name."""
+        return dict(zip(self.problem.parameters.names, self.x.tolist(), strict=True))
+
+    def best_amplitudes(self, white: Array) -> Array:
+        """Amplitudes of further whitened columns (k, n) that lower chi-squared most in the linear model, (n,)."""
+        return best_amplitudes(np.hstack([self.projected(white), self.releases]), self.stacked)[: white.shape[1]]
 
     def value(self, name: str) -> float:
         """A parameter's value."""
@@ -272,3 +295,11 @@ class Fitted:
         inverse = np.linalg.pinv(R)
         found: Array = self.problem.prior[:, None] * (inverse @ inverse.T) * self.problem.prior
         return found
+
+
+def best_amplitudes(columns: Array, residuals: Array) -> Array:
+    """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    amplitudes: Array = -np.linalg.lstsq(columns / length, residuals, rcond=SINGULAR)[0] / length
+    return amplitudes

@@ -1,7 +1,7 @@
 """From a data set to its diagnosis."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,25 +9,26 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.detection_limits import limits
+from robolaser.diagnosis.averaging import AveragedData, noise_size
+from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
-from robolaser.diagnosis.findings import findings_of, not_testable, places_of
-from robolaser.diagnosis.held_out_gap import Unseen, folds
-from robolaser.diagnosis.pareto_front import front
-from robolaser.diagnosis.preparation import Beginning
-from robolaser.diagnosis.pruning import believed, rest_of
-from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, nested_fits, not_testable
+from robolaser.diagnosis.held_out_gap import HeldOut, folds
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pareto_front import pareto_front
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.pruning import probable_remainder, prune
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
-from robolaser.diagnosis.selection import Search
+from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.verdict import FEWEST_POSES, dispersion, judge
-from robolaser.diagnosis.warm_start import sought
-from robolaser.errors import EffectUnknown
-from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.effect import Effect
-
-ROUNDS = 2
-"""Times that gross errors are looked for again once effects are in the model."""
+from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
+from robolaser.diagnosis.verdict import Evidence, judge
+from robolaser.model.effects import EFFECTS, unknown_effect
+from robolaser.model.effects.effect import CandidateEffect, Effect
 
 Progress = Callable[[str, float], None]
 
@@ -40,13 +41,13 @@ def diagnose(
     Args:
         dataset: The real; its nominal parameters are the sim.
         effects: The library of effects; `[*robolaser.EFFECTS, Mine]` extends ours.
-        seed: Deals poses into folds and resamples them; the same one, the same answer.
+        seed: Assigns poses to folds and resamples them; the same one gives the same answer.
 
     Returns:
         What diagnosis.json holds: gaps in millimetres, else SI.
 
     Raises:
-        NoPoints, NothingSeen: The data set holds nothing to judge.
+        DataError: The data set holds nothing to judge.
     """
     return examine(dataset, effects, seed=seed).as_json()
 
@@ -66,11 +67,11 @@ def examine(
         effects: The library of effects.
         seed: Of everything random.
         without: Names of effects that are taken out of the library.
-        progress: Is told what is going on, and what share of the work is done.
+        progress: Is called with what is going on, and what share of the work is done.
 
     Raises:
-        EffectUnknown: There is no such effect to take out.
-        NoPoints, NothingSeen: The data set holds nothing to judge.
+        UsageError: There is no such effect to take out.
+        DataError: The data set holds nothing to judge.
     """
     began = time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
@@ -81,70 +82,107 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
     kinds = list(EFFECTS if effects is None else effects)
     for name in without:
         if name not in {kind.name for kind in kinds}:
-            raise EffectUnknown(name, {kind.name: kind for kind in kinds})
+            raise unknown_effect(name, [kind.name for kind in kinds])
     return [kind for kind in kinds if kind.name not in without]
 
 
-def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, tell: Progress, began: float) -> Diagnosis:
-    tell("fitting the nominal model", 0.0)
-    beginning, gross = Beginning.of(dataset)
-    enough = len(np.unique(dataset.points.pose)) >= FEWEST_POSES
-    candidate_effects = library(kinds, dataset) if enough else []
-    observed, start = beginning.fitted(gross, candidate_effects)
-    search = Search(start, candidate_effects, lambda what: tell(what, 0.3))
-    final = sought(search)
-    calmer = beginning.calmer(observed, start, final)
-    if calmer is not None:
-        start, earlier, found = calmer, final, search
-        search = Search(start, candidate_effects, lambda what: tell(what, 0.4))
-        final = sought(search, search.again(earlier, found))
-    for _ in range(ROUNDS):
-        again = beginning.gross(final)
-        if np.array_equal(again, gross):
-            break
-        gross, earlier, found = again, final, search
-        observed, start = beginning.fitted(gross, candidate_effects)
-        search = Search(start, candidate_effects, lambda what: tell(what, 0.5))
-        final = sought(search, search.again(earlier, found))
-    fold = folds(observed, seed)
-    unseen = Unseen(fold)
+def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
+    enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
+    data, refits, selected, outliers = _selected(dataset, library(kinds, dataset) if enough else [], progress)
+    start = refits.start
 
-    tell("asking what else could be the cause", 0.6)
-    final, standing, left = believed(search, final, unseen)
-    lost = {stand.candidate_effect: stand.without.misfit - final.misfit for stand in standing}
+    progress("weighing the evidence", 0.6)
+    held_out = HeldOut(folds(data, seed))
+    pruned, evidence, left = prune(refits, selected, held_out)
+    final = refits.of(pruned)
 
-    tell("holding poses out", 0.8)
-    gap, findings, before, after = findings_of(search, start, final, standing, unseen, seed)
-    verdict = judge(start, final, left, gap)
-    places = rest_of(search, final, standing, left) if verdict == "unexplained" else places_of(start, final, lost)
-    spread = dispersion(final)
-    remaining = search.signatures(final)
-    limit = limits(remaining, spread)
-    front_ = front(start, search.signatures(start), fold, seed) if enough else ()
-    unsure = [stand for stand in standing if stand.alternatives]
-    following = next_poses(final, min(unsure, key=lambda s: s.probability).alternatives[0], seed=seed) if unsure else ()
-    gross_rows: Ints = np.flatnonzero(gross).astype(np.int64)
-    problem = final.problem
-    deviations = np.sqrt(np.maximum(np.diag(final.covariance), 0.0))
+    progress("predicting held-out poses", 0.8)
+    gap = gap_of(start, final, held_out, seed)
+    verdict = judge(_evidence(start, final, left, gap))
+    where = _where(verdict, refits, final, evidence, left)
+    limits = detection_limits(refits.score_tests(final), final.dispersion)
+    nested = nested_fits(refits, final)
+    front = pareto_front(refits, nested, held_out)
+    findings = findings_of(refits, nested, evidence, held_out)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, places, gap, gross_rows),
+        sentence=sentence(verdict, findings, where, gap, outliers),
         gap=gap,
-        where=tuple(places) if verdict != "no_gap" else (),
+        where=tuple(where),
         findings=findings,
-        outliers=gross_rows,
-        not_testable=not_testable(kinds, dataset, limit, enough=enough),
-        next_poses=tuple(following),
-        limits=limit,
-        front=tuple(front_),
-        model=problem.model,
+        outliers=outliers,
+        not_testable=not_testable(kinds, dataset, limits, enough=enough),
+        next_poses=_next_poses(final, evidence, seed),
+        limits=limits,
+        front=front,
+        model=final.problem.model,
         x=final.x,
-        std=np.where(problem.prior > 0, deviations, np.nan),
-        observed=observed.dataset,
-        before_m=before,
-        after_m=after,
-        noise=dict(problem.noise.sigmas),
+        std=np.where(final.problem.prior > 0, np.sqrt(np.maximum(np.diag(final.covariance), 0.0)), np.nan),
+        observed=data.dataset,
+        before_m=held_out.errors(start),
+        after_m=held_out.errors(final),
+        noise=dict(final.problem.noise.sigmas),
         seconds=time.perf_counter() - began,
-        names=problem.parameters.names,
     )
+
+
+def _selected(
+    dataset: Dataset, effects: Sequence[CandidateEffect], progress: Progress
+) -> tuple[AveragedData, Refits, Fit, Ints]:
+    """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
+
+    Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
+    """
+    progress("fitting the nominal model", 0.0)
+    preparation, outliers = Preparation.of(dataset)
+    data, start = preparation.fit(outliers, effects)
+    refits = Refits(start, effects)
+    final = select(refits, progress=lambda what: progress(what, 0.3))
+
+    def again(start: Fit, share: float) -> tuple[Refits, Fit]:
+        fresh = Refits(start, effects)
+        return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
+
+    if (less_noise := preparation.with_less_noise(data, start, final)) is not None:
+        refits, final = again(less_noise, 0.4)
+    for _ in range(OUTLIER_ROUNDS):
+        found = preparation.outliers(final)
+        if np.array_equal(found, outliers):
+            break
+        outliers = found
+        data, start = preparation.fit(outliers, effects)
+        refits, final = again(start, 0.5)
+    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+
+
+def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
+    return Evidence(
+        chi2_before=start.chi2,
+        chi2_after=final.chi2,
+        freedoms=final.freedoms,
+        localized=sum(place.likelihood_ratio for place in left),
+        scatter_m=noise_size(final.problem.noise),
+        floor_m=gap.noise_floor_m,
+        gap_m=gap.after_m,
+        has_effects=bool(final.effects),
+    )
+
+
+def _where(
+    verdict: str, refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
+) -> list[Localization]:
+    if verdict == "no_gap":
+        return []
+    if verdict == "unexplained":
+        return probable_remainder(refits, final, evidence, left)
+    return explained_sites(refits.start, final, evidence)
+
+
+def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:
+    """Poses that decide between the least probable effect and its best alternative."""
+    unsure = [one for one in evidence if one.alternatives]
+    if not unsure:
+        return ()
+    _, rival = min(unsure, key=lambda one: one.probability).alternatives[0]
+    return next_poses(final, rival, seed=seed)

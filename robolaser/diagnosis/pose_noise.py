@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.score_tests import slopes, typical
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.score_tests import derivatives, prior_scales
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -18,7 +18,7 @@ PLAUSIBLE = 4.0
 """Amplitude of a direction, in standard deviations of what its numbers may be, beyond which it explains nothing."""
 
 
-def explicable(fitted: Fitted, candidate_effects: Sequence[CandidateEffect]) -> Array:
+def explicable(fitted: Fit, candidate_effects: Sequence[CandidateEffect]) -> Array:
     """Directions of the plain residuals that parameters and effects of plausible sizes explain, (3m, k).
 
     A direction that would need numbers beyond their bounds to show among what is left explains nothing: a robot
@@ -29,16 +29,16 @@ def explicable(fitted: Fitted, candidate_effects: Sequence[CandidateEffect]) -> 
         fitted: The model without effects.
         candidate_effects: All effects that may be at work; shapes have their first values.
     """
-    parts = [fitted.slopes * fitted.problem.prior]
+    parts = [fitted.jacobian * fitted.problem.prior]
     for one in candidate_effects:
-        bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
-        columns = slopes(fitted, one, one.kind.grid(fitted.problem.model.dataset, one.where)[:1])
-        parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / typical(one)))
+        bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
+        columns = derivatives(fitted, one, one.effect.grid(fitted.problem.model.dataset, one.where)[:1])
+        parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / prior_scales(one)))
     every = np.hstack(parts)
     if len(every) < ENOUGH * every.shape[1]:
-        return fitted.slopes
+        return fitted.jacobian
     U, s, _ = np.linalg.svd(every, full_matrices=False)
-    e = fitted.plain.reshape(-1)
+    e = fitted.residuals.reshape(-1)
     along = U.T @ e
     plausible = np.abs(along) <= PLAUSIBLE * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)

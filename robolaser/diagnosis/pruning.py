@@ -1,76 +1,76 @@
-"""Which of the effects that explain the gap are believed, now that something unknown may explain it too."""
+"""Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.diagnosis.held_out_gap import Unseen
-from robolaser.diagnosis.localization import Localization, where
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.probabilities import Stand, echoes, stand
-from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import BELIEVED, CREDIBLE, dispersion
+from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
+from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_CREDIBILITY
 from robolaser.model.effects.effect import CandidateEffect
 
 
-def believed(search: Search, final: Fitted, unseen: Unseen) -> tuple[Fitted, list[Stand], list[Localization]]:
-    """Take back effects that something unknown explains better, and those that only echo the form of a larger one.
+def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
+    """Take effects out again until each one that is left deserves its place.
 
-    Also those without which poses that were held out are predicted as well.
+    First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
+    better; then aliases of larger effects; then those that are not credible. Of several, the worse half goes at a time.
 
     Args:
-        search: Fits sets of effects.
-        final: The set that explains the most for its price.
-        unseen: Errors on poses held out.
+        refits: Fits sets of effects.
+        final: The set that costs least.
+        held_out: Errors on held-out poses.
 
     Returns:
-        The model that is left, how each of its effects stands, and where its residuals still lie.
+        The model that is left, the evidence for each of its effects, and where its residuals still lie.
     """
-    final = _helpful(search, final, unseen)
-    left = where(final)
+    final = _helpful(refits, final, held_out)
     while True:
-        spread = dispersion(final)
-        strange = {
-            candidate_effect: search.strange(final, search.fit(final, removed=candidate_effect)) if left else 0.0
-            for candidate_effect in final.effects
-        }
-        doubtful = sorted(
-            (candidate_effect for candidate_effect in strange if strange[candidate_effect] > BELIEVED),
-            key=lambda s: -strange[s],
-        )
+        left = localize(final)
+        unmodelled = {one: _unmodelled(refits, final, one) if left else 0.0 for one in final.effects}
+        doubtful = _above(unmodelled, MAX_UNMODELLED)
         if not doubtful:
-            rest = sum(lies.likelihood_ratio for lies in left)
-            standing = [
-                stand(search, final, candidate_effect, spread, strange[candidate_effect], rest)
-                for candidate_effect in final.effects
-            ]
-            doubtful = echoes(standing, final) or _incredible(standing, final)
-        if not doubtful:
-            helpful = _helpful(search, final, unseen)
-            if helpful is final:
-                return final, standing, left
-            final, doubtful = helpful, []
-        for candidate_effect in doubtful[: -(-len(doubtful) // 2)]:
-            final = search.fit(final, removed=candidate_effect)
-        left = where(final)
+            unexplained = sum(place.likelihood_ratio for place in left)
+            evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
+            doubtful = aliases(evidence) or _incredible(evidence, final)
+        if doubtful:
+            for one in doubtful[: -(-len(doubtful) // 2)]:
+                final = refits.refit(final, removed=one)
+            continue
+        helpful = _helpful(refits, final, held_out)
+        if helpful is final:
+            return final, evidence, left
+        final = helpful
 
 
-def _incredible(standing: Sequence[Stand], final: Fitted) -> list[CandidateEffect]:
+def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:
+    return refits.unmodelled(final, refits.refit(final, removed=candidate_effect))
+
+
+def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
+    return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
+
+
+def _incredible(evidence: Sequence[EffectEvidence], final: Fit) -> list[CandidateEffect]:
     """Effects that next to nothing speaks for beside what is left, the least credible first.
 
     Not of trackers and sockets: there a whole arm's geometry counts, each part of which explains little.
     """
     if final.problem.model.dataset.kind != "stripe":
         return []
-    return [one.candidate_effect for one in sorted(standing, key=lambda one: one.credit) if one.credit < CREDIBLE]
+    doubtful = sorted(evidence, key=lambda one: one.credibility)
+    return [one.candidate_effect for one in doubtful if one.credibility < MIN_CREDIBILITY]
 
 
-def _helpful(search: Search, final: Fitted, unseen: Unseen) -> Fitted:
-    """Take back effects without which held-out poses are predicted as well, one by one, the least helpful first."""
-    gap = unseen.gap(final)
+def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first."""
+    gap = held_out.gap(final)
     while final.effects:
-        less = [search.fit(final, removed=candidate_effect) for candidate_effect in final.effects]
-        gaps = [unseen.gap(fit) for fit in less]
+        less = [refits.refit(final, removed=one) for one in final.effects]
+        gaps = [held_out.gap(fit) for fit in less]
         best = int(np.argmin(gaps))
         if gaps[best] > gap:
             break
@@ -78,9 +78,11 @@ def _helpful(search: Search, final: Fitted, unseen: Unseen) -> Fitted:
     return final
 
 
-def rest_of(search: Search, final: Fitted, standing: Sequence[Stand], left: list[Localization]) -> list[Localization]:
-    """Where lies what is left by those effects that are rather believed than not."""
-    doubted = [one.candidate_effect for one in standing if one.probability < BELIEVED]
-    for candidate_effect in doubted:
-        final = search.fit(final, removed=candidate_effect)
-    return where(final) if doubted else left
+def probable_remainder(
+    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
+) -> list[Localization]:
+    """Where lies what is left by those effects that are more likely than not."""
+    doubted = [one.candidate_effect for one in evidence if one.probability < MAX_UNMODELLED]
+    for one in doubted:
+        final = refits.refit(final, removed=one)
+    return localize(final) if doubted else left

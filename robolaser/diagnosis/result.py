@@ -1,7 +1,7 @@
 """What a diagnosis says: the verdict, the gap step by step, the places, the effects, and what to do next."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, final
 
 from robolaser.arrays import Array, Ints
@@ -148,7 +148,6 @@ class Diagnosis:
     after_m: Array
     noise: Mapping[str, float]
     seconds: float
-    names: tuple[str, ...] = field(default=())
 
     def as_json(self) -> dict[str, Any]:
         """What diagnosis.json holds."""
@@ -194,11 +193,11 @@ def _mm(metres: float) -> float:
 
 
 def _place(candidate_effect: CandidateEffect) -> dict[str, str]:
-    return {"effect": candidate_effect.kind.name, "where": candidate_effect.where}
+    return {"effect": candidate_effect.effect.name, "where": candidate_effect.where}
 
 
 def _pair(candidate_effect: CandidateEffect) -> list[str]:
-    return [candidate_effect.kind.name, candidate_effect.where]
+    return [candidate_effect.effect.name, candidate_effect.where]
 
 
 def _finding(found: Finding) -> dict[str, Any]:

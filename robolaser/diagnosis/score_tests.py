@@ -1,4 +1,4 @@
-"""How each suspected effect would show: whitened residuals by its numbers, less what fitted parameters imitate."""
+"""Score tests (Rao 1948): how much each candidate effect would explain, before anything is fitted again."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,256 +9,228 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.penalized_fit import Fitted
-from robolaser.diagnosis.stage_derivatives import Probe
+from robolaser.diagnosis.penalized_fit import Fit, best_amplitudes
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.effect import CandidateEffect, Effect, perturb_with
 from robolaser.model.stages import Stage
 
 STEP = 1e-3
-"""Of a derivative by an effect's number, in units of its typical size."""
-DENSE = 40
-"""Values of the shapes beyond which an effect on a joint is tried by way of the joint's free motion: then thousands
-cost what tens do."""
-SMALL = 1e-5
-"""Singular values of unit columns below this share of the largest belong to directions that are not seen."""
-SEEN = 1e-8
-"""Share of a signature's square beyond which something of it is left that the parameters do not imitate."""
+"""Of a derivative by an effect's parameter, in units of its prior scale."""
+DENSE_GRID = 40
+"""Values of nonlinear parameters, beyond which an effect on a joint is tried by way of the joint's free motions, and
+any other in ever smaller intervals."""
+NUMBERS_AT_ONCE = 2_000_000
+NEGLIGIBLE = 1e-8
+"""Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
 
 
 @final
 @dataclass(frozen=True)
-class Signature:
-    """A candidate_effect, its shapes fixed, against a fitted model.
+class ScoreTest:
+    """A candidate effect against a fitted model, its nonlinear parameters fixed.
 
     Attributes:
         candidate_effect: Which.
-        shapes: Its inner numbers, by name.
-        white: Whitened residuals by its numbers in units of their typical sizes, (3m, k).
-        columns: The same, the fitted parameters projected out, (3m + d, k).
+        shapes: Its nonlinear parameters.
+        white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (k, a).
+        columns: The same without what the fitted parameters imitate, stacked on the priors' rows, (k + d, a).
         against: The fitted model.
-        tried: Values of the shapes that were tried for this.
+        tried: Number of values of the nonlinear parameters that were tried.
     """
 
     candidate_effect: CandidateEffect
     shapes: tuple[float, ...]
     white: Array
     columns: Array
-    against: Fitted
+    against: Fit
     tried: int
+
+    @property
+    def key(self) -> tuple[str, str, tuple[float, ...]]:
+        """What it tests: effect, location and nonlinear parameters."""
+        return self.candidate_effect.effect.name, self.candidate_effect.where, self.shapes
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal basis of the columns, as far as anything of them is left, (3m + d, k')."""
+        """Orthonormal basis of the columns, as far as the parameters do not imitate them, (k + d, a')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
         size = float((self.white**2).sum(axis=0).max(initial=0.0))
-        kept: Array = U[:, s**2 > SEEN * max(size, 1e-12)]
+        kept: Array = U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)]
         return kept
 
     @cached_property
-    def _solved(self) -> tuple[Array, float]:
-        """The numbers that lower the misfit most, (k,), and by how much.
-
-        Parameters that stand on a bound come back from it where the effect makes them.
-        """
-        rest, k = self.against.rest, self.columns.shape[1]
-        both = np.hstack([self.columns, self.against.inward])
-        steps = best_steps(both, rest)
-        if (steps[k:] < 0).any():
-            both, steps = self.columns, best_steps(self.columns, rest)
-        ahead = rest + both @ steps
-        return steps[:k], float(rest @ rest - ahead @ ahead)
-
-    @property
     def gain(self) -> float:
-        """By how much the effect would lower the squared misfit, as far as the model is linear."""
-        return self._solved[1]
+        """By how much the effect would lower chi-squared, as far as the model is linear.
 
-    @property
-    def amplitudes(self) -> Array:
-        """The numbers that would do so, in units of their typical sizes, (k,)."""
-        return self._solved[0]
-
-    @property
-    def numbers(self) -> int:
-        """How many numbers it has that the data see."""
-        return int(self.basis.shape[1])
-
-
-def best_steps(columns: Array, rest: Array) -> Array:
-    """Steps along columns (k, n) that lower the squares of what is left (k,) most, (n,)."""
-    length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    steps: Array = -np.linalg.lstsq(columns / length, rest, rcond=SMALL)[0] / length
-    return steps
+        Parameters on a bound leave it where the effect makes them.
+        """
+        residuals = self.against.stacked
+        both = np.hstack([self.columns, self.against.releases])
+        amplitudes = best_amplitudes(both, residuals)
+        if (amplitudes[self.columns.shape[1] :] < 0).any():
+            both, amplitudes = self.columns, best_amplitudes(self.columns, residuals)
+        after = residuals + both @ amplitudes
+        return float(residuals @ residuals - after @ after)
 
 
-def typical(candidate_effect: CandidateEffect) -> Array:
-    """Typical sizes of a candidate_effect's numbers, (k,)."""
-    return np.array([size for *_, size in candidate_effect.kind.declared()])
+def prior_scales(candidate_effect: CandidateEffect) -> Array:
+    """Prior scales of an effect's linear parameters, in their units, (a,)."""
+    return np.array([scale for *_, scale in candidate_effect.effect.amplitudes()])
 
 
 @final
-class Slopes:
-    """Whitened residuals by effects' numbers and by joints, worked out once and used for models near by too.
+class Columns:
+    """Derivatives of whitened residuals by effects' parameters and by joint angles, kept for models that lie near.
 
-    A model with one effect more or less has nearly the same slopes; what differs is which of them its parameters can
-    imitate. Fits decide in the end.
+    A model with one effect more or less has nearly the same derivatives; what differs is which of them its parameters
+    imitate. Refits decide in the end.
     """
 
     def __init__(self) -> None:
-        self._of_suspect: dict[tuple[CandidateEffect, bytes], Array] = {}
-        self._of_joint: dict[str, Array] = {}
+        self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
+        self._by_joint: dict[str, Array] = {}
 
-    def candidate_effect(self, fitted: Fitted, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By the candidate_effect's numbers in units of their typical sizes, its shapes from a grid (g, s): (3m, g k)."""
+    def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (k, g a)."""
         key = candidate_effect, grid.tobytes()
-        if key not in self._of_suspect:
-            columns = slopes(fitted, candidate_effect, grid)
-            self._of_suspect[key] = fitted.problem.noise.whiten(columns.reshape(len(columns), -1)).T
-        return self._of_suspect[key]
+        if key not in self._by_effect:
+            self._by_effect[key] = fit.problem.noise.whiten(derivatives(fit, candidate_effect, grid)).T
+        return self._by_effect[key]
 
-    def joint(self, fitted: Fitted, joint: str) -> Array:
-        """By the joint's value in each row's own pose, (3m,)."""
-        if joint not in self._of_joint:
-            self._of_joint[joint] = Probe(fitted).joint(joint)[:, 0]
-        return self._of_joint[joint]
+    def by_joint(self, fit: Fit, joint: str) -> Array:
+        """By the joint's value in each row's own pose, (k,)."""
+        if joint not in self._by_joint:
+            self._by_joint[joint] = StageDerivatives(fit).joint(joint)[:, 0]
+        return self._by_joint[joint]
 
 
-def signatures(
-    fitted: Fitted, candidate_effects: Iterable[CandidateEffect], known: Slopes | None = None
-) -> list[Signature]:
-    """The signature of each candidate_effect with those shapes that explain the residuals best.
+def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
+    """Test each effect that a model does not hold, with those nonlinear parameters that explain the residuals best.
 
     Args:
-        fitted: The model that they are held against; candidate_effects that it holds already are passed over.
-        candidate_effects: To be tried.
-        known: Slopes of models near by.
+        fit: The model.
+        effects: Candidates.
+        known: Derivatives at models near by.
     """
-    known = known or Slopes()
-    motions = JointMotions(fitted, known)
+    known = known or Columns()
+    motions = JointMotions(fit, known)
     found = []
-    for candidate_effect in candidate_effects:
-        if candidate_effect in fitted.effects:
+    for one in effects:
+        if one in fit.effects:
             continue
-        grid = candidate_effect.kind.grid(fitted.problem.model.dataset, candidate_effect.where)
+        grid = one.effect.grid(fit.problem.model.dataset, one.where)
         tried = len(grid)
-        if tried > DENSE and candidate_effect.kind.stage is Stage.JOINTS:
-            grid = motions.best(candidate_effect, grid)
-        elif tried > DENSE and grid.shape[1] == 1:
-            grid = _closing_in(fitted, candidate_effect, grid, known)
-        found.append(_best(fitted, candidate_effect, grid, tried, known))
+        if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
+            grid = motions.best_shapes(one, grid)
+        elif tried > DENSE_GRID and grid.shape[1] == 1:
+            grid = _nested(fit, one, grid, known)
+        found.append(_best(fit, one, grid, tried, known))
     return found
 
 
-def afresh(signature: Signature, fitted: Fitted) -> Signature:
-    """The same effect with the same shapes, against another model."""
-    return _best(fitted, signature.candidate_effect, np.array([signature.shapes]), signature.tried, Slopes())
+def retest(test: ScoreTest, fit: Fit) -> ScoreTest:
+    """The same effect with the same nonlinear parameters, against another model."""
+    return _best(fit, test.candidate_effect, np.array([test.shapes]), test.tried, Columns())
 
 
-def _closing_in(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, known: Slopes) -> Array:
-    """Values of the one shape from a sorted grid (g, 1) of which the best is good: ever fewer, ever denser, (g', 1)."""
-    while len(grid) > DENSE:
-        step = -(-len(grid) // (DENSE // 2))
+def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Columns) -> Array:
+    """The part around the best value of one nonlinear parameter's sorted grid (g, 1), by ever denser grids, (g', 1)."""
+    while len(grid) > DENSE_GRID:
+        step = -(-len(grid) // (DENSE_GRID // 2))
         coarse = grid[::step]
-        best = _best(fitted, candidate_effect, coarse, len(grid), known).shapes[0]
+        best = _best(fit, candidate_effect, coarse, len(grid), known).shapes[0]
         at = int(np.flatnonzero(coarse[:, 0] == best)[0]) * step
         grid = grid[max(0, at - step) : at + step + 1]
     return grid
 
 
-def _best(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Slopes) -> Signature:
-    white = known.candidate_effect(fitted, candidate_effect, grid)
-    projected = fitted.projected(white)
-    k = len(candidate_effect.kind.declared())
+def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Columns) -> ScoreTest:
+    white = known.by_effect(fit, candidate_effect, grid)
+    columns = fit.projected(white)
+    a = white.shape[1] // len(grid)
+    spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [
-        Signature(
-            candidate_effect,
-            tuple(shapes),
-            white[:, i * k : (i + 1) * k],
-            projected[:, i * k : (i + 1) * k],
-            fitted,
-            tried,
-        )
-        for i, shapes in enumerate(grid.tolist())
+        ScoreTest(candidate_effect, tuple(shapes), white[:, span], columns[:, span], fit, tried)
+        for shapes, span in zip(grid.tolist(), spans, strict=True)
     ]
     return max(options, key=lambda option: option.gain)
 
 
-def slopes(fitted: Fitted, candidate_effect: CandidateEffect, grid: Array) -> Array:
-    """Plain residuals by the candidate_effect's numbers in units of their typical sizes, for each value of its shapes.
+def derivatives(fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    """Residuals by the effect's linear parameters in units of their prior scales, for each of its shapes.
 
     Args:
-        fitted: Where.
+        fit: Where.
         candidate_effect: Which.
-        grid: Values of its shapes, (g, s).
+        grid: Values of its nonlinear parameters, (g, s).
 
     Returns:
-        (g k, m, 3) [m].
+        (g a, m, 3) [m].
     """
-    problem = fitted.problem
+    problem = fit.problem
     model = problem.model.with_effects((*problem.model.effects, candidate_effect))
-    size = typical(candidate_effect)
-    k = len(size)
-    steps = STEP * np.tile(np.diag(size), (len(grid), 1))
-    shapes = np.repeat(grid, k, axis=0)
-    base = np.repeat(fitted.x[None], len(steps), axis=0)
+    scales = prior_scales(candidate_effect)
+    steps = STEP * np.tile(np.diag(scales), (len(grid), 1))
+    shapes = np.repeat(grid, len(scales), axis=0)
+    base = np.repeat(fit.x[None], len(steps), axis=0)
     names = problem.parameters.names + candidate_effect.parameters.names
-    e = [model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)]
-    found: Array = (e[0] - e[1]) / (2 * STEP)
+    ahead, behind = (
+        model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)
+    )
+    found: Array = (ahead - behind) / (2 * STEP)
     return found
 
 
 @final
 class JointMotions:
-    """How free small motions of each joint, one for each pose, would show: any perturb of a joint is made of them."""
+    """Free small motions of each joint, one for each pose: every perturbation of a joint is a sum of them."""
 
-    def __init__(self, fitted: Fitted, known: Slopes) -> None:
-        self._fitted, self._known = fitted, known
-        self._of_joint: dict[str, tuple[Array, Array, Array]] = {}
+    def __init__(self, fit: Fit, known: Columns) -> None:
+        self._fit, self._known = fit, known
+        self._normal: dict[str, tuple[Array, Array, Array]] = {}
 
-    def free(self, joint: str) -> tuple[Array, Array, Array]:
-        """Slope of the misfit by the joint's value in each pose, the parameters projected out, and its curvature.
+    def _normal_equations(self, joint: str) -> tuple[Array, Array, Array]:
+        """Normal equations of the motions of a joint, without what the fitted parameters imitate.
 
         Returns:
-            The slope (n,); and own (n,) and shared (n, d), the curvature being diag(own) less shared sharedᵀ.
+            Gradient (n,), and own (n,) and shared (n, d) of the matrix diag(own) - shared sharedᵀ.
         """
-        if joint not in self._of_joint:
-            columns = self._known.joint(self._fitted, joint)
-            fitted = self._fitted
-            of_pose = np.repeat(fitted.problem.model.dataset.points.pose, 3)
-            n = len(fitted.problem.model.dataset.poses)
-            Q = fitted.Q[: len(columns)]
+        if joint not in self._normal:
+            fit, columns = self._fit, self._known.by_joint(self._fit, joint)
+            of_pose = np.repeat(fit.problem.model.dataset.points.pose, 3)
+            n = len(fit.problem.model.dataset.poses)
+            Q = fit.Q[: len(columns)]
             shared = np.zeros((n, Q.shape[1]))
             np.add.at(shared, of_pose, columns[:, None] * Q)
-            slope = np.bincount(of_pose, columns * fitted.r, minlength=n) - shared @ (fitted.Q.T @ fitted.rest)
-            own: Array = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
-            self._of_joint[joint] = slope, own, shared
-        return self._of_joint[joint]
+            gradient = np.bincount(of_pose, columns * fit.white, minlength=n) - shared @ (fit.Q.T @ fit.stacked)
+            own = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
+            self._normal[joint] = gradient, own, shared
+        return self._normal[joint]
 
-    def best(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """The most promising value of the shapes, (1, s)."""
-        slope, own, shared = self.free(candidate_effect.where)
-        scene = self._fitted.problem.model.scene
+    def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """The most promising of its nonlinear parameters (g, s), (1, s)."""
+        gradient, own, shared = self._normal_equations(candidate_effect.where)
+        scene = self._fit.problem.model.run
         assert scene.poses.q is not None
         assert scene.robot is not None
         q = scene.poses.q[None]
-        size, column = typical(candidate_effect), scene.robot.joints.index(candidate_effect.where)
-        k = len(size)
+        scales, column = prior_scales(candidate_effect), scene.robot.joints.index(candidate_effect.where)
+        a = len(scales)
         gains = []
-        for part in np.array_split(grid, max(1, len(grid) * k * q.size // 2_000_000)):
-            numbers = np.hstack([np.tile(np.diag(size), (len(part), 1)), np.repeat(part, k, axis=0)])
+        for part in np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE)):
+            numbers = np.hstack([np.tile(np.diag(scales), (len(part), 1)), np.repeat(part, a, axis=0)])
             effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, numbers.T, strict=True)))
-            bent = perturb_with((effect,), scene)(Stage.JOINTS, q)
-            F = (bent - q)[:, :, column].reshape(len(part), k, -1)
-            b = F @ slope
+            moved = perturb_with((effect,), scene)(Stage.JOINTS, q)
+            F = (moved - q)[:, :, column].reshape(len(part), a, -1)
+            b = F @ gradient
             imitated = F @ shared
             A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)
-            scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / k
-            A = A + 1e-6 * scale * np.eye(k) + 1e-12 * np.eye(k)
-            gains.append(np.einsum("gk,gk->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
+            scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / a
+            A = A + 1e-6 * scale * np.eye(a) + 1e-12 * np.eye(a)
+            gains.append(np.einsum("ga,ga->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
         return grid[[int(np.argmax(np.concatenate(gains)))]]
 
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
-    """Every effect at every place that the data set has for it."""
-    return [CandidateEffect(kind, where) for kind in kinds for where in kind.places(dataset)]
+    """Every effect at every location that the data set has for it."""
+    return [CandidateEffect(kind, where) for kind in kinds for where in kind.locations(dataset)]

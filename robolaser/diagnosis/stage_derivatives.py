@@ -5,7 +5,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.penalized_fit import Fitted
+from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation, Stage
@@ -15,14 +15,14 @@ SHIFT_M, TURN_RAD, PIXEL_PX = 1e-5, 1e-5, 1e-2
 
 
 @final
-class Probe:
+class StageDerivatives:
     """Whitened residuals of a fitted model by what passes a stage, each row by its own.
 
     Args:
         fitted: The model.
     """
 
-    def __init__(self, fitted: Fitted) -> None:
+    def __init__(self, fitted: Fit) -> None:
         self._problem = fitted.problem
         self._values = fitted.problem.parameters.values(fitted.x[None])
         self._bend = self._problem.model.perturb(self._values)

@@ -13,7 +13,7 @@ FEWEST_ROWS = 3
 """Of each pose: the reflectors of a tracker, or enough to tell a stripe's shift from its tilt."""
 
 
-def telling(points: Points) -> Bools:
+def chosen_rows(points: Points) -> Bools:
     """Mark some rows, evenly along those of each pose, of poses chosen by chance, the same each time, (m,)."""
     poses = np.unique(points.pose)
     if len(poses) > MOST_POSES:
@@ -27,7 +27,7 @@ def telling(points: Points) -> Bools:
     return kept
 
 
-def worth_keeping(dataset: Dataset) -> Bools:
+def kept_poses(dataset: Dataset) -> Bools:
     """Mark poses with rows, and those at the ends of time and of what else was measured, (n,)."""
     poses = dataset.poses
     kept = np.bincount(dataset.points.pose, minlength=len(poses)) > 0

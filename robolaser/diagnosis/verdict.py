@@ -1,100 +1,133 @@
-"""The judge: every threshold of the diagnosis, and what follows from the evidence."""
+"""What follows from the numbers of a diagnosis: penalties, probabilities and the verdict, as pure functions."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.averaging import size
-from robolaser.model.effects.effect import CandidateEffect
-
-if TYPE_CHECKING:
-    from robolaser.diagnosis.localization import Localization
-    from robolaser.diagnosis.penalized_fit import Fitted
-    from robolaser.diagnosis.result import Gap
-
-ENTRY = 16.0
-"""Squared whitened misfit that any effect must explain: with a hundred candidates chance does so once in 200 times."""
-PER_NUMBER = 4.5
-"""The same for each of its numbers: chance gains 1 for each, and the largest of many chances more."""
-FEW, PER_FURTHER = 6, 1.5
-"""Numbers beyond the sixth cost less: that all of many get more than their share is ever less likely."""
-POSE_FREEDOMS = 4.0
-"""What a pose as a whole can be off by, independently: errors that the model lacks rarely use all six freedoms."""
-
-
-def price(candidate_effect: CandidateEffect, tried: int) -> float:
-    """What an effect must gain in squared whitened misfit, its shapes chosen out of so many."""
-    numbers = len(candidate_effect.kind.declared()) + len(candidate_effect.kind.shapes())
-    further = max(0, numbers - FEW)
-    return ENTRY + PER_NUMBER * (numbers - further) + PER_FURTHER * further + 2.0 * float(np.log(tried))
+from robolaser.arrays import Array
+from robolaser.diagnosis.thresholds import (
+    ALIAS_LOCATIONS,
+    ALIAS_SHARE,
+    CHI2_EXCESS_SIGMA,
+    CHI2_INDISTINGUISHABLE,
+    CHI2_OF_UNMODELLED_CAUSE,
+    CHI2_PER_EFFECT,
+    CHI2_PER_FURTHER_PARAMETER,
+    CHI2_PER_PARAMETER,
+    FORM_SHARE,
+    FREEDOMS_PER_POSE,
+    FULLY_PENALIZED,
+    GAP_OVER_FLOOR,
+    POSE_SCATTER_OVER_ROW_NOISE,
+    UNEXPLAINED_DISCOUNT,
+)
 
 
-def dispersion(fitted: "Fitted") -> float:
-    """How much more the residuals of whole poses scatter than noise would have them, at least 1.
-
-    What a model leaves unexplained makes every further effect look significant: gains are judged by it.
-    """
-    freedoms = max(1, len(fitted.r) - len(fitted.x))
-    excess = fitted.misfit - freedoms - 2.0 * np.sqrt(2.0 * freedoms)
-    poses = len(np.unique(fitted.problem.model.dataset.points.pose))
-    return 1.0 + max(0.0, float(excess)) / (POSE_FREEDOMS * poses)
-
-
-GROSS = 5.5
-"""Distance of a row, in standard deviations, beyond which it is a gross error: noise puts one in a million there."""
-
-SITE_SIGNIFICANT = 18.0
-"""Twice the log of a likelihood ratio, from which on a gap is said to lie at a site: with a hundred coordinates asked,
-chance gets there once in 500 times."""
-
-PRIOR_UNKNOWN = 12.0
-"""What it costs, in squared whitened misfit, to say that the cause is none of the library's: it is so in fewer than
-one cell in a hundred that the library explains as well."""
-INDISTINGUISHABLE = 20.0
-"""Squared whitened misfit, in units of the dispersion, below which two effects are not told apart: at 14 chance
-exchanges them three times in a hundred, and what is seen of it scatters by 7."""
-ECHO = 0.05
-"""Share of what a larger effect explains, below which an effect that others could replace is that one's echo."""
-ECHOED = 3
-"""Places where another effect would do as well, from which on it does not seem to have a place of its own."""
-AT_FLOOR = 1.1
-"""Held-out gap over the noise floor, up to which what is left may be an effect's form and need no further cause."""
-DOUBT = 20.0
-"""How fast an effect loses credit with what is left unexplained: a twentieth of what it explains halves it."""
-EXPLAINED = 0.02
-"""Share of what the effects explained, up to which the rest counts as their form being a little different."""
-SCATTER = 6.0
-"""Standard deviations by which the squared misfit may exceed its expectation: the noise is known to a few per cent."""
-STRANGE = 2.0
-"""Factor of the noise that rows show, by which whole poses may scatter beyond all that the effects explain."""
-DETECTED = 1.28
-"""Standard deviations above the threshold at which an effect is found nine times in ten."""
-
-FEWEST_POSES = 5
-"""Poses with points, below which no effect is judged: what is left fits anything."""
-CREDIBLE = 0.1
-"""Probability that nothing unknown explains what an effect does, below which it is not worth a person's time."""
-BELIEVED = 0.5
-"""Probability that something unknown explains what an effect does, beyond which the effect is not named."""
-
-
-def judge(start: "Fitted", final: "Fitted", left: Sequence["Localization"], gap: "Gap") -> str:
-    """`no_gap`, `explained` or `unexplained`.
+def complexity_penalty(parameters: int, tried: int) -> float:
+    """Chi-squared that an effect must explain to enter the model.
 
     Args:
-        start: The model without effects.
-        final: The model with those that were found.
-        left: Places where something is left, by the likelihood of a function there.
-        gap: How far the gap shrinks.
+        parameters: Number of its linear and nonlinear parameters.
+        tried: Number of values of its nonlinear parameters that were tried.
     """
-    freedoms = max(1, len(final.r) - len(final.x))
-    closed = start.misfit - final.misfit
-    rest = max(sum(lies.likelihood_ratio for lies in left), final.misfit - freedoms - SCATTER * np.sqrt(2.0 * freedoms))
-    if size(final.problem.noise) > STRANGE * gap.noise_floor_m:
+    further = max(0, parameters - FULLY_PENALIZED)
+    each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
+    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(tried))
+
+
+def dispersion(chi2: float, freedoms: int, poses: int) -> float:
+    """Factor by which the residuals of whole poses scatter more than noise alone would make them; at least 1.
+
+    What a model leaves unexplained makes every further effect look significant, so differences of chi-squared are
+    divided by it. It is 1 up to two standard deviations of chi-squared above its expectation.
+
+    Args:
+        chi2: Of the fit.
+        freedoms: Residuals less parameters.
+        poses: Poses with points.
+    """
+    excess = chi2 - freedoms - 2.0 * np.sqrt(2.0 * freedoms)
+    return 1.0 + max(0.0, float(excess)) / (FREEDOMS_PER_POSE * poses)
+
+
+def posterior_weights(costs: Array) -> Array:
+    """Probabilities of models, one of which is true, by their costs (n,) in chi-squared, (n,)."""
+    weights = np.exp(-0.5 * (costs - costs.min()))
+    normalized: Array = weights / weights.sum()
+    return normalized
+
+
+def probability_of_unmodelled(cost_without: float, cost_with: float) -> float:
+    """Probability that an unmodelled cause explains what some effects do, with no need of them.
+
+    Args:
+        cost_without: Cost of the model without these effects, an unmodelled cause beside it.
+        cost_with: The same of the model with them.
+    """
+    excess = np.clip(0.5 * (cost_without + CHI2_OF_UNMODELLED_CAUSE - cost_with), -700.0, 700.0)
+    return float(1.0 / (1.0 + np.exp(excess)))
+
+
+def credibility(unmodelled: float, unexplained: float, explained: float) -> float:
+    """Probability that an effect, and nothing unmodelled, explains what it does.
+
+    Args:
+        unmodelled: Probability of an unmodelled cause in its place.
+        unexplained: Chi-squared that no effect of the model explains.
+        explained: Chi-squared that only this effect explains.
+    """
+    return (1.0 - unmodelled) / (1.0 + UNEXPLAINED_DISCOUNT * unexplained / max(explained, 1e-9))
+
+
+def is_indistinguishable(chi2: float, chi2_of_alternative: float, spread: float) -> bool:
+    """Whether an alternative in an effect's place fits nearly as well, in units of the dispersion."""
+    return (chi2_of_alternative - chi2) / spread < CHI2_INDISTINGUISHABLE
+
+
+def is_alias(explained: float, largest: float, other_locations: int) -> bool:
+    """Whether an effect only imitates what a larger one leaves because its true form differs from the library's.
+
+    Such an effect explains next to nothing beside the largest one, and effects at several other locations would do as
+    well.
+    """
+    return explained < ALIAS_SHARE * largest and other_locations >= ALIAS_LOCATIONS
+
+
+@final
+@dataclass(frozen=True)
+class Evidence:
+    """The numbers that a verdict rests on.
+
+    Attributes:
+        chi2_before: Of the model without effects.
+        chi2_after: Of the model with those that were found.
+        freedoms: Residuals less parameters of the latter.
+        localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
+        scatter_m: Root-mean-square error of a row by noise, the estimated scatter of whole poses included [m].
+        floor_m: The same without it: the noise floor of the gap [m].
+        gap_m: Held-out gap that is left [m].
+        has_effects: Whether any effect was found.
+    """
+
+    chi2_before: float
+    chi2_after: float
+    freedoms: int
+    localized: float
+    scatter_m: float
+    floor_m: float
+    gap_m: float
+    has_effects: bool
+
+
+def judge(evidence: Evidence) -> str:
+    """`no_gap`, `explained` or `unexplained`."""
+    explained = evidence.chi2_before - evidence.chi2_after
+    excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
+    left = max(evidence.localized, excess)
+    if evidence.scatter_m > POSE_SCATTER_OVER_ROW_NOISE * evidence.floor_m:
         return "unexplained"
-    if not left and rest <= 0:
-        return "explained" if final.effects else "no_gap"
-    if final.effects and rest <= EXPLAINED * closed and gap.after_m <= AT_FLOOR * gap.noise_floor_m:
-        return "explained"
-    return "unexplained"
+    if left <= 0:
+        return "explained" if evidence.has_effects else "no_gap"
+    at_floor = evidence.gap_m <= GAP_OVER_FLOOR * evidence.floor_m
+    return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and at_floor else "unexplained"

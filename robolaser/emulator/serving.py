@@ -1,6 +1,5 @@
 """An emulated cell as a process: one line of JSON says where arm and camera are, then it serves until it is ended."""
 
-import argparse
 import json
 import os
 import selectors
@@ -14,7 +13,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
-from robolaser.commands.argument_types import hurry, port, seed
 from robolaser.errors import EmulatorSilent
 
 STARTING_S = 60.0
@@ -22,24 +20,16 @@ STARTING_S = 60.0
 ENDING_S = 5.0
 
 
-def declare(parser: argparse.ArgumentParser) -> None:
-    """Say what can be given to an emulator."""
-    parser.add_argument("cell", metavar="CELL", type=Path, help="folder with cell.toml, dataset.toml and the URDF")
-    parser.add_argument("--world", metavar="WORLD.toml", type=Path, help="what the camera sees; without it, no camera")
-    parser.add_argument("--hurry", metavar="N", type=hurry, default=1.0, help="its clock runs N times faster")
-    parser.add_argument("--seed", metavar="N", type=seed, default=1, help="of noise and faults; default: 1")
-    parser.add_argument(
-        "--fault",
-        metavar="KIND[:AMOUNT][@WHEN]",
-        action="append",
-        default=[],
-        help="for example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again",
-    )
-    parser.add_argument("--camera-port", metavar="N", type=port, default=0, help="default: any that is free")
-    parser.add_argument("--socket", action="store_true", help="serve the arm as socket://, not as a pseudo terminal")
-
-
-def serve(args: argparse.Namespace) -> None:
+def serve(
+    cell: Path,
+    *,
+    world: Path | None,
+    hurry: float,
+    seed: int,
+    faults: Sequence[str],
+    camera_port: int,
+    over_socket: bool,
+) -> None:
     """Serve until killed, or until the pipe at standard input closes.
 
     Raises:
@@ -51,13 +41,13 @@ def serve(args: argparse.Namespace) -> None:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda which, frame: ended.append(which))
     running = Running(
-        args.cell,
-        world=args.world,
-        hurry=args.hurry,
-        seed=args.seed,
-        faults=args.fault,
-        camera_port=args.camera_port,
-        over_socket=args.socket,
+        cell,
+        world=world,
+        hurry=hurry,
+        seed=seed,
+        faults=faults,
+        camera_port=camera_port,
+        over_socket=over_socket,
     )
     print(json.dumps({"arm": running.arm, "camera": running.camera}), flush=True)
     try:
@@ -99,7 +89,7 @@ class Emulated:
             EmulatorSilent: It said no, or nothing for a minute.
         """
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "robolaser.emulator", *self._asked],
+            [sys.executable, "-m", "robolaser", "emulate", *self._asked],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

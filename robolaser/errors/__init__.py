@@ -5,7 +5,6 @@ from robolaser.errors.cells import *  # noqa: F403
 from robolaser.errors.challenges import *  # noqa: F403
 from robolaser.errors.comparisons import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
-from robolaser.errors.effects import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
 from robolaser.errors.images import *  # noqa: F403
@@ -38,6 +37,9 @@ from robolaser.errors.types import (
 )
 from robolaser.errors.types import (
     ImageError as ImageError,
+)
+from robolaser.errors.types import (
+    Interrupted as Interrupted,
 )
 from robolaser.errors.types import (
     OutputError as OutputError,

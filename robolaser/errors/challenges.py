@@ -13,13 +13,6 @@ class KindUnknown(WrongUsage):
         super().__init__(f"No kind of world '{kind}'.{near(kind, known)}")
 
 
-class RangeUnclear(WrongUsage):
-    """Not a range of numbers."""
-
-    def __init__(self, option: str, text: str, expected: str) -> None:
-        super().__init__(f"{option} {text}: expected {expected}, the least before the most, as in 36-72.")
-
-
 class NotAChallenge(RobolaserError):
     """The folder holds no sealed truth."""
 

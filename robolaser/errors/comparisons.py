@@ -99,25 +99,6 @@ class RecordUnreadable(RobolaserError):
         )
 
 
-class ComparisonThere(RobolaserError):
-    """Runs of a comparison would be overwritten."""
-
-    def __init__(self, folder: Path, runs: int) -> None:
-        super().__init__(
-            f"{folder} holds {runs} runs of a comparison. Go on with it, or add to it, with --resume; begin anew with"
-            " --force."
-        )
-
-
-class ComparisonInterrupted(RobolaserError):
-    """A comparison that came to an end in the middle."""
-
-    def __init__(self, why: str, record: Path, *, made: int, wanted: int) -> None:
-        super().__init__(
-            f"{why.rstrip('.')}, after {made} of {wanted} runs. They are in {record}: go on with --resume."
-        )
-
-
 class DaskMissing(RobolaserError):
     """A Dask cluster is asked for, and Dask is not installed."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from robolaser.errors.base import RobolaserError, WrongUsage, near
+from robolaser.errors.base import RobolaserError, near
 
 
 class ArmUnknown(RobolaserError):
@@ -286,26 +286,3 @@ class RecordingStopped(RobolaserError):
             else f"{done} of {planned} poses are in {folder}. Go on with the next by --resume."
         )
         super().__init__(f"{cause}\n{standing}\n{kept}")
-
-
-class NowhereToGo(WrongUsage):
-    """A recording without poses."""
-
-    def __init__(self) -> None:
-        super().__init__("Say where the arm is to go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
-
-
-class OptionIdle(WrongUsage):
-    """An option that says nothing without another."""
-
-    def __init__(self, option: str, other: str) -> None:
-        super().__init__(f"{option} says nothing without {other}: add that, or leave {option} out.")
-
-
-class NothingMoved(WrongUsage):
-    """A recording was asked for, but no motion."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "Nothing was moved and no port opened: this is what would be done. Let the arm move with --move."
-        )

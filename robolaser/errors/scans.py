@@ -105,10 +105,3 @@ class PortTaken(RobolaserError):
 
     def __init__(self, port: int, reason: str) -> None:
         super().__init__(f"Cannot serve at port {port}: {reason}. Choose another --port.")
-
-
-class StoppedLate(RobolaserError):
-    """Ctrl-C, after a part was written."""
-
-    def __init__(self, written: str, missing: str) -> None:
-        super().__init__(f"Stopped. {written} was written, but not {missing}: run it again with --force for the whole.")

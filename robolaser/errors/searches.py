@@ -163,18 +163,3 @@ class ResidualsShape(RobolaserError):
             f"The residuals of {candidates} candidates have shape {shape}, expected ({candidates}, k):"
             " one row of k residuals for each candidate, the same k in every call."
         )
-
-
-class Interrupted(RobolaserError):
-    """Ctrl-C."""
-
-    def __init__(self, folder: Path | None) -> None:
-        kept = f" The search's state is in {folder}: go on with --resume." if folder else " Nothing was written."
-        super().__init__(f"Stopped.{kept}")
-
-
-class SearchStopped(RobolaserError):
-    """A stopped search would be overwritten."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(f"{folder} holds a search that was stopped. Go on with --resume, or begin anew with --force.")

@@ -10,7 +10,7 @@ from robolaser.estimation.identifiability import Information
 from robolaser.estimation.jacobian import jacobian
 from robolaser.estimation.problem import Residuals
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 
 UNMOVED_M = 1e-10  # a parameter whose whole range moves points by less only moves the last digits: a step's moment does
 
@@ -28,6 +28,6 @@ def information(residuals: Residuals, x: Array, sigmas: Mapping[str, float]) -> 
 
 
 def _of_block(block: Residuals, x: Array, sigmas: Mapping[str, float]) -> Information:
-    noise = NoiseModel(disturbances(block.model, x), sigmas)
+    noise = NoiseModel(error_sources(block.model, x), sigmas)
     shares = None if block.loss == SQUARE else block.loss.shares(block(x[None]))[0]
     return Information.of(jacobian(block.model, x), noise, weights=block.noise, shares=shares)

@@ -23,10 +23,10 @@ def jacobian(model: Model, x: Array) -> Array:
         (3m, d), a column in metres per unit of its parameter. Central differences of fourth order; parameters of which
         no row depends on more than one are moved together (Curtis, Powell, Reid 1974).
     """
-    parameters, groups = model.parameters, model.sensor.apart
+    parameters, groups = model.parameters, model.sensor.separable
     step, m = STEP * parameters.width, len(model.dataset.points)
     together = {name for names, _ in groups for name in names}
-    seen = {*model.sensor.own, *model.sensor.following, *model.effect_parameters.names} - together
+    seen = {*model.sensor.free, *model.sensor.derived, *model.effect_parameters.names} - together
     alone = [column for column, name in enumerate(parameters.names) if name in seen]
     lots = [parameters.columns(names) for names, _ in groups]
     ways = np.zeros((len(alone) + len(lots), len(x)))

@@ -47,7 +47,7 @@ class Choice:
 
 def shaped(model: Model) -> tuple[CandidateEffect, ...]:
     """The effects in a model with more than one value of their shapes to try."""
-    return tuple(one for one in model.effects if len(one.kind.grid(model.dataset, one.where)) > 1)
+    return tuple(one for one in model.effects if len(one.effect.grid(model.dataset, one.where)) > 1)
 
 
 def with_shapes(plain: Model, x: Array, candidate_effects: Sequence[CandidateEffect]) -> dict[str, float]:
@@ -78,8 +78,8 @@ def with_shapes(plain: Model, x: Array, candidate_effects: Sequence[CandidateEff
 
 def _best(plain: Model, x: Array, candidate_effect: CandidateEffect, e: Array, known: Array) -> Choice:
     """The value of the grid that lowers the squares of e most, beside what the known columns explain."""
-    grid = candidate_effect.kind.grid(plain.dataset, candidate_effect.where)
-    k = len(candidate_effect.kind.declared())
+    grid = candidate_effect.effect.grid(plain.dataset, candidate_effect.where)
+    k = len(candidate_effect.effect.amplitudes())
     Q = _basis(known)
     rest = e - Q @ (Q.T @ e)
     best: Choice | None = None
@@ -94,7 +94,7 @@ def _best(plain: Model, x: Array, candidate_effect: CandidateEffect, e: Array, k
 def _columns(plain: Model, x: Array, candidate_effect: CandidateEffect, grid: Array, e: Array) -> Array:
     """Residuals by the candidate_effect's numbers for each value of its shapes, (g, 3m, k)."""
     model = plain.with_effects((*plain.effects, candidate_effect))
-    step = STEP * np.array([typical for *_, typical in candidate_effect.kind.declared()])
+    step = STEP * np.array([typical for *_, typical in candidate_effect.effect.amplitudes()])
     k = len(step)
     numbers = np.tile(np.diag(step), (len(grid), 1))
     base = np.repeat(x[None], len(numbers), axis=0)
@@ -104,7 +104,7 @@ def _columns(plain: Model, x: Array, candidate_effect: CandidateEffect, grid: Ar
 
 
 def _best_of(columns: Array, grid: Array, candidate_effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
-    bound = np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
+    bound = np.array([bound for _, _, bound, _ in candidate_effect.effect.amplitudes()])
     scaled = columns * bound
     imitated = Q.T @ scaled
     whole = np.swapaxes(scaled, 1, 2) @ scaled

@@ -119,7 +119,7 @@ def planned(
     Raises:
         CannotPlan, TargetPlaceUnknown: Something is not said.
         TooFewSights: The arm sees the board from too few postures where it may stand.
-        EffectUnknown, EffectSenseless, PlaceUnknown: The effects cannot be.
+        UsageError, EffectError: The effects cannot be.
     """
     sight = _sight(description)
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
@@ -207,7 +207,7 @@ def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str
     dataset = replace(description, poses=poses, points=points, time_is_order=True)
     model = Model(dataset, candidate_effects(effects, dataset))
     x = np.array([item.nominal for item in model.parameters.items])
-    free = ~np.isin(model.parameters.names, model.sensor.held)
+    free = ~np.isin(model.parameters.names, model.sensor.fixed)
     slopes = (jacobian(model, x) * model.parameters.width / ERROR_M)[:, free]
     return slopes.reshape(n, 3 * ALONG, -1)
 

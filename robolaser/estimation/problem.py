@@ -95,7 +95,7 @@ class Box:
     def of(cls, model: Model) -> "Box":
         """The bounds of the data set, with the gauge fixed."""
         parameters = model.parameters
-        held = np.isin(parameters.names, model.sensor.held)
+        held = np.isin(parameters.names, model.sensor.fixed)
         lower = np.where(held, parameters.nominal, parameters.lower)
         upper = np.where(held, parameters.nominal, parameters.upper)
         return cls(lower, upper, parameters.width, held)

@@ -26,9 +26,9 @@ class Reduction:
     def __init__(self, model: Model) -> None:
         sensor = model.sensor
         self.model = model
-        self.parameters = model.parameters.without((*sensor.eliminated, *sensor.held))
+        self.parameters = model.parameters.without((*sensor.eliminated, *sensor.fixed))
         self._rounds = (
-            2 if any(candidate_effect.kind.stage in BREAKS_SCALE for candidate_effect in model.effects) else 1
+            2 if any(candidate_effect.effect.stage in BREAKS_SCALE for candidate_effect in model.effects) else 1
         )
 
     def completed(self, x: Array) -> Array:
@@ -42,7 +42,7 @@ class Reduction:
     def _completed(self, x: Array) -> Array:
         model, whole = self.model, self.model.parameters
         held = dict(zip(whole.names, np.tile(whole.nominal, (len(x), 1)).T, strict=True))
-        values = {name: held[name] for name in model.sensor.held} | dict(self.parameters.values(x))
+        values = {name: held[name] for name in model.sensor.fixed} | dict(self.parameters.values(x))
         perturb = model.perturb(values)
         T_base_flange = model.flange(values, perturb)
         for _ in range(self._rounds):

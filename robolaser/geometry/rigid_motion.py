@@ -108,6 +108,15 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
     return R
 
 
+def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
+    """Axes that `from_angles` turns about as each angle grows: dR = skew(axis) R; (...) [rad] -> rows (..., 3, 3)."""
+    first, x_or_z = (rot_x(w), _X) if order == "xyz" else (rot_z(w), _Z)
+    second = first @ rot_y(phi)
+    axis = np.broadcast_to(np.eye(3)[x_or_z], (*np.shape(w), 3))
+    axes: Array = np.stack([axis, first[..., :, _Y], second[..., :, _Z]], axis=-2)
+    return axes
+
+
 def to_angles(R: Array) -> tuple[Array, Array, Array]:
     """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2.
 

@@ -10,8 +10,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import NoPoints, NothingSeen
-from robolaser.model.effects.effect import CandidateEffect, Scene, perturb_with
+from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
+from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
 
@@ -42,14 +43,14 @@ class Model:
         return sensor_of(self.dataset)
 
     @cached_property
-    def scene(self) -> Scene:
+    def run(self) -> Run:
         """What effects may look at."""
-        return Scene.of(self.dataset)
+        return Run(self.dataset)
 
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
         other = Model(self.dataset, candidate_effects)
-        other.__dict__.update(sensor=self.sensor, scene=self.scene, _nominal_flange=self._nominal_flange)
+        other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
         return other
 
     @cached_property
@@ -66,7 +67,7 @@ class Model:
 
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""
-        return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.scene)
+        return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.run)
 
     @cached_property
     def _nominal_flange(self) -> Array:
@@ -74,7 +75,7 @@ class Model:
 
     @cached_property
     def _robot_bends(self) -> bool:
-        return any(candidate_effect.kind.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
+        return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
     def flange(self, values: Values, perturb: Perturbation | None = None) -> Array:
         """T_base_flange at every pose, (c or 1, n, 4, 4)."""
@@ -90,13 +91,13 @@ class Model:
         return np.array_split(x, max(1, -(-len(x) // at_once)))
 
     def residuals(self, x: Array) -> Array:
-        """Known or measured points less predicted ones.
+        """Measured or known less predicted, a row for each row of points.csv.
 
         Args:
             x: Candidates in the order of `parameters`, (c, d).
 
         Returns:
-            (c, m, 3) [m]; not finite at the model's poles.
+            (c, m, k) [`sensor.format.unit`]; not finite at the model's poles.
         """
         parts = [self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
@@ -106,10 +107,32 @@ class Model:
         perturb = self.perturb(values)
         return self.sensor.residuals(values, self.flange(values, perturb), perturb)
 
+    @cached_property
+    def known_distances(self) -> KnownDistances | None:
+        """Rows of their own, of no pose, that every fit has beside those of points.csv; None where there are none."""
+        return self.sensor.known_distances
+
+    def extra_residuals(self, x: Array) -> Array:
+        """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
+
+        They are white already. A fit that weighs rows by their noise appends them as they are. A plain fit, which
+        minimises J, appends them times the standard deviation s of a row's numbers: it then minimises
+        s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as their noise says.
+        """
+        known = self.known_distances
+        return np.empty((len(x), 0)) if known is None else known.residuals(self.parameters.values(x)) / known.sigma_m
+
+    def in_metres(self, x: Array, residuals: Array) -> Array:
+        """Residuals (m, k) at x (d,) as they are at the point's place, (m, j) [m]: what a person reads."""
+        values = self.parameters.values(x[None])
+        perturb = self.perturb(values)
+        there: Array = self.sensor.in_metres(residuals[None], values, self.flange(values, perturb), perturb)[0]
+        return there
+
     def completed(self, values: Values) -> Values:
         """Values with those parameters added that follow from the others in closed form."""
         perturb = self.perturb(values)
-        return {**values, **self.sensor.follow(values, self.flange(values, perturb), perturb)}
+        return {**values, **self.sensor.initialize(values, self.flange(values, perturb), perturb)}
 
     def fix_gauge(self, x: Array) -> Array:
         """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""

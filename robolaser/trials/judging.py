@@ -14,7 +14,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
 AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
@@ -51,7 +51,7 @@ class Judge:
 
     @cached_property
     def _noise(self) -> NoiseModel:
-        sources = disturbances(self._model, self._start)
+        sources = error_sources(self._model, self._start)
         sigmas = {source.name: 0.0 for source in sources} | {"pixel": self.pixel_px, "target": self.target_m}
         return NoiseModel(sources, sigmas)
 
@@ -91,13 +91,13 @@ class Judge:
 
     def rivals(self, effect: str, where: str) -> list[list[str]]:
         """What of the library, with no more parameters than the true effect, explains it as well."""
-        sizes = {kind.name: len(kind.declared()) for kind in EFFECTS}
+        sizes = {kind.name: len(kind.amplitudes()) for kind in EFFECTS}
         most = max(AT_LEAST, sizes.get(effect, 0))
         return [
             [kind.name, place]
             for kind in EFFECTS
             if sizes[kind.name] <= most
-            for place in kind.places(self.dataset)
+            for place in kind.locations(self.dataset)
             if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
         ]
 

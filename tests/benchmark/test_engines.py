@@ -34,8 +34,8 @@ SOON_S = 30.0
 
 
 def _runs(engine: Engine, tasks: list[Task]) -> list[Run]:
-    parcel = engine.share(PAYLOAD)
-    return [future.result(SOON_S) for future in [engine.submit(task, parcel) for task in tasks]]
+    payload = engine.share(PAYLOAD)
+    return [future.result(SOON_S) for future in [engine.submit(task, payload) for task in tasks]]
 
 
 def _known(run: Run) -> tuple[object, ...]:
@@ -135,11 +135,14 @@ def test_runs_are_the_same_wherever_they_happen(machine: ThisMachine, running: C
 
 def test_a_killed_worker_of_this_machine_costs_no_run(machine: ThisMachine) -> None:
     tasks = [Task("bowl", "rogues:dawdles", seed, 200, 5.0, 400_000_000) for seed in range(1, 13)]
-    parcel = machine.share(PAYLOAD)
+    payload = machine.share(PAYLOAD)
     expected = [_known(run) for run in _runs(machine, tasks)]
-    futures = [machine.submit(task, parcel) for task in tasks]
+    futures = [machine.submit(task, payload) for task in tasks]
     futures[2].result(SOON_S)
-    os.kill(next(pid for pid, command in _below(os.getpid()).items() if "LokyProcess" in command), signal.SIGKILL)
+    os.kill(
+        next(pid for pid, command in _below(os.getpid()).items() if "robolaser.benchmark.worker" in command),
+        signal.SIGKILL,
+    )
     assert [_known(future.result(SOON_S)) for future in futures] == expected
 
 
@@ -148,8 +151,8 @@ def test_a_killed_worker_of_a_cluster_costs_no_run(machine: ThisMachine, running
     expected = [_known(run) for run in _runs(machine, tasks)]
     with DaskCluster(running.address) as cluster:
         assert _eventually(lambda: cluster.workers == 2, SOON_S)
-        parcel = cluster.share(PAYLOAD)
-        futures = [cluster.submit(task, parcel) for task in tasks]
+        payload = cluster.share(PAYLOAD)
+        futures = [cluster.submit(task, payload) for task in tasks]
         futures[4].result(SOON_S)
         os.kill(running.workers[0], signal.SIGKILL)
         assert [_known(future.result(SOON_S)) for future in futures] == expected
@@ -167,8 +170,8 @@ def test_runs_that_fail_are_runs_and_the_others_go_on(machine: ThisMachine) -> N
 def test_closing_this_machine_kills_what_runs_at_once() -> None:
     machine = ThisMachine(1)
     before = _children(os.getpid())
-    parcel = machine.share(PAYLOAD)
-    running, waiting = machine.submit(WAITS, parcel), machine.submit(WAITS, parcel)
+    payload = machine.share(PAYLOAD)
+    running, waiting = machine.submit(WAITS, payload), machine.submit(WAITS, payload)
     assert _eventually(lambda: _children(os.getpid()) - before)
     child = (_children(os.getpid()) - before).pop()
     began = time.monotonic()
@@ -282,9 +285,9 @@ def test_who_has_no_dask_is_told_how_to_get_it(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_run_with_which_workers_keep_dying_has_failed(running: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     with DaskCluster(running.address) as cluster:
-        parcel = cluster.share(PAYLOAD)
+        payload = cluster.share(PAYLOAD)
         monkeypatch.setattr(cluster, "_executor", _Ends(cluster._executor, KilledWorker("x", None, 3)))
-        run = cluster.submit(WAITS, parcel).result(SOON_S)
+        run = cluster.submit(WAITS, payload).result(SOON_S)
     assert (run.state, run.reason) == (FAILED, "4 workers died while they had it")
 
 

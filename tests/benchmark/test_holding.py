@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from made_up import made_up_run
 
-from robolaser.benchmark.engines import Engine, Parcel, Task
+from robolaser.benchmark.engines import Engine, Payload, Task
 from robolaser.benchmark.plan import Contest, key
 from robolaser.benchmark.run_loop import AHEAD, compare, held
 from robolaser.benchmark.single_run import Run
@@ -29,10 +29,10 @@ class Recorded(Engine):
     def workers(self) -> int:
         return self._workers
 
-    def share(self, payload: bytes) -> Parcel:
-        return Parcel("", payload)
+    def share(self, payload: bytes) -> Payload:
+        return Payload("", payload)
 
-    def submit(self, task: Task, parcel: Parcel) -> Future:
+    def submit(self, task: Task, payload: Payload) -> Future:
         self.out += 1
         self.most = max(self.most, self.out)
         return self._thread.submit(self._make, task)

@@ -83,10 +83,10 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
         (["--resume", "--move"], 1, "no recording was begun there"),
         (["--poses", "absent.csv", "--move"], 1, "absent.csv"),
         (["--next", "absent.json", "--move"], 1, "absent.json"),
-        (["--poses", "p.csv", "--run-up", "5", "--move"], 2, "--run-up says nothing without --both-ways"),
-        (["--poses", "p.csv", "--seed", "5", "--move"], 2, "--seed says nothing without --plan"),
-        (["--poses", "p.csv", "--separate", "backlash", "--move"], 2, "--separate says nothing without --plan"),
-        (["--resume", "--both-ways", "--move"], 2, "--both-ways says nothing without"),
+        (["--poses", "p.csv", "--run-up", "5", "--move"], 2, "--run-up has no effect without --both-ways"),
+        (["--poses", "p.csv", "--seed", "5", "--move"], 2, "--seed has no effect without --plan"),
+        (["--poses", "p.csv", "--separate", "backlash", "--move"], 2, "--separate has no effect without --plan"),
+        (["--resume", "--both-ways", "--move"], 2, "--both-ways has no effect without"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_sentence(

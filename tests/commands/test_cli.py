@@ -12,16 +12,15 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from robolaser.cli import COMMANDS, main
-from robolaser.commands.command import Command
+from robolaser.cli import app, main
 
 PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
 
 
-@pytest.fixture(params=COMMANDS, ids=lambda command: command.name)
-def command(request: pytest.FixtureRequest) -> Command:
-    one: Command = request.param
-    return one
+@pytest.fixture(params=[name for name in app if not name.startswith("-")])
+def command(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    return name
 
 
 @pytest.fixture(scope="module")
@@ -38,29 +37,75 @@ def result(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_help_explains_the_command(command: Command, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main([command.name, "--help"])
-    assert stopped.value.code == 0
+def test_help_explains_the_command(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--help"]) == 0
+    assert f"robolaser {command}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [[name] for name in app if name[0].isalpha() and name != "challenge"])
+def test_every_command_has_json_quiet_and_an_example(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words, "--help"]) == 0
     said = capsys.readouterr().out
-    assert command.summary.split()[0].capitalize() in said
+    assert "--json" in said
+    assert "--quiet" in said
+    assert f"    robolaser {' '.join(words)} " in said
 
 
-def test_wrong_usage_exits_with_two(command: Command, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main([command.name, "--no-such-option"])
-    assert stopped.value.code == 2
-    assert "usage:" in capsys.readouterr().err
+def test_wrong_usage_exits_with_two(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--no-such-option"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("robolaser: ")
+    assert said.err.count("\n") == 1
 
 
-def test_no_command_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main([])
-    assert stopped.value.code == 2
+@pytest.mark.parametrize("words", [[], ["challenge"]])
+def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "--help" in said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["calibrat", "here"], '"calibrate"'),
+        (["calibrate", "here", "--output", "there", "--sed", "3"], "--seed"),
+        (["calibrate", "here", "--output", "there", "--weights", "nois"], '"noise"'),
+        (["simulate", "--robot", "scorbot_er", "--output", "there"], "'scorbot_er7'"),
+        (["simulate", "--robot", "scorbot_er7", "--output", "there", "--effect", "laser_rol=1"], "'laser_roll'"),
+    ],
+)
+def test_a_slip_is_answered_with_what_was_meant(
+    words: list[str], meant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) in (1, 2)
+    assert f"Did you mean {meant}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["list", "sensors"], ["list", "robots"], [*PAPER, "--output", "cell"]])
+def test_json_is_all_that_standard_output_holds(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)
+
+
+def test_a_calibration_as_json_is_what_is_written_and_a_quiet_one_says_nothing(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = ["calibrate", str(dataset), "--algorithm", "gauss-newton", "--output"]
+    assert main([*run, str(tmp_path / "a"), "--json"]) == 0
+    assert capsys.readouterr().out == (tmp_path / "a" / "calibration.json").read_text(encoding="utf-8")
+    assert main([*run, str(tmp_path / "b"), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
+    assert (tmp_path / "b" / "calibration.json").exists()
 
 
-@pytest.mark.parametrize("family", ["robots", "effects", "algorithms"])
+@pytest.mark.parametrize("family", ["robots", "effects", "algorithms", "sensors"])
 def test_list_shows_one_line_each(family: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", family]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -235,8 +280,12 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
 
 
 def test_importing_the_package_loads_no_physics() -> None:
-    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'matplotlib', 'rich'}"
-    code = f"import sys, robolaser, robolaser.cli; robolaser.cli.parser(); print(sorted({heavy} & set(sys.modules)))"
+    heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'rich.progress'}"
+    code = (
+        "import sys, robolaser, robolaser.cli\n"
+        "robolaser.cli.app.parse_args(['list', 'robots'])\n"
+        f"print(sorted({heavy} & set(sys.modules)))"
+    )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said.strip() == "[]"
 

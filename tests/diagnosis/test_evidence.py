@@ -12,19 +12,19 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.averaging import Observed
-from robolaser.diagnosis.detection_limits import limits
-from robolaser.diagnosis.held_out_gap import folds, held_out
-from robolaser.diagnosis.localization import where
-from robolaser.diagnosis.penalized_fit import Fitted, Problem
-from robolaser.diagnosis.preparation import Beginning
-from robolaser.diagnosis.score_tests import library, signatures
-from robolaser.diagnosis.selection import Search
-from robolaser.diagnosis.verdict import dispersion
-from robolaser.errors import EffectUnknown
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.detection_limits import detection_limits
+from robolaser.diagnosis.held_out_gap import folds, held_out_errors
+from robolaser.diagnosis.localization import localize
+from robolaser.diagnosis.penalized_fit import Fit, Problem
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.score_tests import library, score_tests
+from robolaser.diagnosis.selection import select
+from robolaser.errors import UsageError
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, candidate_effects
-from robolaser.model.effects.effect import Effect, Scene, parameter
+from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.stages import Stage
 from robolaser.simulation import simulate
 
@@ -37,17 +37,17 @@ def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40
     ).dataset
 
 
-def begun(dataset: Dataset) -> tuple[Observed, Fitted]:
-    beginning, gross = Beginning.of(dataset)
-    return beginning.fitted(gross, ())
+def begun(dataset: Dataset) -> tuple[AveragedData, Fit]:
+    preparation, outliers = Preparation.of(dataset)
+    return preparation.fit(outliers, ())
 
 
 @pytest.fixture(scope="module")
-def clean() -> tuple[Observed, Fitted]:
+def clean() -> tuple[AveragedData, Fit]:
     return begun(cell())
 
 
-def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[Observed, Fitted]) -> None:
+def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[AveragedData, Fit]) -> None:
     observed, _ = clean
     assert len(observed.dataset.points) == 40 * 8
     assert (observed.shots == 2).all()
@@ -57,48 +57,48 @@ def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[Observed, Fitted
     np.testing.assert_allclose(observed.dataset.points.pixel[0], raw[observed.group == 0].mean(axis=0))
 
 
-def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[Observed, Fitted]) -> None:
+def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    rays = fitted.r.reshape(-1, 3)
+    rays = fitted.white.reshape(-1, 3)
     assert kstest(rays.ravel(), "norm").pvalue > 1e-3
-    assert fitted.misfit == pytest.approx(len(fitted.r) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.r)))
-    assert dispersion(fitted) == 1.0
+    assert fitted.chi2 == pytest.approx(len(fitted.white) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.white)))
+    assert fitted.dispersion == 1.0
 
 
-def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[Observed, Fitted]) -> None:
+def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    assert np.linalg.norm(fitted.Q.T @ fitted.rest) < 0.3
+    assert np.linalg.norm(fitted.Q.T @ fitted.stacked) < 0.3
 
 
 def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
     _, fitted = begun(cell({"joint_offset:joint_3": 1e-3}))
-    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
-    search = Search(fitted, [signature.candidate_effect])
-    gained = fitted.misfit - search.fit(fitted, [signature]).misfit
+    (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    refits = Refits(fitted, [score.candidate_effect])
+    gained = fitted.chi2 - refits.refit(fitted, [score]).chi2
     assert gained > 500
-    assert signature.gain == pytest.approx(gained, rel=0.02)
-    assert search.fit(fitted, [signature]).value("joint_offset.joint_3.offset") == pytest.approx(1e-3, abs=5e-5)
+    assert score.gain == pytest.approx(gained, rel=0.02)
+    assert refits.refit(fitted, [score]).value("joint_offset.joint_3.offset") == pytest.approx(1e-3, abs=5e-5)
 
 
-def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean: tuple[Observed, Fitted]) -> None:
+def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_5"], fitted.problem.model.dataset))
-    own = np.linalg.norm(signature.white)
-    assert np.linalg.norm(signature.columns) < 0.02 * own
+    (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_5"], fitted.problem.model.dataset))
+    own = np.linalg.norm(score.white)
+    assert np.linalg.norm(score.columns) < 0.02 * own
 
 
-def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[Observed, Fitted]) -> None:
+def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[AveragedData, Fit]) -> None:
     observed, fitted = clean
     fold = folds(observed, 0)
     rows = fold[observed.dataset.points.pose] == 3
     alone = fitted.problem.fit(fitted.problem.parameters.nominal, weight=np.repeat(~rows, 3).astype(float))
-    want = fitted.problem.plain(alone.x[None])[0, rows]
-    np.testing.assert_allclose(held_out(fitted, fold)[rows], want, atol=3e-6)
+    want = fitted.problem.residuals(alone.x[None])[0, rows]
+    np.testing.assert_allclose(held_out_errors(fitted, fold)[rows], want, atol=3e-6)
 
 
-def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[Observed, Fitted]) -> None:
+def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedData, Fit]) -> None:
     observed, fitted = clean
-    assert rms(held_out(fitted, folds(observed, 0))) > rms(fitted.plain)
+    assert rms(held_out_errors(fitted, folds(observed, 0))) > rms(fitted.residuals)
 
 
 @pytest.mark.parametrize(
@@ -116,15 +116,15 @@ def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
     effect: dict[str, float], site: str, coordinate: str
 ) -> None:
     _, fitted = begun(cell(effect))
-    first = where(fitted)[0]
+    first = localize(fitted)[0]
     assert (first.site, first.coordinate) == (site, coordinate)
     assert first.share > 0.7
     assert first.p_value < 1e-6
 
 
-def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[Observed, Fitted]) -> None:
+def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    assert where(fitted) == []
+    assert localize(fitted) == []
 
 
 def test_planted_gross_errors_are_marked_and_no_others() -> None:
@@ -136,13 +136,13 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
     diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
     assert set(diagnosis.outliers) == set(spoilt)
-    assert [found.candidate_effect.kind.name for found in diagnosis.findings] == ["joint_offset"]
+    assert [found.candidate_effect.effect.name for found in diagnosis.findings] == ["joint_offset"]
 
 
-def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[Observed, Fitted]) -> None:
+def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    (signature,) = signatures(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
-    (limit,) = limits([signature], 1.0)
+    (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.problem.model.dataset))
+    (limit,) = detection_limits([score], 1.0)
     assert limit.size is not None
     found = {
         factor: [
@@ -155,9 +155,9 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[Observed, Fi
     assert not any(found[0.3])
 
 
-def _search(dataset: Dataset) -> Fitted:
+def _search(dataset: Dataset) -> Fit:
     _, fitted = begun(dataset)
-    return Search(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.problem.model.dataset)).best()
+    return select(Refits(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.problem.model.dataset)))
 
 
 def test_next_poses_keep_the_limits_and_see_the_target() -> None:
@@ -179,7 +179,7 @@ def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
 
 
 def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is() -> None:
-    with pytest.raises(EffectUnknown, match="backlash"):
+    with pytest.raises(UsageError, match="backlash"):
         examine(cell(), without=("backlsh",))
 
 
@@ -192,14 +192,11 @@ class SaggingShelf(Effect):
     title: ClassVar[str] = "errs with the square of the angle"
     reference: ClassVar[str] = "made up"
     stage: ClassVar[Stage] = Stage.JOINTS
+    site: ClassVar[str] = "joint_3"
 
     sag: Array = parameter(unit="1/rad", bound=0.1, prior_scale=1e-3)
 
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        return ("joint_3",)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, run: Run, /) -> Array:
         bent = np.repeat(value, len(self.sag), axis=0) if len(value) == 1 else value.copy()
         bent[:, :, 2] += self.sag[:, None] * value[:, :, 2] ** 2
         return bent
@@ -223,10 +220,10 @@ def _sagged(dataset: Dataset) -> Array:
 
 def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
     dataset = cell({"latency:timing": 0.01})
-    assert {candidate_effect.kind for candidate_effect in library(EFFECTS, dataset)} == set(EFFECTS)
+    assert {candidate_effect.effect for candidate_effect in library(EFFECTS, dataset)} == set(EFFECTS)
 
 
-def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[Observed, Fitted]) -> None:
+def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     problem: Problem = fitted.problem
     far = problem.within(problem.parameters.upper[None] + 1.0)[0]

@@ -1,5 +1,5 @@
 from functools import cached_property
-from itertools import product
+from itertools import combinations
 from time import process_time
 
 import numpy as np
@@ -7,145 +7,153 @@ import pytest
 
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Noise
-from robolaser.diagnosis.averaging import Observed
-from robolaser.diagnosis.held_out_gap import folds, held_out
-from robolaser.diagnosis.pareto_front import front, question, searched, stepwise, undominated
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.findings import nested_fits
+from robolaser.diagnosis.held_out_gap import HeldOut, folds, held_out_errors
+from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
 from robolaser.diagnosis.penalized_fit import Problem
-from robolaser.diagnosis.score_tests import library, signatures
-from robolaser.diagnosis.verdict import price
+from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.score_tests import library
 from robolaser.estimation.jacobian import jacobian
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 
-BENT = {
+PERTURBED = {
     "stripe": {"joint_compliance:joint_2": 1e-4, "encoder_eccentricity:joint_3": 3e-3},
     "point": {"backlash:joint_3": 2e-3, "encoder_scale:joint_2": 3e-3},
     "socket": {"encoder_eccentricity:joint_2": 3e-3},
 }
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
 
 
 class Case:
     def __init__(self, kind, *, poses=24, points=6, effects=None):
-        noise = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
         points = points if kind == "stripe" else 3
         self.simulated = simulate(
-            find_robot("scorbot_er7"), kind=kind, poses=poses, points=points, noise=noise, effects=effects, seed=3
+            find_robot("scorbot_er7"), kind=kind, poses=poses, points=points, noise=NOISE, effects=effects, seed=3
         )
         raw = self.simulated.dataset
-        observed = Observed.of(raw)
-        model = Model(observed.dataset)
+        data = AveragedData.of(raw)
+        model = Model(data.dataset)
         x = model.parameters.nominal
-        self.fitted = Problem.of(model, observed.noise(model, x, jacobian(model, x), raw)).fit(x)
-        self.signatures = signatures(self.fitted, library(EFFECTS, raw))
-        self.folds = folds(observed, 0)
+        self.fit = Problem.of(model, data.noise(model, x, jacobian(model, x), raw)).fit(x)
+        self.refits = Refits(self.fit, library(EFFECTS, raw))
+        self.folds = folds(data, 0)
+        self.held_out = HeldOut(self.folds)
 
-    @cached_property
-    def leaders(self):
-        return [self.signatures[i] for i in stepwise(self.fitted, self.signatures)]
-
-    @cached_property
-    def problem(self):
-        fold = self.folds[self.fitted.problem.model.dataset.points.pose]
-        return question(self.fitted, self.leaders, fold)
+    @property
+    def tests(self):
+        return self.refits.score_tests(self.fit)
 
     @cached_property
     def front(self):
-        return self.again(1)
-
-    def again(self, seed):
-        return front(self.fitted, self.signatures, self.folds, seed)
+        return pareto_front(self.refits, [self.fit], self.held_out)
 
 
-@pytest.fixture(scope="module", params=list(BENT))
-def bent(request):
-    return Case(request.param, effects=BENT[request.param])
+@pytest.fixture(scope="module", params=list(PERTURBED))
+def perturbed(request):
+    return Case(request.param, effects=PERTURBED[request.param])
 
 
 @pytest.fixture(scope="module")
 def stripe():
-    return Case("stripe", effects=BENT["stripe"])
+    return Case("stripe", effects=PERTURBED["stripe"])
 
 
-def test_the_front_falls_with_every_effect_and_starts_without_any(bent):
-    found = bent.front
+def test_the_front_falls_with_every_effect_and_starts_without_any(perturbed):
+    found = perturbed.front
     assert found[0].effects == ()
-    counts, gaps = [len(choice.effects) for choice in found], [choice.gap_m for choice in found]
+    counts, gaps = [len(point.effects) for point in found], [point.gap_m for point in found]
     assert counts == sorted(set(counts))
     assert (np.diff(gaps) < 0).all()
 
 
-def test_without_effects_the_gap_is_that_of_refitted_folds(bent):
-    expected = rms(held_out(bent.fitted, bent.folds))
-    assert bent.front[0].gap_m == pytest.approx(expected, rel=0.03)
+def test_each_gap_on_the_front_is_that_of_a_fit_without_each_fold(perturbed):
+    for point in perturbed.front:
+        tests = [test for test in perturbed.tests if test.candidate_effect in point.effects]
+        fit = perturbed.refits.of(perturbed.fit, tests)
+        assert point.gap_m == rms(held_out_errors(fit, perturbed.folds))
 
 
-def test_the_true_effects_or_as_good_ones_are_on_the_front(bent):
-    true = bent.simulated.effects
-    chosen = next(choice for choice in bent.front if len(choice.effects) == len(true))
-    assert chosen.gap_m < 0.5 * bent.front[0].gap_m
-    if bent.simulated.dataset.kind != "socket":
+def test_the_true_effects_or_as_good_ones_are_on_the_front(perturbed):
+    true = perturbed.simulated.effects
+    chosen = next(point for point in perturbed.front if len(point.effects) == len(true))
+    assert chosen.gap_m < 0.5 * perturbed.front[0].gap_m
+    if perturbed.simulated.dataset.kind != "socket":
         assert set(chosen.effects) == set(true)
 
 
-def test_the_front_is_nowhere_worse_than_adding_one_effect_after_the_other(bent):
-    n = len(bent.leaders)
-    greedy = bent.problem.unseen(np.tri(n + 1, n, -1, dtype=bool))
-    found = bent.front
-    for count, gap in enumerate(greedy):
-        assert min(choice.gap_m for choice in found if len(choice.effects) <= count) <= gap * (1 + 1e-12)
+def test_one_set_of_effects_has_one_gap_throughout_a_diagnosis(perturbed):
+    diagnosis = examine(perturbed.simulated.dataset, seed=0)
+    gap_of = {frozenset(point.effects): point.gap_m for point in diagnosis.front}
+    assert gap_of[frozenset()] == diagnosis.gap.calibrated_m
+    added = frozenset()
+    for found in diagnosis.findings:
+        added |= {found.candidate_effect}
+        assert gap_of.get(added, found.gap_after_m) == found.gap_after_m
+    assert gap_of.get(added, diagnosis.gap.after_m) == diagnosis.gap.after_m
 
 
-def test_the_search_misses_hardly_anything_of_what_all_sets_offer(stripe):
-    problem = stripe.problem
-    n = len(problem.names)
-
-    def best(sets):
-        F = problem.evaluate(problem.settled(np.hstack([sets * 1.0, np.zeros((len(sets), len(problem.reach)))])))
-        return np.array([F[F[:, 1] <= count, 0].min() for count in range(n + 1)])
-
-    every = np.array(list(product([False, True], repeat=n)))
-    assert best(searched(problem, 1)) == pytest.approx(best(every), rel=1e-2)
+def test_the_front_is_nowhere_worse_than_the_chosen_effects_added_one_by_one(stripe):
+    tests = [test for test in stripe.tests if test.candidate_effect in stripe.simulated.effects]
+    nested = nested_fits(stripe.refits, stripe.refits.of(stripe.fit, tests))
+    front = pareto_front(stripe.refits, nested, stripe.held_out)
+    for count, fit in enumerate(nested):
+        assert min(p.gap_m for p in front if len(p.effects) <= count) <= stripe.held_out.gap(fit)
 
 
-def test_one_seed_gives_one_front(stripe):
-    assert stripe.again(5) == stripe.again(5)
+def test_of_each_size_the_set_that_explains_most_is_found_exactly(stripe):
+    tests = [stripe.tests[i] for i in stepwise_order(stripe.tests, most=6)]
+    best = best_subsets(tests, most=3)
+    for size in (1, 2, 3):
+        sets = list(combinations(tests, size))
+        most = max(explained(some) for some in sets)
+        assert max(explained(some) for some in best if len(some) == size) == pytest.approx(most, rel=1e-9)
 
 
-def test_where_nothing_departs_no_effect_buys_much():
+def explained(tests):
+    columns = np.hstack([test.basis for test in tests])
+    residuals = tests[0].against.stacked
+    U, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return ((U[:, s > 1e-5].T @ residuals) ** 2).sum()
+
+
+def test_where_nothing_departs_no_effect_gains_much():
     found = Case("stripe").front
     assert found[-1].gap_m > 0.95 * found[0].gap_m
 
 
-def test_without_suspects_the_front_is_one_point(stripe):
-    (only,) = front(stripe.fitted, [], stripe.folds, 1)
+def test_without_candidates_the_front_is_one_point(stripe):
+    (only,) = pareto_front(Refits(stripe.fit, []), [stripe.fit], stripe.held_out)
     assert only.effects == ()
-    assert only.gap_m == pytest.approx(rms(held_out(stripe.fitted, stripe.folds)))
+    assert only.gap_m == rms(held_out_errors(stripe.fit, stripe.folds))
 
 
-def test_few_suspects_are_no_less_tried(stripe):
-    two = [one for one in stripe.signatures if one.candidate_effect in stripe.simulated.effects]
-    found = front(stripe.fitted, two, stripe.folds, 1)
-    assert set(found[-1].effects) == {one.candidate_effect for one in two}
+def test_two_candidates_are_tried_alone_and_together(stripe):
+    refits = Refits(stripe.fit, stripe.simulated.effects)
+    found = pareto_front(refits, [stripe.fit], stripe.held_out)
+    assert set(found[-1].effects) == set(stripe.simulated.effects)
 
 
 def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before(stripe):
-    order = stepwise(stripe.fitted, stripe.signatures, most=4)
+    tests = stripe.tests
+    order = stepwise_order(tests, most=4)
     assert len(order) == len(set(order)) == 4
     for i in range(4):
-        before = [stripe.signatures[j].basis for j in order[:i]]
+        before = [tests[j].basis for j in order[:i]]
 
-        def worth(one, before=before):
-            columns = np.hstack([*before, one.basis])
-            return -left(columns, one.against.rest) - price(one.candidate_effect, one.tried)
+        def net(one, before=before):
+            return -left(np.hstack([*before, one.basis]), one.against.stacked) - penalty(one)
 
-        others = [one for j, one in enumerate(stripe.signatures) if j not in order[:i]]
-        assert worth(stripe.signatures[order[i]]) >= max(map(worth, others)) - 1e-2
+        others = [one for j, one in enumerate(tests) if j not in order[:i]]
+        assert net(tests[order[i]]) >= max(map(net, others)) - 1e-2
 
 
-def left(columns, rest):
-    return ((rest - columns @ np.linalg.lstsq(columns, rest, rcond=1e-5)[0]) ** 2).sum()
+def left(columns, residuals):
+    return ((residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=1e-5)[0]) ** 2).sum()
 
 
 def test_only_what_no_simpler_set_beats_is_undominated():
@@ -153,7 +161,8 @@ def test_only_what_no_simpler_set_beats_is_undominated():
 
 
 def test_a_front_of_sixty_poses_takes_less_than_a_second():
-    case = Case("stripe", poses=60, points=10, effects=BENT["stripe"])
+    case = Case("stripe", poses=60, points=10, effects=PERTURBED["stripe"])
+    assert case.tests
     start = process_time()
-    case.again(1)
+    assert pareto_front(case.refits, [case.fit], case.held_out)
     assert process_time() - start < 1.0

@@ -9,7 +9,7 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.subsampling import MOST_POSES, telling
+from robolaser.diagnosis.subsampling import MOST_POSES, chosen_rows
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.simulation import simulate
@@ -159,10 +159,10 @@ def test_large_data_keep_a_few_rows_of_many_poses():
     dataset = recorded("point", poses=8)
     rows = np.tile(np.arange(len(dataset.points)), 300)
     many = replace(dataset.points.take(rows), pose=np.repeat(np.arange(len(rows) // 3), 3))
-    kept = telling(many)
+    kept = chosen_rows(many)
     assert len(np.unique(many.pose[kept])) == MOST_POSES
     assert kept.sum() == 3 * MOST_POSES
-    assert telling(dataset.points).all()
+    assert chosen_rows(dataset.points).all()
 
 
 @pytest.mark.parametrize("kind", ["point", "socket"])

@@ -97,7 +97,7 @@ def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
 @pytest.mark.parametrize("end", ["stdin", "term", "interrupt"])
 def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "robolaser.emulator", str(cell_folder(tmp_path))],
+        [sys.executable, "-m", "robolaser", "emulate", str(cell_folder(tmp_path))],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

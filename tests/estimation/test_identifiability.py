@@ -18,7 +18,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, noise_from, noise_of
-from robolaser.model.noise.sources import disturbances
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 
 TRIALS = 100
@@ -31,7 +31,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
     """
     model = cell.model()
     truth = cell.truth(model)
-    J, sources = jacobian(model, truth), disturbances(model, truth)
+    J, sources = jacobian(model, truth), error_sources(model, truth)
     held = np.isin(model.parameters.names, ["f"])
     scale = model.parameters.width[~held]
     free = J[:, ~held]
@@ -87,7 +87,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
     cell = tracker_cell(np.random.default_rng(21), poses=12, robot="scorbot_er7")
     model = cell.model()
     truth, rng = cell.truth(model), np.random.default_rng(22)
-    sources, hits = disturbances(model, truth), []
+    sources, hits = error_sources(model, truth), []
     for _ in range(TRIALS):
         seen = cell.shaken(rng, point=3e-4).model()
         shaken = seen.dataset.points.xyz - cell.dataset.points.xyz
@@ -104,7 +104,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
 
 
 def known_noise(model: Model, x: np.ndarray, **sigmas: float) -> NoiseModel:
-    sources = disturbances(model, x)
+    sources = error_sources(model, x)
     return NoiseModel(sources, {source.name: sigmas.get(source.name, 0.0) for source in sources})
 
 
@@ -285,7 +285,7 @@ def test_noise_of_a_fitted_model_needs_no_more_than_the_model():
     model = cell.model()
     x = cell.truth(model)
     J, e = jacobian(model, x), model.residuals(x[None])[0]
-    assert noise_of(model, x).sigmas == noise_from(model.dataset, disturbances(model, x), e, J).sigmas
+    assert noise_of(model, x).sigmas == noise_from(model.dataset, error_sources(model, x), e, J).sigmas
 
 
 def test_what_parts_say_adds_up_to_what_all_rows_say(tracked):

@@ -39,8 +39,8 @@ def test_parameters_moved_together_have_the_derivatives_of_each(
 def test_no_row_depends_on_two_parameters_that_are_apart(kind: str) -> None:
     model = Model(simulate(find_robot("scorbot_er7"), kind=kind, poses=20, noise=Noise(), seed=1).dataset)
     J = one_by_one(model, model.parameters.nominal).reshape(-1, 3, len(model.parameters))
-    assert model.sensor.apart
-    for names, of_row in model.sensor.apart:
+    assert model.sensor.separable
+    for names, of_row in model.sensor.separable:
         touched = np.abs(J[:, :, model.parameters.columns(names)]).max(axis=1) > 1e-9
         assert (touched.sum(axis=1) == 1).all()
         assert np.array_equal(np.argmax(touched, axis=1), of_row)

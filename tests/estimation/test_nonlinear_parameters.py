@@ -10,7 +10,7 @@ from robolaser.estimation.nonlinear_parameters import shaped, with_shapes
 from robolaser.estimation.problem import Box, Residuals
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
-from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, simulate
 
@@ -25,7 +25,7 @@ def tracked(effects: dict[str, float]) -> Simulated:
 def test_a_knock_is_found_in_the_pause_in_which_it_happened(moment: float) -> None:
     made = tracked({"base_shift:base": 1e-3, "base_shift:base.moment": moment})
     found = calibrate(made.dataset, Plan(effects=("base_shift",)))
-    progress = Scene.of(made.dataset).progress
+    progress = Run(made.dataset).progress
     np.testing.assert_array_equal(progress > found.value("base_shift.base.moment"), progress > moment)
     assert found.value("base_shift.base.x") == pytest.approx(1e-3, abs=5e-5)
 

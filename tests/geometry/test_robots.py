@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import FileUnreadable, FlangeNotSaid, RobotNotInstalled, RobotUnknown, UrdfError
+from robolaser.errors import DataError, FlangeNotSaid, RobotNotInstalled, RobotUnknown, UrdfError
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
 from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
@@ -74,7 +74,7 @@ def test_its_arm_weighs_something(robot):
 def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
     with pytest.raises(RobotUnknown, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
         find_robot("ur55")
-    with pytest.raises(FileUnreadable, match="No such file"):
+    with pytest.raises(DataError, match="No such file"):
         find_robot(tmp_path / "robot.urdf")
 
 

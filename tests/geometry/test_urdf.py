@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.errors import (
-    FileUnreadable,
+    DataError,
     FrameExists,
     NotARobot,
     RobolaserError,
@@ -187,7 +187,7 @@ def test_files_are_read_with_or_without_a_byte_order_mark(tmp_path):
 
 def test_files_that_cannot_be_read_are_named(tmp_path):
     path = tmp_path / "arm.urdf"
-    with pytest.raises(FileUnreadable, match=r"arm\.urdf: No such file"):
+    with pytest.raises(DataError, match=r"arm\.urdf: No such file"):
         urdf.load_text(path)
     path.write_bytes(ARM.encode("utf-16"))
     with pytest.raises(UrdfNotText, match=r"arm\.urdf cannot be read as UTF-8"):

@@ -8,7 +8,8 @@ from robolaser.data.dataset import Noise
 from robolaser.estimation.jacobian import jacobian
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
 from robolaser.model.noise.reml import restricted
-from robolaser.model.noise.sources import disturbances, pixel_effect
+from robolaser.model.noise.sources import error_sources
+from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
 
 
@@ -27,7 +28,7 @@ def repeated() -> NoiseModel:
     cell = stripe_cell(np.random.default_rng(3), poses=4, points=3, repeats=2, robot="scorbot_er7")
     model = cell.model()
     sizes = {"pixel": 0.2, "target": 5e-5, "joint": 3e-4}
-    return NoiseModel(disturbances(model, cell.truth(model)), sizes)
+    return NoiseModel(error_sources(model, cell.truth(model)), sizes)
 
 
 def test_whitened_noise_is_independent_and_of_unit_variance(repeated):
@@ -70,7 +71,7 @@ def test_a_repeat_shares_its_points_error_but_not_its_pixels(repeated):
 
 def test_joint_noise_moves_points_as_shifted_readings_do():
     cell = tracker_cell(np.random.default_rng(2), poses=6, robot="ur5")
-    source = next(s for s in disturbances(cell.model(), cell.truth(cell.model())) if s.name == "joint")
+    source = next(s for s in error_sources(cell.model(), cell.truth(cell.model())) if s.name == "joint")
     shift = 1e-6 * np.random.default_rng(4).normal(size=(6, 6))
     poses = replace(cell.dataset.poses, q=cell.dataset.poses.q + shift)
     moved = Cell(replace(cell.dataset, poses=poses)).missed() - cell.missed()
@@ -84,7 +85,9 @@ class TestOnABoard:
     def effect(self, cell: Cell) -> np.ndarray:
         model = cell.model()
         assert isinstance(model.sensor, Stripe)
-        return pixel_effect(model, model.sensor, model.parameters.values(cell.truth(model)[None]))
+        values = model.parameters.values(cell.truth(model)[None])
+        perturb = model.perturb(values)
+        return pixel_moves(model.sensor, values, model.flange(values, perturb), perturb)
 
     def test_pixel_noise_moves_a_residual_along_its_viewing_ray_only(self):
         model = self.cell.model()
@@ -143,7 +146,7 @@ def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -
     """What is found on many measurements of a cell, each fitted by its Jacobian."""
     model = cell.model()
     truth = cell.truth(model)
-    J, sources = jacobian(model, truth), disturbances(model, truth)
+    J, sources = jacobian(model, truth), error_sources(model, truth)
     scaled = J * model.parameters.width
     found = []
     for _ in range(count):

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
+from page_claims import (
+    HOSTILE,
+    Reader,
+    hovered,
+    is_closed_and_its_ids_are_its_own,
+    is_small,
+    needs_nothing_from_elsewhere,
+    runs_only_our_own_scripts,
+    sound_charts,
+    titled,
+)
 from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
@@ -65,20 +75,29 @@ def text(request, pages):
 
 def test_the_page_needs_nothing_from_elsewhere(text):
     needs_nothing_from_elsewhere(text)
+    runs_only_our_own_scripts(text)
+    is_small(text)
 
 
 def test_every_element_is_closed_and_every_id_its_own(text):
     is_closed_and_its_ids_are_its_own(text)
 
 
-def test_every_picture_is_sound_and_says_what_it_shows(pages):
-    drawn = {name: len(sound_pictures(text)) for name, text in pages.items()}
+def test_every_chart_is_sound_and_says_what_it_shows(pages):
+    drawn = {name: len(sound_charts(text)) for name, text in pages.items()}
     assert drawn == {"flat": 3, "unmeasured": 2, "unknown scatter": 1, "one point": 0}
+
+
+def test_a_map_says_height_and_scatter_under_the_pointer_and_stays_within_ten_thousand_cells(pages):
+    for title in ("Heights", "Scatter of the points"):
+        (layer,) = titled(pages["flat"])[title]["layer"]
+        assert hovered(titled(pages["flat"])[title]) == {"x", "y", "value"}
+        assert 100 < layer["data"]["values"].count("\n") < 12_000
 
 
 def test_names_from_data_stay_text(text):
     read = Reader(text)
-    assert not [tag for tag, _ in read.tags if tag in ("script", "b")]
+    assert not [tag for tag, _ in read.tags if tag == "b"]
     assert "<b>beware</b>" in "".join(read.texts)
 
 

@@ -8,14 +8,27 @@ import numpy as np
 import pytest
 from calibrated import arm, stripe
 from diagnosed import MADE, of
-from page_claims import HOSTILE, Reader, is_closed_and_its_ids_are_its_own, needs_nothing_from_elsewhere, sound_pictures
+from page_claims import (
+    HOSTILE,
+    Reader,
+    hovered,
+    is_closed_and_its_ids_are_its_own,
+    is_logarithmic,
+    is_small,
+    needs_nothing_from_elsewhere,
+    rows,
+    runs_only_our_own_scripts,
+    series,
+    sound_charts,
+    titled,
+)
 
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
-from robolaser.report.diagnosis.pictures.cell import accused
-from robolaser.report.diagnosis.pictures.posture import Posture
-from robolaser.report.diagnosis.pictures.waterfall import steps
+from robolaser.report.diagnosis.charts.cell import suspected
+from robolaser.report.diagnosis.charts.posture import Posture
+from robolaser.report.diagnosis.charts.waterfall import steps
 from robolaser.report.diagnosis.rows import limit_rows, percent
 
 
@@ -50,14 +63,16 @@ def said(text):
 
 def test_the_page_needs_nothing_from_elsewhere(text):
     needs_nothing_from_elsewhere(text)
+    runs_only_our_own_scripts(text)
+    is_small(text)
 
 
 def test_every_element_is_closed_and_every_id_its_own(text):
     is_closed_and_its_ids_are_its_own(text)
 
 
-def test_every_picture_is_sound_and_says_what_it_shows(text):
-    assert len(sound_pictures(text)) >= 4
+def test_every_chart_is_sound_and_says_what_it_shows(text):
+    assert len(sound_charts(text)) >= 4
 
 
 def test_the_verdict_comes_first_then_gap_and_places_then_what_to_do(text, diagnosis):
@@ -81,7 +96,7 @@ def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagno
     rows = table[0].split("<tr ")[2:]
     assert len(rows) == len(diagnosis.findings)
     for row, found in zip(rows, diagnosis.findings, strict=True):
-        assert found.candidate_effect.kind.name in row
+        assert found.candidate_effect.effect.name in row
         assert f" at {found.candidate_effect.where}" in row
         assert row.count("±") == len([one for one in found.parameters.values() if one.std is not None])
         assert percent(found.probability) in row
@@ -107,7 +122,7 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
         limit_rows(replace(diagnosis, limits=(one, DetectionLimit(one.candidate_effect, one.parameter, None, "rad"))))
     )
     assert len(rows) == 1
-    assert rows[0][0] == one.candidate_effect.kind.name
+    assert rows[0][0] == one.candidate_effect.effect.name
     assert rows[0][2].startswith(f"{one.candidate_effect.where} < 0.01°")
 
 
@@ -121,8 +136,8 @@ def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
     assert bars[-1].after == pytest.approx(1e3 * diagnosis.gap.noise_floor_m)
 
 
-def test_every_guilty_place_is_marked_and_without_a_gap_none(diagnosis):
-    marked = accused(diagnosis)
+def test_every_suspected_place_is_highlighted_and_without_a_gap_none(diagnosis):
+    marked = suspected(diagnosis)
     assert {found.candidate_effect.where for found in diagnosis.findings} <= set(marked)
     assert bool(marked) == (diagnosis.verdict != "no_gap")
 
@@ -140,9 +155,33 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange():
 
 
 def test_names_from_data_stay_text():
-    read = Reader(page(of(stripe(name=HOSTILE, robot=arm(), effects=("laser_roll",))), command=HOSTILE))
-    assert not [tag for tag, _ in read.tags if tag == "script"]
-    assert "<script>alert" in "".join(read.texts)
+    text = page(of(stripe(name=HOSTILE, robot=arm(), effects=("laser_roll",))), command=HOSTILE)
+    runs_only_our_own_scripts(text)
+    assert "<script>alert" in "".join(Reader(text).texts)
+
+
+def test_charts_show_every_step_every_pose_and_every_set_of_effects(text, diagnosis):
+    shown = titled(text)
+    gap = shown["How far the gap shrinks"]
+    assert {row["step"] for row in rows(gap) if "step" in row} == {step.label for step in steps(diagnosis)}
+    poses = shown["Errors of each pose"]
+    assert {row["pose"] for row in rows(poses) if "pose" in row} == set(diagnosis.observed.poses.names)
+    assert is_logarithmic(poses, "y")
+    assert ("before" in series(poses)) == bool(diagnosis.findings)
+    if len(diagnosis.front) > 1:
+        assert {row["effects"] for row in rows(shown["Gap against complexity"]) if "effects" in row} == {
+            len(choice.effects) for choice in diagnosis.front
+        }
+
+
+def test_a_small_gap_beside_a_large_one_has_a_logarithmic_axis(pages):
+    assert is_logarithmic(titled(pages["explained"])["How far the gap shrinks"], "x")
+
+
+def test_joints_and_points_have_names_under_the_pointer(pages):
+    shown = titled(pages["explained"])
+    assert "site" in hovered(shown["Where the gap lies"])
+    assert {"pose", "point", "error"} <= hovered(shown["Errors before and after"])
 
 
 def test_the_same_diagnosis_gives_the_same_page(made, pages):

@@ -5,7 +5,7 @@ import io
 from calibrated import arm, stripe
 from rich.console import Console
 
-from robolaser.report import print_summary
+from robolaser.report.calibration import print_summary
 
 
 def printed(calibration, folder=None):

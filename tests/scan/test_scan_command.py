@@ -3,12 +3,13 @@
 import html
 import re
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
-from robolaser.cli import main, parser
+from robolaser.cli import app, main
 from robolaser.scan.ply import map_ply
 
 
@@ -45,9 +46,7 @@ def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
 
 
 def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        scan(cell, tmp_path / "cloud.xyz")
-    assert stopped.value.code == 2
+    assert scan(cell, tmp_path / "cloud.xyz") == 2
     assert ".ply" in capsys.readouterr().err
 
 
@@ -63,9 +62,7 @@ def test_a_body_that_is_not_there_is_told_and_the_cloud_stays(cell, tmp_path, ca
 
 @pytest.mark.parametrize("height", ["0.0002", "0", "-1", "flat", "nan"])
 def test_a_step_too_low_to_tell_is_wrong_usage(height, cell, tmp_path, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        scan(cell, tmp_path / "cloud.ply", f"--step={height}")
-    assert stopped.value.code == 2
+    assert scan(cell, tmp_path / "cloud.ply", f"--step={height}") == 2
     assert height in capsys.readouterr().err
 
 
@@ -75,9 +72,10 @@ def test_the_command_on_the_page_repeats_the_scan(cell, tmp_path, capsys, monkey
     main(["scan", "../calibration", ".", "--output", str(tmp_path / "a b.ply"), *sizes, "--nominal", "--report"])
     text = html.unescape((tmp_path / "a b.html").read_text(encoding="utf-8"))
     (typed,) = set(re.findall(r"robolaser scan .*?--report", text))
-    args = parser().parse_args(shlex.split(typed)[1:])
-    assert (str(args.calibration), str(args.recording), args.output) == ("../calibration", ".", tmp_path / "a b.ply")
-    assert (args.step, args.sphere, args.nominal) == (0.0123456789, 0.1, True)
+    _, bound, _ = app.parse_args(shlex.split(typed)[1:])
+    assert bound.args == (Path("../calibration"), Path())
+    given = (bound.kwargs[name] for name in ("output", "step", "sphere", "nominal"))
+    assert tuple(given) == (tmp_path / "a b.ply", 0.0123456789, 0.1, True)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar, final
 
-from robolaser.benchmark.engines.engine import Engine, Parcel, digest
-from robolaser.benchmark.isolation import Origin, end, guarded
-from robolaser.benchmark.payload import Task
+from robolaser.benchmark.engines.engine import Engine, Payload, digest
 from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.task import Task
+from robolaser.benchmark.worker_pool import WorkerPool
+from robolaser.benchmark.worker_process import Session
 from robolaser.errors import ClusterDiffers, ClusterLost, DaskMissing, SchedulerUnreachable
 
 ANSWER_S = 3.0
@@ -58,7 +59,7 @@ class DaskCluster(Engine):
         except ImportError:
             raise DaskMissing from None
         self.label = address
-        self._origin = Origin.here()
+        self._session = Session.here()
         self._versions = _compared(address)
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say, our errors say
         try:
@@ -79,22 +80,22 @@ class DaskCluster(Engine):
         """Whether there are no workers yet: runs wait for the first."""
         return self._count() == 0
 
-    def share(self, payload: bytes) -> Parcel:
+    def share(self, payload: bytes) -> Payload:
         """Give it to the scheduler as a task: data that is only scattered is lost with the worker that has it."""
         name = digest(payload)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            content = self._client.submit(_itself, payload, key=f"question-{name}-{self._origin.name}")
-        return Parcel(name, content)
+            content = self._client.submit(_itself, payload, key=f"question-{name}-{self._session.name}")
+        return Payload(name, content)
 
-    def submit(self, task: Task, parcel: Parcel) -> Future[Run]:
+    def submit(self, task: Task, payload: Payload) -> Future[Run]:
         """Have a run made."""
         outer: Future[Run] = Future()
         outer.set_running_or_notify_cancel()
         if self._client.status != "running":  # what is said to a lost scheduler is not heard, and nobody answers
             outer.set_exception(ClusterLost(self.label))
             return outer
-        inner = self._executor.submit(_on_worker, task, parcel.digest, parcel.content, self._origin, self._versions)
+        inner = self._executor.submit(_on_worker, task, payload.digest, payload.content, self._session, self._versions)
         inner.add_done_callback(lambda inner: self._landed(task, inner, outer))
         return outer
 
@@ -105,7 +106,7 @@ class DaskCluster(Engine):
         self._closed = True
         self._executor.shutdown(wait=False)
         with suppress(Exception):  # nor may it fail because a worker does
-            _aside(lambda: self._client.run(end, self._origin.name, on_error="ignore")).result(CLOSE_S)
+            _aside(lambda: self._client.run(_close_pool, self._session, on_error="ignore")).result(CLOSE_S)
         self._client.close(timeout=CLOSE_S)
 
     def _landed(self, task: Task, inner: Future[Run | _Foreign], outer: Future[Run]) -> None:
@@ -184,15 +185,25 @@ def _versions(said: Mapping[str, Any]) -> Versions:
     return {"python": python} | {package: packages.get(package) for package in PACKAGES}
 
 
-def _on_worker(task: Task, name: str, payload: bytes, origin: Origin, wanted: Versions) -> Run | _Foreign:
+def _on_worker(task: Task, name: str, payload: bytes, session: Session, wanted: Versions) -> Run | _Foreign:
     """Make a run, unless this worker, which may have come later, has other versions."""
     from distributed import get_worker  # noqa: PLC0415
     from distributed.versions import get_versions  # noqa: PLC0415
 
-    ours = _versions(get_versions(packages=PACKAGES))
+    worker, ours = get_worker(), _versions(get_versions(packages=PACKAGES))
     if ours != wanted:
-        return _Foreign(f"worker {get_worker().address}", ours)
-    return guarded(task, name, lambda: payload, origin)
+        return _Foreign(f"worker {worker.address}", ours)
+    return _pool(worker, session).run(task, name, lambda: payload)
+
+
+def _pool(worker: Any, session: Session) -> WorkerPool:
+    """The worker processes of a session on a Dask worker, which keeps them between runs."""
+    pool: WorkerPool = vars(worker).setdefault(f"robolaser-{session.name}", WorkerPool(session))
+    return pool
+
+
+def _close_pool(session: Session, dask_worker: Any) -> None:
+    _pool(dask_worker, session).close()
 
 
 def _itself(payload: bytes) -> bytes:

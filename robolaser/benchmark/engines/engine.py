@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, final
 
-from robolaser.benchmark.payload import Task
 from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.task import Task
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Parcel:
-    """A question's source, already where the runs are made.
+class Payload:
+    """A pickled problem spec, already where the runs are made.
 
     Attributes:
-        digest: What it is known by.
+        digest: Identifies it.
         content: The engine's own business.
     """
 
@@ -45,11 +45,11 @@ class Engine(ABC):
         return False
 
     @abstractmethod
-    def share(self, payload: bytes) -> Parcel:
+    def share(self, payload: bytes) -> Payload:
         """Bring the pickled source of a question to where runs are made, once for all of them."""
 
     @abstractmethod
-    def submit(self, task: Task, parcel: Parcel) -> Future[Run]:
+    def submit(self, task: Task, payload: Payload) -> Future[Run]:
         """Have a run made. A contestant that fails in whatever way makes a failed run, no exception.
 
         Returns:

@@ -71,7 +71,7 @@ def find_robot(
 
     Raises:
         RobotUnknown: Neither a known name nor a file.
-        FileUnreadable: The path leads to no file that can be read.
+        DataError: The path leads to no file that can be read.
         RobotNotInstalled: Known, but its package is absent.
         FlangeNotSaid: A path to a URDF with several ends, and no flange.
         RobolaserError: The URDF, the flange or the joints are wrong, see `Robot.from_urdf`.

@@ -14,7 +14,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import (
-    FileUnreadable,
     NotARobot,
     UrdfBadNumbers,
     UrdfDuplicate,
@@ -26,6 +25,7 @@ from robolaser.errors import (
     UrdfTooLarge,
     UrdfUnexpandedXacro,
     UrdfUnnamed,
+    unreadable,
 )
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.urdf import markup
@@ -46,7 +46,7 @@ def load_text(path: Path) -> str:
     Raises:
         UrdfTooLarge: More bytes than any robot has.
         UrdfNotText: It is not UTF-8.
-        FileUnreadable: It cannot be opened.
+        DataError: It cannot be opened.
     """
     try:
         with path.open("rb") as file:
@@ -57,9 +57,9 @@ def load_text(path: Path) -> str:
     except UnicodeDecodeError as fault:
         raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
     except OSError as fault:
-        raise FileUnreadable(path, fault.strerror or str(fault)) from None
+        raise unreadable(path, fault.strerror or str(fault)) from None
     except ValueError as fault:
-        raise FileUnreadable(path, str(fault)) from None
+        raise unreadable(path, str(fault)) from None
 
 
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:

@@ -11,24 +11,21 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import some_of_each
 from robolaser.estimation.jacobian import jacobian
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
-from robolaser.model.noise.sources import Disturbance, disturbances
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.whitening import Whitener, group_sums
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
-FLOOR_M = 1e-6
-"""Of every row and axis, added to all: no cell is better, and no covariance becomes singular."""
+FLOOR = 1e-6
+"""Standard deviation of every number of a row in its own unit, added to all: no covariance becomes singular."""
 MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 MOST_POSES = 2000
 MOST_NAMES = 30  # reflectors or sockets
-LEAST = {"target": 1e-5}
-"""Estimates are not below: no printed target is better [m], and rows from images of a board, whose residuals lie along
-their rays by the way they are made, would else seem to know everything across them."""
 LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
-OF_POSES = ("joint", "probe", "probe_turn", "flange", "flange_turn")
 GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
 
 
@@ -38,12 +35,12 @@ class NoiseModel:
     """The errors of a data set's rows: independent between poses, correlated within.
 
     Attributes:
-        sources: What shakes the rows, see `robolaser.model.noise.sources`.
-        sigmas: Standard deviation of each source, by name [px, m or rad].
+        sources: What may shake the rows, see `robolaser.model.noise.sources`.
+        sigmas: Standard deviation of each source, by name, in its unit.
         estimated: Those that the residuals or repeats gave rather than the data set.
     """
 
-    sources: tuple[Disturbance, ...]
+    sources: tuple[ErrorSource, ...]
     sigmas: Mapping[str, float]
     estimated: tuple[str, ...] = ()
 
@@ -56,19 +53,24 @@ class NoiseModel:
 
         Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
         """
-        return self.at({name: 0.0 for name in self.estimated if name in OF_POSES})
+        of_poses = (source.name for source in self.sources if source.level == "pose")
+        return self.at({name: 0.0 for name in of_poses if name in self.estimated})
 
     def of_rows(self, rows: Ints) -> "NoiseModel":
         """The noise of some rows, whole poses of them."""
         sources = (
-            Disturbance(source.name, source.effect[rows], np.unique(source.group[rows], return_inverse=True)[1])
+            replace(
+                source,
+                effect=source.effect[rows],
+                group=np.unique(source.group[rows], return_inverse=True)[1],
+            )
             for source in self.sources
         )
         return replace(self, sources=tuple(sources))
 
     @cached_property
     def _whitener(self) -> Whitener:
-        own = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        own = self._floor()
         levels: list[tuple[Array, Ints]] = []
         shaking = (source for source in self.sources if self.sigmas[source.name] > 0.0)
         for source in sorted(shaking, key=lambda source: len(np.unique(source.group)), reverse=True):
@@ -85,19 +87,28 @@ class NoiseModel:
     def _rows(self) -> int:
         return len(self.sources[0].group)
 
+    @property
+    def numbers(self) -> int:
+        """Numbers of a row, k."""
+        return int(self.sources[0].effect.shape[1])
+
+    def _floor(self) -> Array:
+        k = self.numbers
+        return np.broadcast_to(FLOOR**2 * np.eye(k), (self._rows, k, k)).copy()
+
     def whiten(self, residuals: Array) -> Array:
-        """Make residuals independent and of unit variance, (c, m, 3) or (c, 3m) [m] -> (c, 3m)."""
+        """Make residuals independent and of unit variance, (c, m, k) or (c, m k) [row's unit] -> (c, m k)."""
         return self._whitener(residuals)
 
     def weigh(self, white: Array) -> Array:
-        """Σ⁻¹ times residuals that are white already, (c, 3m) -> (c, 3m) [1/m]."""
+        """Σ⁻¹ times residuals that are white already, (c, m k) -> (c, m k) [1/row's unit]."""
         return self._whitener.back(white)
 
     def seen_through(self, J: Array) -> Array:
-        """JᵀΣJ for a Jacobian (3m, d), -> (d, d)."""
+        """JᵀΣJ for a Jacobian (m k, d), -> (d, d)."""
         d = J.shape[1]
-        rows = J.reshape(-1, 3, d)
-        total: Array = FLOOR_M**2 * (J.T @ J)
+        rows = J.reshape(self._rows, self.numbers, d)
+        total: Array = FLOOR**2 * (J.T @ J)
         for source in self.sources:
             moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
             shared = self.sigmas[source.name] * group_sums(moved, source.group).reshape(-1, d)
@@ -106,16 +117,16 @@ class NoiseModel:
 
     @cached_property
     def covariances(self) -> Array:
-        """Covariance of each row by itself, all sources together, (m, 3, 3) [m²]."""
-        total = np.broadcast_to(FLOOR_M**2 * np.eye(3), (self._rows, 3, 3)).copy()
+        """Covariance of each row by itself, all sources together, (m, k, k) [row's unit²]."""
+        total = self._floor()
         for source in self.sources:
             effect = self.sigmas[source.name] * source.effect
             total += effect @ np.swapaxes(effect, -1, -2)
         return total
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """Errors as this noise would make them, (count, m, 3) [m]."""
-        e = FLOOR_M * rng.standard_normal((count, self._rows, 3))
+        """Errors as this noise would make them, (count, m, k) [row's unit]."""
+        e = FLOOR * rng.standard_normal((count, self._rows, self.numbers))
         for source in self.sources:
             unit = rng.standard_normal((count, int(source.group.max()) + 1, source.effect.shape[-1]))
             e += self.sigmas[source.name] * np.einsum("mkq,cmq->cmk", source.effect, unit[:, source.group])
@@ -133,7 +144,7 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
         kept: Rows to judge by, (m,); all when absent.
     """
     sizes = sizes_of(model, x, kept)
-    return NoiseModel(disturbances(model, x), sizes.sigmas, sizes.estimated)
+    return NoiseModel(error_sources(model, x), sizes.sigmas, sizes.estimated)
 
 
 def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
@@ -142,14 +153,14 @@ def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
     J = jacobian(some, x)[:, inside]
     pixel = pixel_from_repeats(model.dataset)
-    return _sized(some.dataset, disturbances(some, x), some.residuals(x[None])[0], J, pixel)
+    return _sized(some.dataset, error_sources(some, x), some.residuals(x[None])[0], J, pixel)
 
 
 def _telling(model: Model, kept: Bools | None) -> Model:
     """The model of rows that tell the sizes of errors: more poses, or more rows of each, say nothing new."""
     points = model.dataset.points
     rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
-    if model.dataset.kind != "stripe":  # each name is a place of its own to be fitted
+    if model.sensor.prefix_of(points.names[0]):  # each name is a place of its own to be fitted
         rows = rows[_spread(points.number[rows], MOST_NAMES)]
     rows = rows[_spread(points.pose[rows], MOST_POSES)]
     table = some_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))
@@ -165,7 +176,7 @@ def _spread(group: Ints, most: int) -> Bools:
     return np.asarray(chosen[number])
 
 
-def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array) -> NoiseModel:
+def noise_from(dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array) -> NoiseModel:
     """The sizes of the sources, from what is stated, from repeats and from the residuals of a fit.
 
     What `[noise]` states is taken as it is. The pixels' comes from repeats where there are enough. The rest is
@@ -173,26 +184,19 @@ def noise_from(dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Ar
     left for it, so that residuals larger than the stated noise are not passed over.
 
     Args:
-        dataset: Stated noise, repeats, and which rows make a pose.
-        sources: What may shake the rows.
-        residuals: What the fit left over, (m, 3) [m].
-        J: The residuals by the parameters that were fitted, (3m, d).
+        dataset: Repeats, and which rows make a pose.
+        sources: What may shake the rows, and how much where that is stated.
+        residuals: What the fit left over, (m, k) [row's unit].
+        J: The residuals by the parameters that were fitted, (m k, d).
     """
     return _sized(dataset, sources, residuals, J, pixel_from_repeats(dataset))
 
 
 def _sized(
-    dataset: Dataset, sources: tuple[Disturbance, ...], residuals: Array, J: Array, pixel: float | None
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, pixel: float | None
 ) -> NoiseModel:
-    noise = dataset.noise
-    stated = {
-        "pixel": noise.pixel_px,
-        "target": noise.target_m,
-        "joint": noise.joint_rad,
-        "point": noise.point_m,
-    }
     names = [source.name for source in sources]
-    known = {name: sigma for name in names if (sigma := stated.get(name)) is not None}
+    known = {source.name: source.stated for source in sources if source.stated is not None}
     estimated = tuple(name for name in names if name not in known)
     if "pixel" in estimated and pixel is not None:
         known["pixel"] = pixel
@@ -202,14 +206,15 @@ def _sized(
 
 
 def _from_residuals(
-    of_pose: Ints, sources: tuple[Disturbance, ...], known: Mapping[str, float], residuals: Array, J: Array
+    of_pose: Ints, sources: tuple[ErrorSource, ...], known: Mapping[str, float], residuals: Array, J: Array
 ) -> dict[str, float]:
     table = some_of_each(of_pose, _most_of_a_pose(len(np.unique(of_pose))))
-    there = np.repeat(table >= 0, 3, axis=1)
-    columns = (3 * table[:, :, None] + np.arange(3)).reshape(len(table), -1)
+    k = residuals.shape[-1]
+    there = np.repeat(table >= 0, k, axis=1)
+    columns = (k * table[:, :, None] + np.arange(k)).reshape(len(table), -1)
     e = np.where(there, residuals.reshape(-1)[columns], 0.0)
     slopes = np.where(there[..., None], J[columns], 0.0)
-    base = np.eye(columns.shape[1]) * np.where(there, FLOOR_M**2, 1.0)[:, None]
+    base = np.eye(columns.shape[1]) * np.where(there, FLOOR**2, 1.0)[:, None]
     unit = {}
     for source in sources:
         C = reml.blocks(source.effect, source.group, table)
@@ -217,7 +222,7 @@ def _from_residuals(
             base = base + known[source.name] ** 2 * C
         else:
             unit[source.name] = C
-    least = np.array([LEAST.get(name, 0.0) for name in unit])
+    least = np.array([source.least for source in sources if source.name in unit])
     found = reml.estimate(base, list(unit.values()), e, slopes, least)
     return dict(zip(unit, found.tolist(), strict=True))
 

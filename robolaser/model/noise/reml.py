@@ -28,19 +28,19 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
     """Covariance that a source of unit size causes within each pose.
 
     Args:
-        effect: (m, 3, q).
+        effect: (m, k, q).
         group: Rows with one number share their errors, (m,).
         table: Rows of each pose, (n, r); -1 where a pose has fewer.
 
     Returns:
-        (n, 3r, 3r), zero for absent rows.
+        (n, k r, k r), zero for absent rows.
     """
     there = table >= 0
     A = np.where(there[..., None, None], effect[table], 0.0)
     same = (group[table][:, :, None] == group[table][:, None, :]) & there[:, :, None] & there[:, None, :]
-    n, r = table.shape
-    A = A.reshape(n, 3 * r, -1)
-    C: Array = A @ np.swapaxes(A, -1, -2) * same.repeat(3, axis=1).repeat(3, axis=2)
+    n, r, k, q = A.shape
+    A = A.reshape(n, k * r, q)
+    C: Array = A @ np.swapaxes(A, -1, -2) * same.repeat(k, axis=1).repeat(k, axis=2)
     return C
 
 

@@ -1,76 +1,117 @@
 """A tracker that stands in the cell and sees points on the flange."""
 
+from collections.abc import Sequence
 from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.elimination.loop import Loops
-from robolaser.estimation.elimination.tracker import Room, follow
-from robolaser.geometry.rigid_motion import carry
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, vector
+from robolaser.data.sensor_format import XYZ, SensorFormat
+from robolaser.data.subsampling import some_of_each
+from robolaser.geometry.rigid_motion import angle_axes, carry, pose
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of, vector
+from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
 
-TURN = ("base.w", "base.phi", "base.psi")
-HALF_TURN = np.pi
+ENOUGH_ROWS = 3000
+"""Rows that start values are found from, each reflector's alike."""
 
 
 @final
 class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
-    kind: ClassVar[str] = "point"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="point", title="laser tracker", columns={"xyz": XYZ}, named_points=True
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
+    whole_pose_errors: ClassVar[bool] = True
+    task: ClassVar[str] = "the model predicts tracked points"
+    row_point: ClassVar[str] = "measured point"
+    frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         assert dataset.points.xyz is not None  # the folder's reader sees to it
         self._measured = dataset.points.xyz[None]
         self._tools = tuple(dict.fromkeys(dataset.points.names))
-        self._tool = np.array([self._tools.index(name) for name in dataset.points.names], dtype=np.int64)
+        self._tool = dataset.points.number
 
     @property
-    def own(self) -> tuple[str, ...]:
+    def free(self) -> tuple[str, ...]:
         """None: everything follows from the measurements."""
         return ()
 
     @property
-    def following(self) -> tuple[str, ...]:
+    def derived(self) -> tuple[str, ...]:
         """T_world_base and the tool points."""
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
         return (*(f"base.{part}" for part in SIX), *tools)
 
     @property
-    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
         """Each axis of the tool points."""
         return tuple((tuple(f"tool.{name}.{axis}" for name in self._tools), self._tool) for axis in "xyz")
 
-    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
-        everywhere = np.full(len(self.following), np.inf)
-        everywhere[[self.following.index(name) for name in TURN]] = HALF_TURN
-        return self._fitted(T_base_flange, perturb, -everywhere, everywhere)
+        rows = np.arange(len(self._tool))
+        if len(rows) > ENOUGH_ROWS:
+            some = some_of_each(self._tool, ENOUGH_ROWS // len(self._tools) + 1)
+            rows = some[some >= 0]
+        measured = perturb(Stage.TARGET, self._measured)[:, rows]
+        T = T_base_flange[:, self.dataset.points.pose[rows]]
+        R, shift, tools = base_and_tools(measured, T, self._tool[rows])
+        found = six_of(pose(R, shift), "base")
+        for number, name in enumerate(self._tools):
+            found |= {f"tool.{name}.{part}": tools[:, number, axis] for axis, part in enumerate("xyz")}
+        return found
 
     def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The best within bounds."""
-        columns = bounds.columns(self.following)
-        return self._fitted(T_base_flange, perturb, bounds.lower[columns], bounds.upper[columns])
-
-    def _fitted(self, T_base_flange: Array, perturb: Perturbation, lower: Array, upper: Array) -> Values:
-        measured = perturb(Stage.TARGET, self._measured)
-        middle = measured.mean(axis=(0, 1))
-        T = T_base_flange[:, self.dataset.points.pose]
-        chi = np.concatenate([measured - middle, np.ones((*measured.shape[:2], 1))], axis=-1)
-        loops = Loops.of(chi, np.eye(len(self._tools))[self._tool][None], T[..., :3, :3], T[..., :3, 3])
-        swap = [*range(3, 6), *range(3), *range(6, len(lower))]
-        offset = np.concatenate([np.zeros(3), middle, np.zeros(len(lower) - 6)])
-        found = (follow(loops, Room(lower[swap] - offset, upper[swap] - offset)) + offset)[:, swap]
-        return dict(zip(self.following, np.clip(found, lower, upper).T, strict=True))
+        """The best, clipped to the bounds."""
+        found = self.initialize(values, T_base_flange, perturb)
+        items = (bounds.items[column] for column in bounds.columns(self.derived))
+        return {item.name: np.clip(found[item.name], item.lower, item.upper) for item in items}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
         tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
         seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
-        return perturb(Stage.TARGET, self._measured) - seen
+        return self.known(values, T_base_flange, perturb) - seen
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Derivatives by T_world_base and the tool points, (c, m, 3, 6 + 3t)."""
+        of_pose, T_world_base = self.dataset.points.pose, motion(values, "base")
+        T_world_flange = T_world_base[:, None] @ T_base_flange
+        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
+        turned = carry(T_world_flange, of_pose, tools[:, self._tool]) - T_world_base[:, None, :3, 3]
+        slopes = np.zeros((*turned.shape, len(self.derived)))
+        slopes[..., :3] = -np.eye(3)
+        axes = angle_axes(*(values[f"base.{part}"] for part in ("w", "phi", "psi")))
+        slopes[..., 3:6] = -np.swapaxes(np.cross(axes[:, None], turned[:, :, None]), -1, -2)
+        R = T_world_flange[:, of_pose, :3, :3]
+        for number in range(len(self._tools)):
+            own = self._tool == number
+            slopes[:, own, :, 6 + 3 * number : 9 + 3 * number] = -R[:, own]
+        return slopes
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""
+        return perturb(Stage.TARGET, self._measured)
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`point` [m], isotropic, each row's own."""
+        m = len(self._tool)
+        return [ErrorSource("point", along_each_axis(m, 3), np.arange(m), stated=self.dataset.noise.point_m)]
+
+    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """Shifts and turns in the tracker's frame."""
+        return rigid_moves(self._measured[0], self.dataset.points.pose)
+
+    def prefix_of(self, name: str) -> str | None:
+        """A reflector's place on the flange."""
+        return f"tool.{name}" if name in self._tools else None

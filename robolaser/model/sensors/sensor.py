@@ -1,61 +1,92 @@
-"""What a way to measure is: its parameters, and what is left between measured and predicted points."""
+"""What a sensor is: its parameters, its rows of residuals, their unit and their errors."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.toml_schema import unit_of
+from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import ParameterMissing, ParameterUnknown
-from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
-from robolaser.model.stages import Perturbation
+from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.known_distances import KnownDistances
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
 SIX = ("x", "y", "z", "w", "phi", "psi")
+TWIST_STEP = 1e-5  # [m or rad], for numeric derivatives by small motions of the flange
+
+REGISTERED: dict[str, "type[Sensor]"] = {}
+"""Kinds of sensors by name; a subclass enters itself, in place of an earlier one of its name."""
 
 
 class Sensor(ABC):
-    """A way to measure, for one data set. A subclass is one kind of `[sensor]`."""
+    """A way to measure, for one data set. A subclass is one kind of `[sensor]`; to define it is to register it.
 
-    kind: ClassVar[str]
+    A row of residuals has k numbers, `format.numbers`: a point in space three in metres, a camera's corner two in
+    pixels. Whitened numbers are the currency of estimation and diagnosis; metres are for people.
+
+    Attributes:
+        format: Its name, what it needs in a data set, and the numbers of a row with their unit.
+        stages: Those that its values pass: effects at others have no meaning for it.
+        whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
+            joint readings explain: a tracker that measures six dimensions at a time does.
+        task: What it does, as "the scanner places points": reports say how far off that is.
+        row_point: What reports call the point that a row compares the model with: "known point".
+        frame: The frame of `known`: "base frame".
+    """
+
+    format: ClassVar[SensorFormat]
+    stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
+    whole_pose_errors: ClassVar[bool] = False
+    task: ClassVar[str] = "the model predicts measurements"
+    row_point: ClassVar[str] = "point"
+    frame: ClassVar[str] = "base frame"
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "format" in cls.__dict__:
+            register_format(cls.format)
+            REGISTERED[cls.format.kind] = cls
 
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
 
     @property
     @abstractmethod
-    def own(self) -> tuple[str, ...]:
+    def free(self) -> tuple[str, ...]:
         """Parameters whose nominal values and bounds the data set must give."""
 
     @property
     @abstractmethod
-    def following(self) -> tuple[str, ...]:
-        """Parameters that follow from the others in closed form; the data set may leave them out."""
+    def derived(self) -> tuple[str, ...]:
+        """Parameters that `initialize` finds from the others; the data set may leave them out."""
 
     @property
-    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
-        return ()
-
-    @property
-    def held(self) -> tuple[str, ...]:
+    def fixed(self) -> tuple[str, ...]:
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
+    @property
+    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
+        return ()
+
     def fix_gauge(self, values: Values) -> Values:
-        """The same model, as far as any data can tell, with the held parameters at their nominal values."""
+        """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
 
     @abstractmethod
-    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """The following parameters that fit best, for each candidate, as (c,) by name.
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """Start values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The own parameters.
+            values: The free parameters.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
         """
@@ -63,56 +94,130 @@ class Sensor(ABC):
     @property
     def eliminated(self) -> tuple[str, ...]:
         """Parameters that `complete` finds: a search need not look for them."""
-        return self.following
+        return self.derived
 
-    @abstractmethod
     def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name.
-
-        Args:
-            values: All others. Eliminated ones among them say where to take effects that depend on them.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-            bounds: Has the eliminated parameters; candidates at a pole get their nominal values.
-        """
+        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name."""
+        raise NotImplementedError
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Known or measured point less predicted point, (c, m, 3) [m]; not finite at the model's poles."""
+        """Measured or known less predicted, (c, m, k) [`format.unit`]; not finite at the model's poles.
+
+        Args:
+            values: All parameters, (c,) each.
+            T_base_flange: (c or 1, n, 4, 4).
+            perturb: The effects of the model.
+        """
+
+    @abstractmethod
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """What may shake rows one by one, at one candidate; errors of whole poses are added to it for every sensor."""
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """What residuals (c, m, k) mean at the place of the point, (c, m, j) [m]; linear in the residuals.
+
+        A camera's pixels times the point's depth over the focal length, for example.
+        """
+        return residuals
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point."""
+        return None
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Derivatives of the residuals by the parameters, `free` then `derived`, (c, m, k, d).
+
+        None where effects perturb stages that depend on the parameters, or where nobody worked them out: the
+        linearization takes differences then.
+        """
+        return None
+
+    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
+
+        Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
+        and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
+        """
+        known, of_pose = self.known(values, T_base_flange, perturb), self.dataset.points.pose
+        flange: Array = T_base_flange[0, :, :3, 3]
+        pivot = flange if known is None else middles(known[0], of_pose, len(flange))
+        columns = []
+        for axis in np.eye(6):
+            ahead, behind = (
+                self.residuals(values, _twisted(T_base_flange, way * TWIST_STEP * axis, pivot), perturb)[0]
+                for way in (1, -1)
+            )
+            columns.append((ahead - behind) / (2 * TWIST_STEP))
+        return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
+
+    def prefix_of(self, name: str) -> str | None:
+        """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
+        return None
+
+    @property
+    def known_distances(self) -> KnownDistances | None:
+        """Rows of their own that state distances between named points."""
+        pairs = [
+            (first, second, distance)
+            for one, other, distance in self.dataset.distances_m
+            if (first := self.prefix_of(one)) is not None and (second := self.prefix_of(other)) is not None
+        ]
+        return KnownDistances.of(pairs, self.dataset.noise) if pairs else None
 
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """J of eq. 18, the sum of squared residuals, (c,) [m²]; infinite at the model's poles."""
+        """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles."""
         return sum_of_squares(self.residuals(values, T_base_flange, perturb))
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
-        """The same for the unbent model and candidates in the order of `own`, then `following`, (c, d) -> (c,)."""
-        names = self.own + self.following
+        """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
+        names = self.free + self.derived
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
     def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
-        """All parameters: as given, and where nothing is given from the closed form at the nominal values.
+        """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
 
         Raises:
             ParameterUnknown: The data set gives one that this sensor does not have.
-            ParameterMissing: It does not give all of this sensor's own.
+            ParameterMissing: It does not give all of this sensor's free ones.
         """
         given = self.dataset.parameters
         for name in given:
-            if name not in self.own + self.following:
-                raise ParameterUnknown(name, self.own + self.following)
-        missing = [name for name in self.own if name not in given]
+            if name not in self.free + self.derived:
+                raise ParameterUnknown(name, self.free + self.derived)
+        missing = [name for name in self.free if name not in given]
         if missing:
-            raise ParameterMissing(missing, self.kind)
-        items = [given[name] for name in self.own]
-        if self.following:
+            raise ParameterMissing(missing, self.format.kind)
+        items = [given[name] for name in self.free]
+        if self.derived:
             nominal = {item.name: np.array([item.nominal]) for item in items}
-            closed = self.follow(nominal, T_base_flange, perturb)
-            for name in self.following:
-                span = ANGLE_SPAN_RAD if unit_of(name) == "rad" else LENGTH_SPAN_M
-                at = float(closed[name][0])
-                start = Parameter(name, unit_of(name), at, at - span, at + span, given=False)
+            found = self.initialize(nominal, T_base_flange, perturb)
+            for name in self.derived:
+                unit = self.format.unit_of(name)
+                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
+                at = float(found[name][0])
+                start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
+
+
+def rigid_moves(points: Array, of_pose: Ints) -> tuple[Array, Array]:
+    """Moves of points (m, 3) [m] by shifts and turns of their pose about the middle of its points, (m, 3, 3) each."""
+    arms = points - middles(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+    return along_each_axis(len(points), 3), skew(arms)
+
+
+def middles(points: Array, of_pose: Ints, poses: int) -> Array:
+    """The mean of each pose's points (m, 3), (poses, 3)."""
+    sums = np.stack([np.bincount(of_pose, points[:, axis], minlength=poses) for axis in range(3)], axis=-1)
+    mean: Array = sums / np.bincount(of_pose, minlength=poses).clip(min=1)[:, None]
+    return mean
+
+
+def _twisted(T_base_flange: Array, twist: Array, pivot: Array) -> Array:
+    """Poses (1, n, 4, 4) moved by a shift and a turn (6,) in the base frame, turned about pivots (n, 3)."""
+    R = exp_so3(twist[3:])
+    return pose(R, pivot + twist[:3] - pivot @ R.T)[None] @ T_base_flange
 
 
 def motion(values: Values, prefix: str) -> Array:

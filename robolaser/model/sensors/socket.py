@@ -1,64 +1,104 @@
 """A ball on the flange that is seated in fixed sockets, again and again, from many sides."""
 
+from collections.abc import Sequence
 from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.elimination.seats import seat
+from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.sensors.sensor import Sensor, vector
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.sensor import Sensor, rigid_moves, vector
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameters, Values
+
+RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
 
 
 @final
 class Socket(Sensor):
     """The ball's place T_base_flange tool.ball is the socket's, whichever way the arm is folded."""
 
-    kind: ClassVar[str] = "socket"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="socket",
+        title="ball in fixed sockets",
+        columns={},
+        absent={"x_m": 'a socket\'s place is not measured (kind "point" is)'},
+        named_points=True,
+    )
+    task: ClassVar[str] = "the model puts the ball"
+    row_point: ClassVar[str] = "socket"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._sockets = tuple(dict.fromkeys(dataset.points.names))
-        self._socket = np.array([self._sockets.index(name) for name in dataset.points.names], dtype=np.int64)
+        self._socket = dataset.points.number
 
     @property
-    def own(self) -> tuple[str, ...]:
+    def free(self) -> tuple[str, ...]:
         """None: everything follows from the readings."""
         return ()
 
     @property
-    def following(self) -> tuple[str, ...]:
+    def derived(self) -> tuple[str, ...]:
         """The ball in the flange frame and the sockets in the base frame."""
         sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
         return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
 
     @property
-    def apart(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
+    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
         """Each axis of the sockets."""
         return tuple((tuple(f"socket.{name}.{axis}" for name in self._sockets), self._socket) for axis in "xyz")
 
-    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Linear least squares: R ball + t = socket for every row, exact in one step."""
-        everywhere = np.full(len(self.following), np.inf)
-        return self._seated(T_base_flange, -everywhere, everywhere)
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
+        T = T_base_flange[:, self.dataset.points.pose]
+        R, t = T[..., :3, :3], T[..., :3, 3]
+        c, s = len(T), len(self._sockets)
+        member = (self._socket == np.arange(s)[:, None]) / np.bincount(self._socket, minlength=s)[:, None]
+        R_mean, t_mean = (member @ R.reshape(c, -1, 9)).reshape(c, s, 3, 3), member @ t
+        A = (R - R_mean[:, self._socket]).reshape(c, -1, 3)
+        b = (t_mean[:, self._socket] - t).reshape(c, -1, 1)
+        inverse = np.linalg.pinv(np.swapaxes(A, 1, 2) @ A, rcond=RANK, hermitian=True)
+        ball = (inverse @ (np.swapaxes(A, 1, 2) @ b))[..., 0]
+        sockets = np.einsum("csij,cj->csi", R_mean, ball) + t_mean
+        return dict(zip(self.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
 
     def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The same within bounds."""
-        columns = bounds.columns(self.following)
-        return self._seated(T_base_flange, bounds.lower[columns], bounds.upper[columns])
-
-    def _seated(self, T_base_flange: Array, lower: Array, upper: Array) -> Values:
-        T = T_base_flange[:, self.dataset.points.pose]
-        ball, sockets = seat(T[..., :3, :3], T[..., :3, 3], self._socket, lower, upper)
-        found = np.concatenate([ball, sockets.reshape(len(T), -1)], axis=1)
-        return dict(zip(self.following, found.T, strict=True))
+        """The best, clipped to the bounds."""
+        found = self.initialize(values, T_base_flange, perturb)
+        items = (bounds.items[column] for column in bounds.columns(self.derived))
+        return {item.name: np.clip(found[item.name], item.lower, item.upper) for item in items}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
-        sockets = np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)
-        ball = vector(values, "tool.ball")
-        seated = carry(T_base_flange, self.dataset.points.pose, ball[:, None])
-        return sockets[:, self._socket] - seated
+        seated = carry(T_base_flange, self.dataset.points.pose, vector(values, "tool.ball")[:, None])
+        return self.known(values, T_base_flange, perturb) - seated
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Derivatives by the ball and the sockets, (c, m, 3, 3 + 3s)."""
+        c, m = max(len(T_base_flange), len(values["tool.ball.x"])), len(self._socket)
+        slopes = np.zeros((c, m, 3, len(self.derived)))
+        slopes[..., :3] = -T_base_flange[:, self.dataset.points.pose, :3, :3]
+        for axis in range(3):
+            slopes[:, np.arange(m), axis, 3 + 3 * self._socket + axis] = 1.0
+        return slopes
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The sockets, in the base frame, (c, m, 3) [m]."""
+        return np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)[:, self._socket]
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`seat` [m], isotropic, each row's own."""
+        m = len(self._socket)
+        return [ErrorSource("seat", along_each_axis(m, 3), np.arange(m))]
+
+    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """Shifts and turns in the base frame."""
+        return rigid_moves(self.known(values, T_base_flange, perturb)[0], self.dataset.points.pose)
+
+    def prefix_of(self, name: str) -> str | None:
+        """A socket's place in the base frame."""
+        return f"socket.{name}" if name in self._sockets else None

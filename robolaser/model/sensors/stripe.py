@@ -1,5 +1,6 @@
 """A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import ClassVar, final
 
@@ -8,21 +9,43 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.compiled import available
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
+from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry as head
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.mounting import SIMILARITY, Mounting
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, six_of
+from robolaser.model.sensors.pixel_moves import pixel_moves
+from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
+from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
+
+LEAST_TARGET_M = 1e-5
+"""No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
+are made, would else seem to know everything across them."""
 
 
 @final
 class Stripe(Sensor):
     """The laser scanner of the paper, eqs. 1-13, its target placed or not."""
 
-    kind: ClassVar[str] = "stripe"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="stripe",
+        title="laser stripe scanner",
+        columns={"pixel": PIXEL, "xyz": XYZ},
+        tables=("scanner", "image", "board"),
+        required=("image",),
+        units={
+            "f": "m", "s_u": "m/px", "s_v": "m/px", "u_0": "px", "v_0": "px", "k": "1/m²", "b": "m", "theta": "rad",
+            "t_x": "m", "t_y": "m", "t_z": "m",
+        },
+        positive=("f", "s_u", "s_v"),
+    )  # fmt: skip
+    stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
+    task: ClassVar[str] = "the scanner places points"
+    row_point: ClassVar[str] = "known point"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -32,22 +55,22 @@ class Stripe(Sensor):
         self._xyz = dataset.points.xyz[None]
 
     @property
-    def own(self) -> tuple[str, ...]:
+    def free(self) -> tuple[str, ...]:
         """The paper's fourteen."""
         return SCANNER
 
     @property
-    def following(self) -> tuple[str, ...]:
+    def derived(self) -> tuple[str, ...]:
         """T_base_target, where the target is not placed."""
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
     @property
     def eliminated(self) -> tuple[str, ...]:
         """The scanner's place and size, a similarity fit given its camera and its sheet, and the target's pose."""
-        return (*SIMILARITY, *self.following)
+        return (*SIMILARITY, *self.derived)
 
     @property
-    def held(self) -> tuple[str, ...]:
+    def fixed(self) -> tuple[str, ...]:
         """The focal length: see `fix_gauge`."""
         return ("f",)
 
@@ -75,7 +98,7 @@ class Stripe(Sensor):
         points = perturb(Stage.TARGET, self._xyz)
         return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
 
-    def follow(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """T_base_target by a rigid fit; candidates with a pole among their points get the identity."""
         seen = self.in_base(values, T_base_flange, perturb)
         known = np.broadcast_to(perturb(Stage.TARGET, self._xyz), seen.shape)
@@ -103,6 +126,37 @@ class Stripe(Sensor):
         seen = np.empty((len(lens), self._pixel.shape[1], 3))
         shown(0, len(lens), lens, sheet, self._pixel[0], self.dataset.stripe_axis == "u", seen)
         return perturb(Stage.LIGHT, seen)
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The target points, in the base frame, (c or 1, m, 3) [m]."""
+        return self.target(values, perturb)
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`pixel` [px], each row's own, and `target` [m], isotropic, shared by the repeats of a point."""
+        points, noise = self.dataset.points, self.dataset.noise
+        moves = pixel_moves(self, values, T_base_flange, perturb)
+        rows = np.arange(len(points))
+        return [
+            ErrorSource("pixel", moves, rows, unit="px", stated=noise.pixel_px),
+            ErrorSource(
+                "target",
+                along_each_axis(len(points), 3),
+                points.place,
+                level="point",
+                stated=noise.target_m,
+                least=LEAST_TARGET_M,
+            ),
+        ]
+
+    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """Shifts and turns in the base frame."""
+        return rigid_moves(self.target(values, perturb)[0], self.dataset.points.pose)
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Derivatives by the fourteen and T_base_target, (c, m, 3, 14 or 20); None where effects sit in between."""
+        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.SHEET, Stage.LIGHT):
+            return None
+        return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
 
     @cached_property
     def chain(self) -> Chain:

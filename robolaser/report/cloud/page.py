@@ -1,7 +1,8 @@
-"""The page a person looks at after a scan: one file that needs nothing else."""
+"""The page of a scan: one file that needs nothing else."""
 
+from robolaser.report.cloud.charts import CHARTS
 from robolaser.report.cloud.lines import figures, heading
-from robolaser.report.page import render
+from robolaser.report.page import drawn, render
 from robolaser.scan import Scan
 from robolaser.scan.quality import Quality
 
@@ -14,14 +15,12 @@ def page(scan: Scan, quality: Quality, *, command: str = "") -> str:
         quality: Of its cloud.
         command: What to type to repeat it.
     """
-    from robolaser.report.cloud.pictures import PICTURES  # noqa: PLC0415 - Matplotlib is slow to import
-
     return render(
         "cloud.html",
         scan=scan,
         heading=heading(scan),
         lines=list(figures(scan, quality)),
-        pictures=[drawn for draw in PICTURES if (drawn := draw(quality)) is not None],
+        charts=drawn([make(quality) for make in CHARTS]),
         warnings=(*scan.warnings, *quality.doubts, *map(str, quality.missing)),
         looked_at=len(quality.vertices),
         command=command,

@@ -6,10 +6,9 @@ from rich.console import Console
 from rich.text import Text
 
 from robolaser.report.cloud.lines import figures, heading
+from robolaser.report.console import plain_unless_terminal
 from robolaser.scan import Scan
 from robolaser.scan.quality import Quality
-
-WIDE = 160  # of text that goes to a file
 
 
 def print_cloud(scan: Scan, quality: Quality, *written: Path, console: Console | None = None) -> None:
@@ -21,9 +20,7 @@ def print_cloud(scan: Scan, quality: Quality, *written: Path, console: Console |
         written: Where it is to be found.
         console: Where to print; standard output by default.
     """
-    out = console or Console(highlight=False)
-    if not out.is_terminal:
-        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+    out = plain_unless_terminal(console)
     out.print(Text(f"{scan.recording.name}: {heading(scan)}", style="bold"))
     for line in figures(scan, quality):
         out.print(Text(f"  {line.what:<15} {line.value:>18}   ") + Text(line.remark, style="dim"))

@@ -1,4 +1,4 @@
-"""The page a person looks at after a comparison: one file that needs nothing else."""
+"""The page of a comparison: one file that needs nothing else."""
 
 import re
 from collections.abc import Sequence
@@ -10,17 +10,20 @@ import numpy as np
 from robolaser.benchmark.result import Comparison
 from robolaser.benchmark.results_array import SHOWN
 from robolaser.benchmark.standings import Standings
-from robolaser.report import words
-from robolaser.report.canvas import Picture
-from robolaser.report.comparison import account, rows
-from robolaser.report.comparison.duels import Duel, duels
-from robolaser.report.comparison.field import Field, target
+from robolaser.report.chart import Chart
+from robolaser.report.comparison import methods, rows
+from robolaser.report.comparison.charts.anytime import anytime
+from robolaser.report.comparison.charts.ranks import mean_ranks
+from robolaser.report.comparison.charts.solved import TITLES, solved
+from robolaser.report.comparison.charts.targets import targets
+from robolaser.report.comparison.pairwise import PairwiseCell, pairwise_matrix
+from robolaser.report.comparison.plot_context import PlotContext, target
 from robolaser.report.comparison.ranking import ResultRow, StandingRow, result_rows, standing_rows
 from robolaser.report.digits import plain
-from robolaser.report.page import render
+from robolaser.report.page import drawn, render
 
 FEW = 8
-"""Contestants up to which a matrix of pairs is shown without being asked for."""
+"""Algorithms up to which a matrix of pairs is shown unfolded."""
 LONG = 140
 """Letters of a sentence that is too long for large type."""
 NOTHING = "No run has finished yet."
@@ -35,9 +38,9 @@ class FamilyPart:
     target: str
     answers: Sequence[str]
     table: Sequence[StandingRow]
-    pictures: Sequence[Picture]
+    charts: Sequence[Chart]
     names: Sequence[str]
-    pairs: Sequence[Sequence[Duel | None]]
+    pairs: Sequence[Sequence[PairwiseCell | None]]
     scope: str
     ends: str
 
@@ -52,15 +55,15 @@ class ProblemPart:
     answer: str
     targets: Sequence[str]
     table: Sequence[ResultRow]
-    pictures: Sequence[Picture]
+    charts: Sequence[Chart]
     names: Sequence[str]
-    pairs: Sequence[Sequence[Duel | None]]
+    pairs: Sequence[Sequence[PairwiseCell | None]]
 
 
 @final
 @dataclass(frozen=True)
 class ProblemRow:
-    """What was asked."""
+    """A problem in the table of problems."""
 
     number: int
     name: str
@@ -79,27 +82,26 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
         judged: How contestants stand, for each family of problems.
         command: What to type to repeat it.
     """
-    fields = [Field(comparison, standings) for standings in (judged if comparison.runs else ())]
-    families = [_family(field, 1 + i) for i, field in enumerate(fields)]
+    contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
+    families = [_family(context, 1 + i) for i, context in enumerate(contexts)]
     lead, sense = _parted(unbroken(verdict(comparison, judged)))
     return render(
         "comparison.html",
         comparison=comparison,
         name=", ".join(problem.name for problem in comparison.problems),
-        setting=account.setting(comparison),
+        setting=methods.setting(comparison),
         lead=lead,
         sense=sense,
-        missing=account.missing(comparison),
+        missing=methods.missing(comparison),
         families=families,
-        parts=[part for field in fields for part in _problems(field)],
+        parts=[part for context in contexts for part in _problems(context)],
         problems=_problem_rows(comparison),
         failures=list(rows.failure_rows(comparison)),
         refusals=list(rows.refusal_rows(comparison)),
-        measured=account.measured(comparison),
-        reading=account.READING,
+        measured=methods.measured(comparison),
+        reading=methods.READING,
         few=FEW,
         command=command,
-        version=words.version(),
     )
 
 
@@ -124,56 +126,52 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(field: Field, number: int) -> FamilyPart:
-    from robolaser.report.comparison.pictures.differences import differences  # noqa: PLC0415 - Matplotlib is slow
-    from robolaser.report.comparison.pictures.solved import TITLES, solved  # noqa: PLC0415
+def _family(context: PlotContext, number: int) -> FamilyPart:
 
-    standings = field.standings
-    title = account.FAMILIES.get(standings.family, standings.family)
-    suffix = f" ({title.lower()})" if len(field.comparison.families) > 1 else ""
-    drawn = (
-        solved(field, "evaluations", TITLES["evaluations"] + suffix),
-        solved(field, "seconds", TITLES["seconds"] + suffix),
-        differences(field, standings.evaluations.ranks, f"Told apart by evaluations{suffix}"),
-        differences(field, standings.seconds.ranks, f"Told apart by wall time{suffix}"),
-    )
-    names, matrix = duels(standings.evaluations) if len(field.problems) > 1 else ((), ())
-    above = verdict(field.comparison, (standings,)) if number == 1 else ""
+    standings = context.standings
+    title = methods.FAMILIES.get(standings.family, standings.family)
+    suffix = f" ({title.lower()})" if len(context.comparison.families) > 1 else ""
+    made = [
+        solved(context, "evaluations", TITLES["evaluations"] + suffix),
+        solved(context, "seconds", TITLES["seconds"] + suffix),
+        mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
+        mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
+    ]
+    names, matrix = pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else ((), ())
+    above = verdict(context.comparison, (standings,)) if number == 1 else ""
     answers = dict.fromkeys((standings.evaluations.answer, standings.seconds.answer))
     return FamilyPart(
         title,
-        field.target(standings.tolerance),
+        context.target(standings.tolerance),
         [unbroken(answer) for answer in answers if answer != above],
-        standing_rows(field),
-        [picture for picture in drawn if picture is not None],
+        standing_rows(context),
+        drawn(made),
         names,
         matrix,
         standings.scope,
-        "RMS above the best known, in the end" if field.calibrates else "Cost above the lowest, in the end",
+        "RMS above the best known, in the end" if context.calibrates else "Cost above the lowest, in the end",
     )
 
 
-def _problems(field: Field) -> Sequence[ProblemPart]:
-    from robolaser.report.comparison.pictures.anytime import anytime  # noqa: PLC0415
-    from robolaser.report.comparison.pictures.targets import targets  # noqa: PLC0415
+def _problems(context: PlotContext) -> Sequence[ProblemPart]:
 
     parts = []
-    for on in field.standings.by_problem:
-        problem = field.contested(on.problem)
-        number = field.number(problem.name)
-        drawn = (
-            anytime(field, problem, f"Best so far on {problem.name} (problem {number})"),
-            targets(field, problem, on, f"Price of coming closer on {problem.name} (problem {number})"),
-        )
-        names, matrix = duels(on.evaluations)
+    for on in context.standings.by_problem:
+        problem = context.contested(on.problem)
+        number = context.number(problem.name)
+        made = [
+            anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
+            targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
+        ]
+        names, matrix = pairwise_matrix(on.evaluations)
         parts.append(
             ProblemPart(
                 f"{number}. {problem.name}",
                 problem.title,
-                unbroken(on.evaluations.answer) if len(field.problems) > 1 else "",
-                [field.target(tolerance) for tolerance in SHOWN],
-                result_rows(field, on),
-                [picture for picture in drawn if picture is not None],
+                unbroken(on.evaluations.answer) if len(context.problems) > 1 else "",
+                [context.target(tolerance) for tolerance in SHOWN],
+                result_rows(context, on),
+                drawn(made),
                 names,
                 matrix,
             )
@@ -189,7 +187,7 @@ def _problem_rows(comparison: Comparison) -> list[ProblemRow]:
             problem.title,
             problem.dimension,
             plain(problem.best, problem.unit) if np.isfinite(problem.best) else "not known",
-            account.found_by(problem.found_by),
+            methods.found_by(problem.found_by),
             "; ".join(target(problem.family, tolerance) for tolerance in SHOWN),
         )
         for i, problem in enumerate(comparison.problems)

@@ -9,7 +9,7 @@ from robolaser.benchmark.results_array import SHOWN
 from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
 from robolaser.benchmark.standings.words import chance
 from robolaser.report.comparison import prices
-from robolaser.report.comparison.field import Field
+from robolaser.report.comparison.plot_context import PlotContext
 
 FEW = 3
 """Problems that have a line each in one cell."""
@@ -33,7 +33,7 @@ class StandingRow:
         rank: By evaluations.
         name: Of the contestant.
         title: Of the contestant.
-        colour: Its line's number in pictures, see `report.canvas.LINES`; None if it is grey.
+        colour: Its line's number in charts, see `report.chart.LINES`; None if it is grey.
         success: Share of runs that reached the target.
         evaluations: To the target.
         seconds: To the target.
@@ -68,22 +68,22 @@ class ResultRow:
     final: Cell
 
 
-def standing_rows(field: Field) -> list[StandingRow]:
+def standing_rows(context: PlotContext) -> list[StandingRow]:
     """All contestants of a family, the best first."""
-    by_seconds = {place.algorithm: place for place in field.standings.seconds.places}
-    return [_standing(field, place, by_seconds[place.algorithm]) for place in field.standings.evaluations.places]
+    by_seconds = {place.algorithm: place for place in context.standings.seconds.places}
+    return [_standing(context, place, by_seconds[place.algorithm]) for place in context.standings.evaluations.places]
 
 
-def _standing(field: Field, place: Place, in_seconds: Place) -> StandingRow:
+def _standing(context: PlotContext, place: Place, in_seconds: Place) -> StandingRow:
     name = place.algorithm
-    results = [result for on in field.standings.by_problem for result in on.results if result.algorithm == name]
-    at = [(result.problem, one) for result in results if (one := reached(result, field.standings.tolerance))]
-    problems = len(field.problems)
+    results = [result for on in context.standings.by_problem for result in on.results if result.algorithm == name]
+    at = [(result.problem, one) for result in results if (one := reached(result, context.standings.tolerance))]
+    problems = len(context.problems)
     return StandingRow(
         rank=_rank(place),
         name=name,
-        title=field.comparison.contestants[name],
-        colour=line_number(field, name),
+        title=context.comparison.contestants[name],
+        colour=line_number(context, name),
         success=Cell(
             "" if place.success.value is None else prices.rate(place.success.value),
             _lines(
@@ -98,23 +98,23 @@ def _standing(field: Field, place: Place, in_seconds: Place) -> StandingRow:
             f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (place.rank, None) else "",
         ),
         against=_against(place),
-        final=_final(field, [result for result in results if result.final is not None]),
+        final=_final(context, [result for result in results if result.final is not None]),
         failed=f"{place.failed} of {place.runs}" if place.failed else "",
         remark=place.unranked,
     )
 
 
-def result_rows(field: Field, on: OnProblem) -> list[ResultRow]:
+def result_rows(context: PlotContext, on: OnProblem) -> list[ResultRow]:
     """All contestants on a problem, the best first."""
     of = {result.algorithm: result for result in on.results}
-    problem = field.contested(on.problem)
+    problem = context.contested(on.problem)
     return [
         ResultRow(
             _rank(place),
             place.algorithm,
-            line_number(field, place.algorithm),
+            line_number(context, place.algorithm),
             [_target(reached(of[place.algorithm], tolerance), place.runs) for tolerance in SHOWN],
-            _quality(field, problem, of[place.algorithm].final),
+            _quality(context, problem, of[place.algorithm].final),
         )
         for place in on.evaluations.places
     ]
@@ -125,10 +125,10 @@ def reached(result: Result, tolerance: float) -> Reached | None:
     return min(result.targets, key=lambda one: abs(one.tolerance / tolerance - 1.0), default=None)
 
 
-def line_number(field: Field, name: str) -> int | None:
+def line_number(context: PlotContext, name: str) -> int | None:
     """Of a contestant that has a colour."""
-    told = list(field.told)
-    return told.index(name) if name in told else None
+    coloured = list(context.coloured)
+    return coloured.index(name) if name in coloured else None
 
 
 def _known(estimate: Estimate) -> float:
@@ -193,22 +193,22 @@ def _target(one: Reached | None, runs: int) -> Cell:
     return Cell(prices.count(_known(one.evaluations)), (prices.duration(_known(one.seconds)), success))
 
 
-def _quality(field: Field, problem: Contested, quality: Quality | None) -> Cell:
+def _quality(context: PlotContext, problem: Contested, quality: Quality | None) -> Cell:
     """Median, and quartiles unless they are alike."""
     if quality is None:
         return Cell("")
     median, lower, upper = (
-        field.excess(problem, float("inf") if tolerance is None else tolerance)
+        context.excess(problem, float("inf") if tolerance is None else tolerance)
         for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
     )
     return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
 
 
-def _final(field: Field, results: Sequence[Result]) -> Cell:
-    if len(field.problems) == 1 and results:
-        return _quality(field, field.problems[0], results[0].final)
-    if len(field.problems) > FEW:
+def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
+    if len(context.problems) == 1 and results:
+        return _quality(context, context.problems[0], results[0].final)
+    if len(context.problems) > FEW:
         return Cell("")
     return Cell(
-        "", [f"{one.problem} {_quality(field, field.contested(one.problem), one.final).shown}" for one in results]
+        "", [f"{one.problem} {_quality(context, context.contested(one.problem), one.final).shown}" for one in results]
     )

@@ -3,18 +3,17 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from robolaser.benchmark.result import Comparison
 from robolaser.benchmark.standings import Standings
-from robolaser.report.comparison import account, rows
-from robolaser.report.comparison.field import Field
+from robolaser.report.comparison import methods, rows
+from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.comparison.ranking import standing_rows
+from robolaser.report.console import plain_unless_terminal, table
 
-WIDE = 160  # of text that goes to a file
 MOST_PLACES, MOST_FAILURES, MOST_REFUSALS = 12, 6, 3
 """Lines of each."""
 FEWEST_PLACES = 4
@@ -32,7 +31,7 @@ def print_comparison(
     *,
     console: Console | None = None,
 ) -> None:
-    """Print setting, verdict, standings and failures; plain text where nobody looks on.
+    """Print setting, verdict, standings and failures; plain text unless on a terminal.
 
     Args:
         comparison: What was run.
@@ -40,20 +39,18 @@ def print_comparison(
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
-    out = console or Console(highlight=False)
-    if not out.is_terminal:
-        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+    out = plain_unless_terminal(console)
     names = ", ".join(problem.name for problem in comparison.problems)
-    out.print(Text(f"{names}: {account.setting(comparison)}", style="bold"))
-    if missing := account.missing(comparison):
+    out.print(Text(f"{names}: {methods.setting(comparison)}", style="bold"))
+    if missing := methods.missing(comparison):
         out.print(Text(missing, style="yellow"))
     for standings in judged if comparison.runs else ():
-        field = Field(comparison, standings)
+        context = PlotContext(comparison, standings)
         if len(judged) > 1:
-            out.print(Text(f"{account.FAMILIES.get(standings.family, standings.family)}:", style="bold"))
+            out.print(Text(f"{methods.FAMILIES.get(standings.family, standings.family)}:", style="bold"))
         out.print(Text(standings.evaluations.answer))
-        out.print(Text(f"The target is {field.target(standings.tolerance)}.", style="dim"))
-        out.print(_standings(field, max(FEWEST_PLACES, MOST_PLACES // len(judged))))
+        out.print(Text(f"The target is {context.target(standings.tolerance)}.", style="dim"))
+        out.print(_standings(context, max(FEWEST_PLACES, MOST_PLACES // len(judged))))
     failures = [
         f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
         for name, reason, count, _ in rows.failure_rows(comparison)
@@ -67,32 +64,31 @@ def print_comparison(
         if len(lines) > most:
             out.print(Text(f"and {len(lines) - most} more, see the report", style="dim"))
     if not comparison.wanted:
-        out.print(Text("Nobody has anything to say on any of the problems."))
+        out.print(Text("No algorithm could be run on any of the problems."))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
 
 
-def _standings(field: Field, most: int) -> Table:
-    """A line for each contestant."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in ("", "contestant", "success", "evaluations", "time", "told from the first?", "failed"):
-        table.add_column(heading, no_wrap=heading != "contestant", min_width=NAME if heading == "contestant" else None)
-    shown = standing_rows(field)
+def _standings(context: PlotContext, most: int) -> Table:
+    """A line for each algorithm."""
+    made = table("rank", "algorithm", "success", "evaluations", "time", "worse than the first?", "failed")
+    made.columns[1].no_wrap, made.columns[1].min_width = False, NAME
+    shown = standing_rows(context)
     for row in shown[:most]:
         success = " ".join([row.success.shown, *(f"({line})" for line in row.success.below[:1])])
-        told = ", ".join([row.against.shown, *row.against.below[:1]])
-        table.add_row(
+        against = ", ".join([row.against.shown, *row.against.below[:1]])
+        made.add_row(
             row.rank,
             Text(row.name, overflow="fold"),
             success,
             row.evaluations.shown,
             row.seconds.shown,
-            told,
+            against,
             row.failed,
         )
     if len(shown) > most:
-        table.add_row("", f"and {len(shown) - most} more")
-    return table
+        made.add_row("", f"and {len(shown) - most} more")
+    return made
 
 
 def _short(reason: str) -> str:

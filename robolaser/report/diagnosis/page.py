@@ -1,12 +1,12 @@
-"""The page a person looks at after a diagnosis: one file that needs nothing else."""
+"""The page of a diagnosis: one file that needs nothing else."""
 
-from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report import words
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
+from robolaser.report.diagnosis.charts import FIRST, THEN
 from robolaser.report.digits import millimetres, plain
-from robolaser.report.page import render
+from robolaser.report.page import drawn, render
+from robolaser.report.sensor_words import SOURCES, setting
 
 VERDICTS = {
     "no_gap": "no gap",
@@ -14,7 +14,7 @@ VERDICTS = {
     "unexplained": "unexplained",
 }
 FEW = 8
-"""Rows of a table of details from which it is folded away until asked for."""
+"""Rows of a table of details from which it is folded away."""
 
 
 def page(diagnosis: Diagnosis, *, command: str = "") -> str:
@@ -24,8 +24,6 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         diagnosis: The result.
         command: What to type to repeat it.
     """
-    from robolaser.report.diagnosis.pictures import FIRST, THEN  # noqa: PLC0415 - Matplotlib is slow to import
-
     lead, _, sense = diagnosis.sentence.partition(". ")
     joints, poses = rows.pose_table(diagnosis)
     return render(
@@ -33,7 +31,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         diagnosis=diagnosis,
         dataset=diagnosis.dataset,
         verdict=VERDICTS[diagnosis.verdict],
-        setting=setting(diagnosis),
+        setting=setting(diagnosis.dataset),
         lead=f"{lead.rstrip('.')}.",
         sense=sense,
         gap=gap_lines(diagnosis),
@@ -46,20 +44,11 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         gross=list(rows.gross_rows(diagnosis)),
         noise=list(noise_lines(diagnosis)),
         to_do=to_do(diagnosis),
-        first=[drawn for draw in FIRST if (drawn := draw(diagnosis)) is not None],
-        pictures=[drawn for draw in THEN if (drawn := draw(diagnosis)) is not None],
+        first=drawn([make(diagnosis) for make in FIRST]),
+        charts=drawn([make(diagnosis) for make in THEN]),
         few=FEW,
         command=command,
-        version=words.version(),
     )
-
-
-def setting(diagnosis: Diagnosis) -> str:
-    """What was diagnosed from what."""
-    dataset: Dataset = diagnosis.dataset
-    arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
-    seen = len(set(dataset.points.pose.tolist()))
-    return f"{words.MEASURED_BY[dataset.kind]}, {arm}, {len(dataset.points)} points in {seen} poses"
 
 
 def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
@@ -67,7 +56,7 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     gap = diagnosis.gap
     low, high = gap.after_ci95_m
     lines = [
-        ("the sim as given", millimetres(gap.nominal_m), "before anything was fitted"),
+        ("nominal model", millimetres(gap.nominal_m), "before anything was fitted"),
         ("calibrated", millimetres(gap.calibrated_m), "ordinary parameters fitted, no effect in the model"),
         ("with the effects", millimetres(gap.after_m), f"95 %: {millimetres(low)} to {millimetres(high)}"),
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
@@ -79,6 +68,6 @@ def noise_lines(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Each source of noise and its standard deviation."""
     lines = []
     for name, sigma in diagnosis.noise.items():
-        what, unit = words.SOURCES.get(name, (name, ""))
+        what, unit = SOURCES.get(name, (name, ""))
         lines.append((what, plain(sigma, unit, 2) if sigma > 0 else "not known, taken as none"))
     return lines

@@ -2,18 +2,18 @@
 
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from robolaser.diagnosis.result import Diagnosis, Estimate
+from robolaser.report.console import plain_unless_terminal, table
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import caveats, to_do
-from robolaser.report.diagnosis.page import gap_lines, setting
+from robolaser.report.diagnosis.page import gap_lines
 from robolaser.report.digits import millimetres
+from robolaser.report.sensor_words import setting
 
-WIDE = 160  # of text that goes to a file
 MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
 """Lines of each."""
 LEAST_SHARE = 5.0
@@ -21,17 +21,15 @@ LEAST_SHARE = 5.0
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print verdict, gap, effects, places and what to do; plain text where nobody looks on.
+    """Print verdict, gap, effects, places and what to do; plain text unless on a terminal.
 
     Args:
         diagnosis: The result.
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
-    out = console or Console(highlight=False)
-    if not out.is_terminal:
-        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
-    out.print(Text(f"{diagnosis.dataset.name}: {setting(diagnosis)}", style="bold"))
+    out = plain_unless_terminal(console)
+    out.print(Text(f"{diagnosis.dataset.name}: {setting(diagnosis.dataset)}", style="bold"))
     out.print(Text(diagnosis.sentence))
     for what, size, how in gap_lines(diagnosis):
         out.print(Text(f"  {what:<17} {size:>10}   ") + Text(how, style="dim"))
@@ -51,21 +49,19 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
     """Effects that could be tested at none of their places."""
-    tested = {limit.candidate_effect.kind.name for limit in diagnosis.limits if limit.size is not None}
-    tested |= {found.candidate_effect.kind.name for found in diagnosis.findings}
+    tested = {limit.candidate_effect.effect.name for limit in diagnosis.limits if limit.size is not None}
+    tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
     return [name for name in diagnosis.not_testable if name not in tested]
 
 
 def _effects(diagnosis: Diagnosis) -> Table:
     """A line for each effect, with the number that is farthest from zero and the gravest caveat."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in ("effect", "value", "probability", "gap without it"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("beware")
+    made = table("effect", "value", "probability", "gap without it")
+    made.add_column("caveat")
     for found in diagnosis.findings[:MOST_EFFECTS]:
         name = max(found.parameters, key=lambda one: _clarity(found.parameters[one]))
-        table.add_row(
-            Text(f"{found.candidate_effect.kind.name}:{found.candidate_effect.where} {name}"),
+        made.add_row(
+            Text(f"{found.candidate_effect.effect.name}:{found.candidate_effect.where} {name}"),
             rows.with_error(found.parameters[name]),
             rows.percent(found.probability),
             millimetres(found.gap_without_m),
@@ -73,8 +69,8 @@ def _effects(diagnosis: Diagnosis) -> Table:
         )
     left = len(diagnosis.findings) - MOST_EFFECTS
     if left > 0:
-        table.add_row(Text(f"and {left} more"), "in diagnosis.json")
-    return table
+        made.add_row(Text(f"and {left} more"), "in diagnosis.json")
+    return made
 
 
 def _clarity(number: Estimate) -> float:

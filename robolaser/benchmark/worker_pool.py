@@ -1,0 +1,101 @@
+"""Runs in worker processes, watched from outside: one that hangs, dies or eats memory harms nobody else."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import final
+
+from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.task import Task
+from robolaser.benchmark.worker_process import Session, WorkerProcess, WorkerTimeout
+
+ATTEMPTS = 2
+"""A worker that is killed from outside is not the run's fault; if the next one dies too, the run has failed."""
+
+
+@final
+class WorkerPool:
+    """Worker processes for as many runs as are wanted at the same time; each is kept for the next run.
+
+    Args:
+        session: The program that wants the runs.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._lock = threading.Lock()
+        self._idle: list[WorkerProcess] = []
+        self._busy: set[WorkerProcess] = set()
+        self._slow_to_start: set[tuple[str, str]] = set()
+        self._closed = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed: it makes no more runs."""
+        return self._closed
+
+    @property
+    def workers(self) -> tuple[WorkerProcess, ...]:
+        """All its processes."""
+        with self._lock:
+            return (*self._idle, *self._busy)
+
+    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> Run:
+        """Make a run, from any thread.
+
+        Args:
+            task: What is to be run.
+            digest: Identifies the problem.
+            payload: Returns the pickled problem spec; called only if the worker does not have the problem yet.
+
+        Returns:
+            The run; a failed one if the worker did not return in time, or died and so did the next one.
+        """
+        reason, seconds = "stopped", 0.0
+        deaths = 0
+        while deaths < ATTEMPTS and (worker := self._taken()) is not None:
+            reusable, sent = False, time.monotonic()
+            warm_up = (digest, task.algorithm) not in self._slow_to_start
+            try:
+                run, reusable = worker.run(task, digest, payload, self._session, warm_up=warm_up)
+                return run
+            except WorkerTimeout as timeout:
+                if worker.began is None:
+                    self._slow_to_start.add((digest, task.algorithm))  # its other runs are not waited for that long
+                phase = "" if worker.began else " of its uncounted first evaluations"
+                reason = f"never came back within {timeout.allowed_s:g} s{phase}; killed"
+                return task.failed(reason, seconds=time.monotonic() - (worker.began or sent))
+            except (EOFError, OSError):
+                reason, seconds = worker.autopsy(), time.monotonic() - (worker.began or sent)
+                if worker.heard or not worker.used:  # else it may have died between two runs
+                    deaths += 1
+            finally:
+                self._returned(worker, reusable=reusable)
+        return task.failed(reason, seconds=seconds)
+
+    def close(self) -> None:
+        """Kill all workers at once, whatever they run, and start no others."""
+        with self._lock:
+            self._closed = True
+            for worker in (*self._idle, *self._busy):
+                worker.kill()
+            self._idle.clear()
+
+    def _taken(self) -> WorkerProcess | None:
+        """A worker that is free or new; None when the pool is closed."""
+        with self._lock:
+            if self._closed:
+                return None
+            while self._idle and not self._idle[-1].alive:
+                self._idle.pop().kill()
+            worker = self._idle.pop() if self._idle else WorkerProcess()
+            self._busy.add(worker)
+            return worker
+
+    def _returned(self, worker: WorkerProcess, *, reusable: bool) -> None:
+        with self._lock:
+            self._busy.discard(worker)
+            if reusable and not self._closed:
+                self._idle.append(worker)
+                return
+        worker.kill()

@@ -1,0 +1,81 @@
+"""How sure it is that an effect is the cause: what else could stand in its place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.thresholds import ALTERNATIVE_SHARE, REFITTED_ALTERNATIVES
+from robolaser.diagnosis.verdict import credibility, is_alias, is_indistinguishable, posterior_weights
+from robolaser.model.effects.effect import CandidateEffect
+
+
+@final
+@dataclass(frozen=True)
+class EffectEvidence:
+    """An effect of the final model against all that could stand in its place.
+
+    Attributes:
+        candidate_effect: The effect.
+        explained: Chi-squared that only it explains.
+        probability: Of it.
+        credibility: Probability that it, and nothing unmodelled, explains what it does.
+        without: The final model without it, fitted.
+        alternatives: Indistinguishable candidates, the cheapest first, and the final model with each in its place.
+    """
+
+    candidate_effect: CandidateEffect
+    explained: float
+    probability: float
+    credibility: float
+    without: Fit
+    alternatives: tuple[tuple[CandidateEffect, Fit], ...]
+
+
+def evidence_for(
+    refits: Refits, final: Fit, candidate_effect: CandidateEffect, unmodelled: float, unexplained: float
+) -> EffectEvidence:
+    """Weigh an effect of the final model.
+
+    Args:
+        refits: Fits other sets.
+        final: The model.
+        candidate_effect: The effect.
+        unmodelled: Probability of an unmodelled cause in its place.
+        unexplained: Chi-squared that no effect explains.
+    """
+    spread = final.dispersion
+    without = refits.refit(final, removed=candidate_effect)
+    explained = without.chi2 - final.chi2
+    tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
+    best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
+    near = [test for test in best if test.gain > ALTERNATIVE_SHARE * explained]
+    others = [(test.candidate_effect, refits.refit(without, [test])) for test in near]
+    costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
+    believable = credibility(unmodelled, unexplained, explained)
+    alike = [pair for pair in others if is_indistinguishable(final.chi2, pair[1].chi2, spread)]
+    return EffectEvidence(
+        candidate_effect,
+        explained,
+        float(posterior_weights(costs)[0]) * believable,
+        believable,
+        without,
+        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1], spread))),
+    )
+
+
+def aliases(evidence: Sequence[EffectEvidence]) -> list[CandidateEffect]:
+    """Effects that only imitate what a larger one leaves, the least explaining first."""
+    largest = max((one.explained for one in evidence), default=0.0)
+    return [
+        one.candidate_effect
+        for one in sorted(evidence, key=lambda one: one.explained)
+        if is_alias(one.explained, largest, len(_locations(one) - {one.candidate_effect.where}))
+    ]
+
+
+def _locations(one: EffectEvidence) -> set[str]:
+    return {alternative.where for alternative, _ in one.alternatives}

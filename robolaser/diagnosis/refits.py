@@ -1,0 +1,131 @@
+"""Fits of sets of effects, each worked out once, and what each set costs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from robolaser.diagnosis.localization import unmodelled_chi2
+from robolaser.diagnosis.penalized_fit import Fit, Problem
+from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
+from robolaser.diagnosis.thresholds import MIN_IMPROVEMENT
+from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
+from robolaser.model.effects.effect import CandidateEffect
+
+
+@final
+@dataclass
+class Refits:
+    """Fits of all sets of effects that were looked at.
+
+    Attributes:
+        start: The model without effects, fitted.
+        effects: Candidates that may be added.
+    """
+
+    start: Fit
+    effects: Sequence[CandidateEffect]
+    _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
+    _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
+    _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
+    _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
+    _columns: Columns = field(default_factory=Columns)
+    _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
+
+    def refit(self, near: Fit, added: Sequence[ScoreTest] = (), removed: CandidateEffect | None = None) -> Fit:
+        """Fit the effects of another fit with some added and one removed, from where the linear model puts them."""
+        kept = tuple(one for one in near.effects if one != removed)
+        effects = (*kept, *(test.candidate_effect for test in added))
+        key = frozenset(effects)
+        begun = tuple(sorted(test.key for test in added))
+        if key in self._fits and (not added or (key, begun) in self._begun):
+            return self._fits[key]
+        self._begun.add((key, begun))
+        self._latest |= {test.candidate_effect: test for test in added}
+        problem = self._problem(effects)
+        values = near.values | (predicted(near, added) if added else {})
+        x = np.array([values[name] for name in problem.parameters.names])
+        fit = problem.fit(problem.within(x[None])[0])
+        if key not in self._fits or fit.chi2 < self._fits[key].chi2 - MIN_IMPROVEMENT:
+            self._fits[key] = fit
+        return self._fits[key]
+
+    def of(self, near: Fit, added: Sequence[ScoreTest] = ()) -> Fit:
+        """The best fit so far of a set of effects; a refit where there is none."""
+        key = frozenset((*near.effects, *(test.candidate_effect for test in added)))
+        return self._fits[key] if key in self._fits else self.refit(near, added)
+
+    def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
+        start = self.start.problem
+        return Problem.of(start.model.with_effects(effects), start.noise, start.sensor)
+
+    def with_new_shapes(self, fit: Fit) -> Fit:
+        """The same effects, the nonlinear parameters of each searched again now that the others are known."""
+        for one in fit.effects[:-1]:
+            if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
+                less = self.refit(fit, removed=one)
+                again = self.refit(less, score_tests(less, [one], self._columns))
+                fit = min(fit, again, key=lambda option: option.chi2)
+        return fit
+
+    def warm_start(self, earlier: Fit, refits: "Refits") -> Fit:
+        """Fit the effects that were found on slightly other rows, from where they ended there."""
+        self._latest |= {test.candidate_effect: retest(test, self.start) for test in refits.tests_of(earlier)}
+        fit = self._problem(earlier.effects).fit(earlier.x)
+        self._fits[frozenset(earlier.effects)] = fit
+        return fit
+
+    def linearize_again(self) -> None:
+        """Forget derivatives that were worked out near an earlier model."""
+        self._columns = Columns()
+
+    def score_tests(self, fit: Fit) -> list[ScoreTest]:
+        """Of all candidates that a fit does not hold, best first."""
+        key = frozenset(fit.effects)
+        if key not in self._tests:
+            found = score_tests(fit, self.effects, self._columns)
+            self._tests[key] = sorted(found, key=lambda test: penalty(test) - test.gain)
+        return self._tests[key]
+
+    def tests_of(self, fit: Fit) -> list[ScoreTest]:
+        """The score tests by which the effects of a fit were found."""
+        return [self._latest[one] for one in fit.effects]
+
+    def cost(self, fit: Fit, spread: float) -> float:
+        """Chi-squared in units of the dispersion, and the complexity penalties of the effects."""
+        return fit.chi2 / spread + sum(penalty(test) for test in self.tests_of(fit))
+
+    def unmodelled(self, fit: Fit, without: Fit) -> float:
+        """Probability that an unmodelled cause explains what some effects do, with no need of them.
+
+        Smooth functions of any form at any site stand for that cause, beside the effects and in their place.
+        """
+        return probability_of_unmodelled(self._cost_beside_unmodelled(without), self._cost_beside_unmodelled(fit))
+
+    def _cost_beside_unmodelled(self, fit: Fit) -> float:
+        key = frozenset(fit.effects)
+        if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
+            self._beside_unmodelled[key] = fit.chi2, self.cost(fit, 1.0) - unmodelled_chi2(fit)
+        return self._beside_unmodelled[key][1]
+
+
+def penalty(test: ScoreTest) -> float:
+    """The complexity penalty of an effect, its nonlinear parameters chosen from those that were tried."""
+    kind = test.candidate_effect.effect
+    return complexity_penalty(len(kind.units()), test.tried)
+
+
+def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
+    """Where the linear model puts all parameters once effects are added, by name."""
+    white = np.hstack([test.white for test in added])
+    amplitudes = near.best_amplitudes(white)
+    moved = near.x + near.problem.prior * near.step(near.white + white @ amplitudes)
+    values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
+    at = 0
+    for test in added:
+        scale = prior_scales(test.candidate_effect)
+        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.shapes)
+        values |= dict(zip(test.candidate_effect.parameters.names, numbers, strict=True))
+        at += len(scale)
+    return values

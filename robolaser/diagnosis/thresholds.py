@@ -1,0 +1,109 @@
+"""Every threshold that decides what a diagnosis says: its value, its unit, and where it comes from.
+
+"chi-squared" is the sum of squares of whitened residuals and of the parameters' distances from their priors: noise
+alone contributes 1 for each residual. A threshold is either a quantile of a distribution, or a judgement whose
+consequences the blind trials measure; each says which.
+"""
+
+from typing import Final
+
+# What an effect must explain before it enters the model.
+
+CHI2_PER_EFFECT: Final = 16.0
+"""Chi-squared that any effect must explain. A quantile: among a hundred candidates of one parameter, chance reaches it
+once in 158 data sets."""
+CHI2_PER_PARAMETER: Final = 4.5
+"""The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
+judgement, set by blind trials."""
+FULLY_PENALIZED: Final = 6
+"""Number of parameters up to which each costs that much: those of a rigid motion."""
+CHI2_PER_FURTHER_PARAMETER: Final = 1.5
+"""Chi-squared for each parameter beyond those: that all of many gain more than their share by chance is ever less
+likely. A judgement."""
+FREEDOMS_PER_POSE: Final = 4.0
+"""Independent ways in which whole poses are off: errors that the model lacks rarely use all six. A judgement."""
+MIN_POSES: Final = 5
+"""Poses with points, below which no effect is judged: with fewer, some effect fits anything. A judgement."""
+
+# The search over sets of effects.
+
+REFITS_PER_ADDITION: Final = 4
+"""Effects, best score first, that are refitted before one of them is added."""
+REFITS_PER_EXCHANGE: Final = 2
+"""Effects that are refitted in the place of each one that is taken out."""
+PAIRED_CANDIDATES: Final = 16
+"""Effects, best score first, of which pairs are scored: two effects may hide each other."""
+REFITTED_PAIRS: Final = 2
+"""Pairs, best score first, that are refitted."""
+CHI2_PAIR_ADVANTAGE: Final = 25.0
+"""Chi-squared, beyond its penalty, by which a pair must promise more than the better of its halves to be refitted. A
+judgement: more than one effect costs."""
+DISTINCT_SINE: Final = 1e-2
+"""Sine of the angle between the columns of two effects, below which they count as one direction."""
+SHARE_OF_BEST_SCORE: Final = 0.75
+"""Share of the best score that a candidate must promise to be refitted: scores are linear, and may be a quarter off."""
+TESTED_ADDITIONS: Final = 3
+"""Additions, best first, that are tested against an unmodelled cause before none is added."""
+MIN_IMPROVEMENT: Final = 1e-3
+"""Change of the cost, in chi-squared, below which two models cost the same."""
+MAX_EXCHANGED: Final = 4
+"""Effects in a model, up to which exchanges are tried: with more, the library makes do without the cause."""
+MAX_EFFECTS: Final = 8
+"""Effects in a model."""
+MAX_SEPARATE_EFFECTS: Final = 3
+"""Effects, from which on the geometry of the whole arm is tried: errors of several joints hide each other."""
+MAX_BESIDE_GEOMETRY: Final = 4
+"""Effects beside the geometry of a whole arm."""
+SCATTER_REDUCTION: Final = 0.7
+"""Share of the assumed noise, below which the noise that the found effects leave makes the search start again."""
+OUTLIER_ROUNDS: Final = 2
+"""Times that gross errors are looked for again once effects are in the model."""
+
+# Gross errors.
+
+OUTLIER_SIGMA: Final = 5.5
+"""Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
+million there, one of three in a million."""
+
+# An unmodelled cause: a smooth function of unknown form at some site.
+
+LIKELIHOOD_RATIO_OF_SITE: Final = 18.0
+"""Twice the logarithm of the likelihood ratio, from which on a gap is said to lie at a site. A quantile of the half
+chi-squared distribution (Self and Liang 1987): with a hundred coordinates asked, chance reaches it once in 900 data
+sets."""
+CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
+"""Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400."""
+MAX_UNMODELLED: Final = 0.5
+"""Probability that an unmodelled cause explains what an effect does, above which the effect is not named."""
+MIN_CREDIBILITY: Final = 0.1
+"""Credibility of an effect, below which it is not worth a person's time. A judgement, set by blind trials."""
+
+# How sure an effect is, and what else it may be.
+
+REFITTED_ALTERNATIVES: Final = 10
+"""Candidates that are refitted in an effect's place."""
+ALTERNATIVE_SHARE: Final = 0.5
+"""Share of what an effect explains that a candidate must promise to be refitted in its place."""
+CHI2_INDISTINGUISHABLE: Final = 20.0
+"""Chi-squared, in units of the dispersion, by which an alternative may fit worse and still count as indistinguishable.
+A judgement from blind trials: at 14, chance exchanged two effects in 2.3 of a hundred cells."""
+UNEXPLAINED_DISCOUNT: Final = 20.0
+"""How fast an effect loses credibility with what is left unexplained: a twentieth of what it explains halves it. A
+judgement, set by blind trials."""
+ALIAS_SHARE: Final = 0.05
+"""Share of what the largest effect explains, below which an effect may be an alias of that effect's true form."""
+ALIAS_LOCATIONS: Final = 3
+"""Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
+
+# The verdict.
+
+GAP_OVER_FLOOR: Final = 1.1
+"""Held-out gap over the noise floor, up to which a remainder may be an effect's form and needs no further cause."""
+FORM_SHARE: Final = 0.02
+"""Share of what the effects explain, up to which a remainder counts as their form being a little different."""
+CHI2_EXCESS_SIGMA: Final = 6.0
+"""Standard deviations by which chi-squared may exceed its expectation: the noise is known to a few per cent."""
+POSE_SCATTER_OVER_ROW_NOISE: Final = 2.0
+"""Noise of a row with whole poses' scatter, over that without, above which the scatter is a gap of its own."""
+DETECTION_SIGMA: Final = 1.28
+"""Standard deviations above its penalty at which an effect is found. A quantile: nine times in ten."""

@@ -1,0 +1,42 @@
+"""A source of measurement error, and what a unit of it does to each row."""
+
+from dataclasses import dataclass
+from typing import Literal, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+
+
+@final
+@dataclass(frozen=True)
+class ErrorSource:
+    """One source of measurement error: residuals are e = e₀ + Σ σ_i A_i ξ_i with independent standard normal ξ_i.
+
+    Attributes:
+        name: Such as `pixel`, `target`, `point`, `joint`, `flange`.
+        effect: A, the move of each row by each of q independent unit errors, (m, k, q) [row's unit per unit].
+        group: Rows with one number share their q errors, (m,); a group never reaches beyond one pose.
+        unit: Of σ.
+        level: Whether every shot draws the error anew, all shots of a point share it, or all rows of a pose.
+        stated: σ where the data set states it.
+        least: Estimates of σ are not below.
+    """
+
+    name: str
+    effect: Array
+    group: Ints
+    unit: str = "m"
+    level: Literal["shot", "point", "pose"] = "shot"
+    stated: float | None = None
+    least: float = 0.0
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether a unit error moves every row by a unit along each axis."""
+        return self.effect.strides[0] == 0 and np.array_equal(self.effect[0], np.eye(self.effect.shape[1]))
+
+
+def along_each_axis(rows: int, axes: int) -> Array:
+    """The effect of errors that move each of a row's numbers by themselves, (rows, axes, axes); takes no memory."""
+    return np.broadcast_to(np.eye(axes), (rows, axes, axes))

@@ -1,0 +1,68 @@
+"""Distances between named points that are known beforehand: rows of one number in metres."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Noise
+from robolaser.parameters import Values
+
+USUAL_M = 5e-5
+"""Standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class KnownDistances:
+    """Rows of a data set that belong to no pose and to no point of points.csv.
+
+    Attributes:
+        first: Prefix of each row's first point, such as `socket.a`, (r,).
+        second: Prefix of its second, (r,).
+        known: The distances, (r,) [m].
+        sigma_m: Their standard deviation.
+    """
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    known: Array
+    sigma_m: float
+
+    @classmethod
+    def of(cls, pairs: Sequence[tuple[str, str, float]], noise: Noise) -> "KnownDistances":
+        """From pairs of prefixes with their distance [m]."""
+        first, second, known = zip(*pairs, strict=True)
+        return cls(first, second, np.array(known), USUAL_M if noise.distance_m is None else noise.distance_m)
+
+    def __len__(self) -> int:
+        return len(self.known)
+
+    def residuals(self, values: Values) -> Array:
+        """Known distance less the model's, (c, r) [m]."""
+        left: Array = self.known - np.linalg.norm(self._apart(values), axis=-1)
+        return left
+
+    def jacobian(self, values: Values, names: Sequence[str]) -> Array:
+        """Derivatives of the residuals by the named parameters, (c, r, len(names)); zero by all that are no points."""
+        apart = self._apart(values)
+        with np.errstate(invalid="ignore"):
+            along = np.nan_to_num(apart / np.linalg.norm(apart, axis=-1, keepdims=True))
+        column = {name: i for i, name in enumerate(names)}
+        slopes = np.zeros((*along.shape[:2], len(names)))
+        for row, (first, second) in enumerate(zip(self.first, self.second, strict=True)):
+            for axis, part in enumerate("xyz"):
+                for prefix, sign in ((first, 1.0), (second, -1.0)):
+                    if (at := column.get(f"{prefix}.{part}")) is not None:
+                        slopes[:, row, at] += sign * along[:, row, axis]
+        return slopes
+
+    def _apart(self, values: Values) -> Array:
+        """From each row's first point to its second, (c, r, 3) [m]."""
+        parts = [
+            np.stack([values[f"{b}.{part}"] - values[f"{a}.{part}"] for part in "xyz"], axis=-1)
+            for a, b in zip(self.first, self.second, strict=True)
+        ]
+        return np.stack(parts, axis=1)

@@ -1,0 +1,60 @@
+"""Where the points are and where the model puts them: the paper's Figure 6."""
+
+import numpy as np
+
+from robolaser.report.calibration.evidence import Evidence, some_rows
+from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer
+from robolaser.report.sensor_words import FRAME, KNOWN
+
+MOST = 600  # arrows that a chart carries
+LONG = 0.08  # of the chart's width: a long arrow
+
+
+def points(evidence: Evidence) -> Chart | None:
+    """Known points and the errors of the estimated ones, magnified, along the direction in which they spread least."""
+    kind = evidence.calibration.model.dataset.kind
+    known, errors = evidence.known, -evidence.calibration.residuals
+    extent = np.ptp(known, axis=0)
+    along = int(np.argmin(extent))
+    across = [axis for axis in range(3) if axis != along]
+    rows = some_rows(evidence.fitted_mm, MOST)
+    factor = magnification(float(np.percentile(evidence.fitted_mm, 95)) / 1e3, float(extent[across].max()))
+    start = 1e3 * known[rows][:, across]
+    end = start + 1e3 * factor * errors[rows][:, across]
+    x, y, height = equal_axes(np.concatenate([start, end]), tuple(f"{'xyz'[axis]} [mm]" for axis in across))
+    what, error = KNOWN[kind], f"error × {factor:g}"
+    data = evidence.named(
+        rows, x=start[:, 0], y=start[:, 1], x2=end[:, 0], y2=end[:, 1], error=evidence.fitted_mm[rows]
+    )
+    colour = colours({what: FITTED, error: HELD_OUT})
+    said = hover("pose", "point", error="error [mm]")
+    left_out = len(rows) < len(known)
+    thinned = f" {len(rows)} of {len(known)} points are drawn, the largest errors among them." if left_out else ""
+    return chart(
+        "Known and estimated points",
+        f"Seen along {'xyz'[along]} of the {FRAME[kind]}; a line leads from each {what} to the estimated one, its"
+        f" length magnified {factor:g} times. Neighbouring errors that are alike indicate something unmodelled; noise"
+        f" points in any direction.{thinned}",
+        f"Plan of the points with error lines magnified {factor:g} times.",
+        [
+            layer("rule", _series(data, error), tooltip=said, x=x, y=y, x2={"field": "x2"}, y2={"field": "y2"},
+                  color=colour),
+            layer({"type": "point", "size": 18, "opacity": 1}, _series(data, what), tooltip=said, x=x, y=y,
+                  color=colour),
+        ],
+        height=height,
+    )  # fmt: skip
+
+
+def _series(data: list[dict[str, object]], name: str) -> list[dict[str, object]]:
+    return [row | {"series": name} for row in data]
+
+
+def magnification(error_m: float, extent_m: float) -> float:
+    """The factor, 1, 2 or 5 times a power of ten, that shows an error as a long arrow."""
+    if error_m <= 0 or extent_m <= 0:
+        return 1.0
+    wanted = np.log10(LONG * extent_m / error_m)
+    power = np.floor(wanted)
+    step = max((one for one in (1.0, 2.0, 5.0) if np.log10(one) <= wanted - power + 1e-9), default=1.0)
+    return float(step * 10.0**power)

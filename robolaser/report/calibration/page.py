@@ -1,0 +1,89 @@
+"""The page of a calibration: one file that needs nothing else."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from robolaser.calibration.result import Calibration
+from robolaser.data.csv_tables import write_text
+from robolaser.report.calibration import words
+from robolaser.report.calibration.charts import CHARTS
+from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.rows import effect_rows, parameter_rows
+from robolaser.report.digits import millimetres
+from robolaser.report.page import drawn, render
+from robolaser.report.sensor_words import setting
+
+MANY = 24
+"""Rows of closed-form parameters from which they are folded away."""
+
+
+@final
+@dataclass(frozen=True)
+class Figure:
+    """One of the figures at the head of the page.
+
+    Attributes:
+        kind: For the style sheet.
+        label: What it is.
+        value: With its unit.
+        share: Of the largest one, in per cent; None where unknown.
+        remark: How to read it.
+    """
+
+    kind: str
+    label: str
+    value: str
+    share: float | None
+    remark: str
+
+
+def figures(evidence: Evidence) -> list[Figure]:
+    """Error on new poses, what noise implies, and last the error on the poses that were fitted."""
+    calibration = evidence.calibration
+    sources = ", ".join(evidence.known_noise)
+    shown = (
+        ("held-out", "on new poses", calibration.held_out_rms_m, "predicted with each pose left out of the fit"),
+        ("noise", "noise alone", evidence.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
+        ("fitted", "on fitted poses", calibration.rms_m, "training error, optimistic"),
+    )
+    largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
+    return [
+        Figure(kind, label, millimetres(error), None if error is None else 100 * error / largest, remark)
+        for kind, label, error, remark in shown
+    ]
+
+
+def page(calibration: Calibration, *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        calibration: The result.
+        command: What to type to repeat it.
+    """
+    evidence = Evidence(calibration)
+    given, placed = parameter_rows(calibration)
+    return render(
+        "calibration.html",
+        dataset=calibration.model.dataset,
+        setting=setting(calibration.model.dataset),
+        calibration=calibration,
+        words=words,
+        evidence=evidence,
+        figures=figures(evidence),
+        given=given,
+        placed=placed,
+        folded=len(placed) > MANY,
+        effects=effect_rows(calibration),
+        charts=drawn([make(evidence) for make in CHARTS]),
+        command=command,
+    )
+
+
+def write_report(calibration: Calibration, path: Path, *, command: str = "") -> None:
+    """Write the page of a calibration, one self-contained HTML file.
+
+    Raises:
+        OutputError: The disk or the permissions do not allow it.
+    """
+    write_text(path, page(calibration, command=command))

@@ -1,0 +1,95 @@
+"""Sentences about a calibration for a person who works with the robot."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.digits import millimetres, plain, times
+from robolaser.report.sensor_words import DOES, SOURCES
+
+NOISE_ALONE = 1.1
+"""Excess over noise up to which all is well: stated noise is seldom known better."""
+CHANCE = 2.0
+"""Standard errors of the excess that are allowed for on top."""
+UNMODELLED = 2.0
+"""Excess over noise from which no doubt about the noise explains it."""
+OVERFITTED = 1.5
+"""Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
+
+
+def headline(evidence: Evidence) -> str:
+    """Error on new poses beside what noise alone would give."""
+    calibration = evidence.calibration
+    does = DOES[calibration.model.dataset.kind]
+    noise = evidence.noise_m
+    if calibration.held_out_rms_m is None:
+        first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"
+    else:
+        first = f"On poses it has not seen, {does} {millimetres(calibration.held_out_rms_m)} off"
+    if noise is None:
+        return f"{first}; how much of that is noise, these data do not say."
+    return f"{first}; measurement noise alone would give {millimetres(noise)}."
+
+
+def judgement(evidence: Evidence) -> str:
+    """What the two figures together mean."""
+    calibration, noise = evidence.calibration, evidence.noise_m
+    error = calibration.held_out_rms_m
+    said = []
+    if noise is None:
+        said.append("State what is known of it under `[noise]` in `dataset.toml`, and this report can tell them apart.")
+    elif error is None:
+        said.append("Take more poses: an error on the very points that were fitted says little.")
+    else:
+        said.append(_against_noise(*excess(evidence, noise), error / noise))
+    if error is not None and error > OVERFITTED * calibration.rms_m:
+        said.append(
+            f"New poses err {times(error / calibration.rms_m)} times as much as fitted ones:"
+            " the poses are too few or too alike for this many parameters."
+        )
+    return " ".join(said)
+
+
+def excess(evidence: Evidence, noise_m: float) -> tuple[float, float]:
+    """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
+
+    Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
+    would not do here, since few poses raise it without anything being unmodelled.
+    """
+    calibration = evidence.calibration
+    numbers = calibration.residuals.size
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.fixed))
+    ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
+    return ratio, ratio / float(np.sqrt(2 * free))
+
+
+def _against_noise(over: float, chance: float, ratio: float) -> str:
+    if over <= NOISE_ALONE + CHANCE * chance:
+        return "What is left is noise: the model explains these data as well as they can be explained."
+    if over < UNMODELLED:
+        return (
+            f"That is {times(ratio)} times the noise: a little is unmodelled, or the noise is larger than stated."
+            " `robolaser diagnose` says which."
+        )
+    return (
+        f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
+        " removes it. `robolaser diagnose` says where it lies, and which effects explain it."
+    )
+
+
+def method(evidence: Evidence) -> str:
+    """How the parameters were found."""
+    calibration = evidence.calibration
+    weights = {"plain": "all points weighted alike", "noise": "points weighted by their noise"}[calibration.weights]
+    return (
+        f"{calibration.algorithm}, seed {calibration.seed}, {weights}; "
+        f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
+    )
+
+
+def noise_lines(evidence: Evidence) -> Iterator[tuple[str, str, str]]:
+    """Each source of noise: what it disturbs, its size, and where the size comes from."""
+    for name, sigma in evidence.calibration.noise.items():
+        what, unit = SOURCES.get(name, (name, ""))
+        yield what, plain(sigma, unit, 2), evidence.known_noise.get(name, "estimated from the residuals")

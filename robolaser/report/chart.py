@@ -1,0 +1,225 @@
+"""Charts of a page: Vega-Lite specifications with one look, drawn by the reader's browser."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+Spec = dict[str, Any]
+Channel = dict[str, Any]
+
+SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v6.json"
+HEIGHT_PX: Final = 280
+LEAST_HEIGHT_PX, MOST_HEIGHT_PX = 150, 420
+DIGITS = 5  # of the numbers that a page carries: finer than a pixel
+
+INK, MUTED, GRID, PAPER = "var(--ink)", "var(--muted)", "var(--grid)", "var(--paper)"
+FITTED, HELD_OUT, NOISE = "var(--fitted)", "var(--held-out)", "var(--noise)"
+LINES = tuple(f"var(--line-{i})" for i in range(7))
+"""Colours of the page's style sheet, which decides on light and dark."""
+
+FAINT = 0.06
+"""Opacity of a series that the legend has switched off."""
+SWITCH: Final[Spec] = {"name": "shown", "select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
+"""Clicking a legend entry shows that series alone; Shift adds others."""
+ZOOM: Final[Spec] = {
+    "name": "zoom",
+    "select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"},
+    "bind": "scales",
+}
+"""Dragging moves the view, the wheel with Ctrl zooms, a double click resets."""
+
+CONFIG: Final[Spec] = {
+    "background": "transparent",
+    "font": "system-ui, -apple-system, Segoe UI, Roboto, Helvetica Neue, Liberation Sans, Arial, sans-serif",
+    "view": {"stroke": None},
+    "axis": {
+        "labelColor": MUTED, "titleColor": MUTED, "gridColor": GRID, "domainColor": MUTED, "ticks": False,
+        "labelFontSize": 12, "titleFontSize": 12.5, "titleFontWeight": "normal", "labelPadding": 6, "titlePadding": 8,
+        "labelOverlap": "greedy", "labelLimit": 190,
+    },
+    "legend": {
+        "labelColor": INK, "titleColor": MUTED, "labelFontSize": 12.5, "titleFontSize": 12.5,
+        "titleFontWeight": "normal", "symbolStrokeWidth": 2, "labelLimit": 230, "symbolLimit": 0, "orient": "top",
+        "columnPadding": 16, "symbolOpacity": 1,
+    },
+    "text": {"color": INK, "fontSize": 12.5},
+    "point": {"filled": True, "opacity": 1},
+}  # fmt: skip
+"""One look for all charts."""
+
+
+@final
+@dataclass(frozen=True)
+class Chart:
+    """A chart with what to look for in it.
+
+    Attributes:
+        title: A few words.
+        caption: What it shows and what to look for.
+        alt: Its content in a sentence, for those who cannot see it or whose browser runs no scripts.
+        spec: In Vega-Lite's language, with its data.
+    """
+
+    title: str
+    caption: str
+    alt: str
+    spec: Spec
+
+    @property
+    def json(self) -> str:
+        """The specification as text that may stand in a script element, whatever names the data have."""
+        text = json.dumps(self.spec, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def chart(
+    title: str, caption: str, alt: str, layers: Sequence[Spec], *, height: float = HEIGHT_PX, zoomable: bool = True
+) -> Chart:
+    """Put layers on top of each other; the first must have the legend, if any has.
+
+    Args:
+        title: A few words.
+        caption: What to look for.
+        alt: The content in a sentence.
+        layers: From `layer`, the lowest first.
+        height: Of the plot [px]; its width is the page's.
+        zoomable: Can the view be moved and zoomed? Both axes must be continuous.
+    """
+    switched = any(_by_series(one) for one in layers)
+    params = [*([SWITCH] if switched else []), *([ZOOM] if zoomable else [])]
+    first, *others = (_switchable(one) for one in layers)
+    return Chart(
+        title,
+        caption,
+        alt,
+        {
+            "$schema": SCHEMA,
+            "description": alt,
+            "width": "container",
+            "height": round(height),
+            "autosize": {"type": "fit-x", "contains": "padding"},
+            "layer": [first | {"params": params}, *others],
+        },
+    )
+
+
+def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Sequence[Channel]) -> Spec:
+    """One kind of mark for some data.
+
+    Args:
+        mark: Vega-Lite's.
+        data: From `records`, or lines of comma-separated numbers below their names.
+        encoding: What each channel shows; `tooltip` from `hover`.
+    """
+    values: Spec = {"values": data, "format": {"type": "csv"}} if isinstance(data, str) else {"values": data}
+    return {"data": values, "mark": mark, "encoding": encoding}
+
+
+def records(**columns: Any) -> list[Spec]:
+    """Rows of columns of equal length; a single value is repeated; numbers that are not finite become null."""
+    lengths = {len(column) for column in columns.values() if _is_column(column)}
+    count = lengths.pop() if lengths else 1
+    listed = [_listed(column, count) for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*listed, strict=True)]
+
+
+def quantity(field: str, title: str | None, *, log: bool = False, domain: Sequence[float] | None = None) -> Channel:
+    """A channel that shows a number; `title` names its unit, None hides it."""
+    scale: Spec = {"type": "log", "nice": False} if log else {"zero": False}
+    if domain is not None:
+        scale |= {"domain": [_number(end) for end in domain], "nice": False}
+    elif log:
+        scale |= {"padding": 14}
+    axis: Spec = {"format": "~g", "tickCount": 6, "gridOpacity": 0.6} if log else {"tickCount": 7}
+    return {"field": field, "type": "quantitative", "title": title, "scale": scale, "axis": axis}
+
+
+def colours(of: Mapping[str, str], *, legend: Spec | None = None, shows_legend: bool = True) -> Channel:
+    """The colour channel of data whose field `series` names the entry of the legend."""
+    return {
+        "field": "series",
+        "type": "nominal",
+        "title": None,
+        "scale": {"domain": list(of), "range": list(of.values())},
+        "legend": (legend or {}) if shows_legend else None,
+    }
+
+
+def hover(*names: str, **quantities: str) -> list[Channel]:
+    """What a mark says under the pointer: fields of text as they are called, numbers by their titles with units."""
+    numbers = [
+        {"field": field, "type": "quantitative", "title": title, "format": ",.4~g"}
+        for field, title in quantities.items()
+    ]
+    return [*({"field": name, "type": "nominal"} for name in names), *numbers]
+
+
+def line(*, step: bool = False, **more: Any) -> Spec:
+    """The mark of a line whose points answer to the pointer."""
+    interpolate = {"interpolate": "step-after"} if step else {}
+    return {"type": "line", "clip": True, "point": {"opacity": 0, "size": 90}} | interpolate | more
+
+
+def rule(**more: Any) -> Spec:
+    """The mark of a dashed line across the plot."""
+    return {"type": "rule", "strokeDash": [5, 4]} | more
+
+
+def equal_axes(places: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
+    """Channels x and y with one scale for both, whatever the width of the page, and a fitting height [px].
+
+    Args:
+        places: All that must be seen, (n, 2).
+        titles: Of both axes, with units.
+        margin: Left free on each side, as a share of the longer side.
+    """
+    low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+    sides = high - low + 2 * margin * max(float((high - low).max()), 1e-9)
+    height = float(np.clip(520 * sides[1] / sides[0], LEAST_HEIGHT_PX, MOST_HEIGHT_PX))
+    per_px = f"max({sides[0]:.6g} / max(width, 1), {sides[1]:.6g} / height)"
+    channels = []
+    for field, title, middle, side in zip("xy", titles, (low + high) / 2, ("width", "height"), strict=True):
+        channel = quantity(field, title)
+        channel["scale"] = {"zero": False, "nice": False} | {
+            end: {"expr": f"{middle:.8g} {sign} {side} / 2 * {per_px}"}
+            for end, sign in (("domainMin", "-"), ("domainMax", "+"))
+        }
+        channels.append(channel)
+    return channels[0], channels[1], height
+
+
+def _by_series(one: Spec) -> bool:
+    return bool(one["encoding"].get("color", {}).get("field") == "series")
+
+
+def _switchable(one: Spec) -> Spec:
+    if not _by_series(one):
+        return one
+    mark = one["mark"] if isinstance(one["mark"], dict) else {"type": one["mark"]}
+    shown = mark.get("opacity", 1.0)
+    channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line stay unseen
+    opacity = {"condition": {"param": "shown", "value": shown}, "value": FAINT * shown}
+    return one | {"encoding": {**one["encoding"], channel: opacity}}
+
+
+def _is_column(column: Any) -> bool:
+    return isinstance(column, Iterable) and not isinstance(column, str)
+
+
+def _listed(column: Any, count: int) -> list[Any]:
+    if not _is_column(column):
+        return [_value(column)] * count
+    return [_value(value) for value in (column.tolist() if isinstance(column, np.ndarray) else column)]
+
+
+def _value(value: Any) -> Any:
+    return _number(value) if isinstance(value, float) else value
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None

@@ -1,0 +1,58 @@
+"""How much is solved with how much: the ECDF of running times over runs and targets."""
+
+import numpy as np
+
+from robolaser.benchmark.standings import Measure
+from robolaser.benchmark.statistics.ecdf import budgets, shares
+from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
+from robolaser.report.comparison.plot_context import PlotContext
+
+SPENT = {"evaluations": "evaluations", "seconds": "wall time [s]"}
+"""Label of the axis of each measure."""
+TITLES = {"evaluations": "Targets reached by evaluations", "seconds": "Targets reached by wall time"}
+
+
+def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
+    """Share of targets that runs have reached, over what they spent."""
+    tally = context.tally
+    of_targets, of_runs = {
+        "evaluations": (tally.evaluations, tally.spent_evaluations),
+        "seconds": (tally.seconds, tally.spent_s),
+    }[measure]
+    spent = budgets(of_targets, of_runs)
+    if len(spent) < 2 or spent[0] >= spent[-1]:
+        return None
+    lines = {
+        name: 100 * reached
+        for name, reached in zip(tally.algorithms, shares(of_targets, spent), strict=True)
+        if np.isfinite(reached).all()
+    }
+    names = sorted(lines, key=lambda name: (-lines[name][-1], -lines[name].mean()))
+    data = [row for name in context.back_to_front(lines) for row in _steps(spent, lines[name], name)]
+    first, last = names[0], names[-1]
+    return chart(
+        title,
+        f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
+        f" {context.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
+        " over all runs and problems. Higher and further left is better. A line that levels off low means that runs"
+        " got stuck.",
+        f"In the end {first} has reached {lines[first][-1]:.0f} % of the targets, {last} {lines[last][-1]:.0f} %.",
+        [
+            layer(
+                line(step=True),
+                data,
+                tooltip=hover("series", spent=SPENT[measure], share="targets reached [%]"),
+                x=quantity("spent", SPENT[measure], log=True, domain=(spent[0], spent[-1])),
+                y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
+                color=context.by_algorithm(names),
+                strokeWidth=context.widths(names),
+            )
+        ],
+        height=context.height,
+    )
+
+
+def _steps(spent: np.ndarray, share: np.ndarray, name: str) -> list[dict[str, object]]:
+    """The corners of a line of steps."""
+    kept = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1])
+    return records(spent=spent[kept], share=share[kept], series=name)

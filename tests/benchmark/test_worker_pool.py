@@ -1,0 +1,224 @@
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from rogues import Bowl
+
+from robolaser.benchmark import worker_process
+from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.task import Task
+from robolaser.benchmark.worker_pool import WorkerPool
+from robolaser.benchmark.worker_process import Session
+
+PAYLOAD = pickle.dumps(Bowl())
+Make = Callable[..., Run]
+
+
+@pytest.fixture(scope="module")
+def pool() -> Iterator[WorkerPool]:
+    pool = WorkerPool(Session.here())
+    yield pool
+    pool.close()
+
+
+@pytest.fixture
+def made(pool: WorkerPool) -> Make:
+    def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> Run:
+        task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
+        return pool.run(task, str(hash(payload)), lambda: payload)
+
+    return make
+
+
+@contextmanager
+def _impatient() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worker_process, "GRACE_S", 0.2)
+        patch.setattr(worker_process, "WARM_UP_S", 1.6)
+        yield
+
+
+def _processes(pool: WorkerPool) -> set[int]:
+    return {worker.pid for worker in pool.workers}
+
+
+def _gone(pid: int, within_s: float = 5.0) -> bool:
+    until = time.monotonic() + within_s
+    while time.monotonic() < until:
+        try:
+            if Path(f"/proc/{pid}/stat").exists() and Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z":
+                return True
+            os.kill(pid, 0)
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def test_a_run_uses_its_budget_and_its_worker_is_kept_for_the_next(pool: WorkerPool, made: Make) -> None:
+    first = made("walks")
+    before = _processes(pool)
+    second = made("walks", seed=2)
+    assert (first.state, first.evaluations, first.algorithm) == (DONE, 500, "rogues:walks")
+    assert second.course.final != first.course.final
+    assert _processes(pool) == before
+
+
+def test_a_problem_is_sent_only_once(pool: WorkerPool) -> None:
+    sent = []
+
+    def payload() -> bytes:
+        sent.append(1)
+        return PAYLOAD
+
+    for seed in (1, 2):
+        pool.run(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload)
+    assert len(sent) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("stumbles", "ZeroDivisionError: no ground"),
+        ("dreams", "not a number"),
+        ("leaves", "it called sys.exit(3)"),
+        ("hoards", "more memory than it may have"),
+        ("keeps", "more memory than it may have"),
+        ("quits", "exit code 3"),
+        ("no_such", "no_such"),
+    ],
+)
+def test_a_solver_that_fails_fails_with_the_reason(made: Make, name: str, reason: str) -> None:
+    run = made(name)
+    assert run.state == FAILED
+    assert reason in run.reason
+    assert (run.problem, run.algorithm, run.seed) == ("bowl", f"rogues:{name}", 1)
+    assert made("walks").state == DONE
+
+
+def test_a_problem_that_cannot_be_built_fails_its_runs(made: Make) -> None:
+    run = made("walks", payload=pickle.dumps(Bowl("cracked", broken=True)))
+    assert "no such bowl" in run.reason
+
+
+@pytest.mark.parametrize("name", ["circles_later", "freezes", "closes"])
+def test_a_solver_that_never_ends_is_killed(made: Make, name: str) -> None:
+    made("walks")
+    began = time.monotonic()
+    with _impatient():
+        run = made(name, time_limit_s=0.2)
+    assert run.state == FAILED
+    assert "killed" in run.reason
+    assert time.monotonic() - began < 10
+    assert made("walks").state == DONE
+
+
+def test_a_solver_that_never_ended_once_is_not_waited_for_that_long_again(made: Make) -> None:
+    made("walks")
+    with _impatient():
+        assert "within 2 s of its uncounted" in made("circles", time_limit_s=0.2).reason
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worker_process, "GRACE_S", 0.2)
+        assert "within 0.4 s; killed" in made("circles", time_limit_s=0.2, seed=2).reason
+
+
+def test_whatever_a_solver_prints_disturbs_nobody(made: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    assert made("chatters").state == DONE
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_run_whose_worker_died_is_tried_once_more(
+    pool: WorkerPool, made: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROGUES_GRAVE", str(tmp_path / "grave"))
+    for pid in _processes(pool):
+        os.kill(pid, signal.SIGKILL)
+        assert _gone(pid)
+    run = made("dies_once")
+    assert (run.state, run.reason) == (DONE, "")
+    assert (tmp_path / "grave").exists()
+
+
+def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROGUES_GRAVE", "/")
+    pool = WorkerPool(Session.here())
+    task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
+    runs: list[Run] = []
+    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
+    thread.start()
+    killed: set[int] = set()
+    while thread.is_alive():
+        for pid in _processes(pool) - killed:
+            time.sleep(0.3)
+            os.kill(pid, signal.SIGKILL)
+            killed.add(pid)
+        time.sleep(0.02)
+    pool.close()
+    assert len(killed) == 2
+    assert "signal 9" in runs[0].reason
+
+
+@pytest.mark.parametrize("name", ["waits", "circles", "freezes"])
+def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    amid = tmp_path / "amid"
+    monkeypatch.setenv("ROGUES_AMID", str(amid))
+    program = f"""
+        import pickle, sys, threading
+        sys.path.append({str(Path(__file__).parent)!r})
+        from rogues import Bowl
+        from robolaser.benchmark.task import Task
+        from robolaser.benchmark.worker_pool import WorkerPool
+        from robolaser.benchmark.worker_process import Session
+        task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
+        payload = pickle.dumps(Bowl())
+        pool = WorkerPool(Session.here())
+        threading.Thread(target=pool.run, args=(task, "x", lambda: payload), daemon=True).start()
+        while not pool.workers:
+            pass
+        print(*(worker.pid for worker in pool.workers), flush=True)
+        threading.Event().wait()
+    """
+    parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, text=True)
+    with parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        while not amid.exists():
+            time.sleep(0.02)
+        time.sleep(0.1)
+        assert not _gone(child, within_s=0.0)
+        parent.kill()
+    assert _gone(child)
+
+
+def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
+    pool = WorkerPool(Session.here())
+    task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
+    runs: list[Run] = []
+    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
+    thread.start()
+    while not (pids := _processes(pool)):
+        time.sleep(0.02)
+    pool.close()
+    thread.join(5)
+    assert runs[0].state == FAILED
+    assert all(_gone(pid) for pid in pids)
+    assert not pool.workers
+    assert pool.run(task, "x", lambda: PAYLOAD).reason == "stopped"
+
+
+def test_runs_at_the_same_time_have_a_worker_each(pool: WorkerPool, made: Make) -> None:
+    threads = [threading.Thread(target=made, args=("dawdles",), kwargs={"seed": seed}) for seed in (1, 2, 3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(_processes(pool)) == 3

@@ -1,0 +1,228 @@
+"""What decides, on numbers made by hand: each threshold is held by a test."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, norm
+
+from robolaser.diagnosis import thresholds
+from robolaser.diagnosis.localization import likelihood_ratio, p_value
+from robolaser.diagnosis.verdict import (
+    Evidence,
+    complexity_penalty,
+    credibility,
+    dispersion,
+    is_alias,
+    is_indistinguishable,
+    judge,
+    posterior_weights,
+    probability_of_unmodelled,
+)
+
+CLEAN = Evidence(
+    chi2_before=1000.0,
+    chi2_after=1000.0,
+    freedoms=1000,
+    localized=0.0,
+    scatter_m=1e-4,
+    floor_m=1e-4,
+    gap_m=1e-4,
+    has_effects=False,
+)
+EXPLAINED = replace(CLEAN, chi2_before=9000.0, has_effects=True)
+
+
+def test_an_effect_of_one_parameter_must_explain_twenty_and_a_half():
+    assert complexity_penalty(1, 1) == thresholds.CHI2_PER_EFFECT + thresholds.CHI2_PER_PARAMETER == 20.5
+
+
+def test_of_a_hundred_candidates_chance_reaches_the_fixed_part_once_in_158_data_sets():
+    assert 1 / (100 * chi2.sf(thresholds.CHI2_PER_EFFECT, 1)) == pytest.approx(158, abs=1)
+
+
+def test_each_parameter_costs_the_same_up_to_those_of_a_rigid_motion_and_less_beyond():
+    assert complexity_penalty(6, 1) == 16.0 + 6 * 4.5
+    assert complexity_penalty(9, 1) == 16.0 + 6 * 4.5 + 3 * thresholds.CHI2_PER_FURTHER_PARAMETER
+    assert thresholds.CHI2_PER_FURTHER_PARAMETER < thresholds.CHI2_PER_PARAMETER
+    assert thresholds.FULLY_PENALIZED == 6
+
+
+def test_trying_more_nonlinear_parameters_costs_twice_the_logarithm_of_their_number():
+    assert complexity_penalty(2, 50) - complexity_penalty(2, 1) == pytest.approx(2 * np.log(50))
+
+
+def test_noise_alone_is_not_overdispersed():
+    assert dispersion(1000.0, 1000, 50) == 1.0
+    assert dispersion(1000.0 + 2 * np.sqrt(2000.0), 1000, 50) == 1.0
+    assert dispersion(500.0, 1000, 50) == 1.0
+
+
+def test_the_dispersion_grows_with_the_excess_over_four_freedoms_a_pose():
+    excess = 600.0
+    assert dispersion(1000.0 + 2 * np.sqrt(2000.0) + excess, 1000, 50) == pytest.approx(1.0 + excess / (4 * 50))
+    assert thresholds.FREEDOMS_PER_POSE == 4
+
+
+def test_posterior_weights_are_those_of_gaussian_likelihoods_and_add_up_to_one():
+    weights = posterior_weights(np.array([100.0, 102.0, 120.0]))
+    assert weights.sum() == pytest.approx(1.0)
+    assert weights[0] / weights[1] == pytest.approx(np.e)
+    np.testing.assert_allclose(posterior_weights(np.array([1e6, 1e6 + 2.0])), [1 / (1 + 1 / np.e), 1 / (1 + np.e)])
+
+
+def test_an_unmodelled_cause_starts_with_odds_of_one_to_four_hundred():
+    assert probability_of_unmodelled(500.0, 500.0) == pytest.approx(1 / 404, rel=0.01)
+    assert thresholds.CHI2_OF_UNMODELLED_CAUSE == 12.0
+
+
+def test_an_unmodelled_cause_is_even_with_an_effect_where_it_costs_that_much_less():
+    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == thresholds.MAX_UNMODELLED
+    assert probability_of_unmodelled(487.0, 500.0) > 0.5
+    assert probability_of_unmodelled(1e9, 0.0) < 1e-300
+    assert probability_of_unmodelled(0.0, 1e9) == 1.0
+
+
+def test_credibility_is_halved_where_a_twentieth_of_what_an_effect_explains_is_left():
+    assert credibility(0.0, 0.0, 1000.0) == 1.0
+    assert credibility(0.0, 1000.0 / thresholds.UNEXPLAINED_DISCOUNT, 1000.0) == 0.5
+    assert credibility(0.25, 0.0, 1000.0) == 0.75
+    assert credibility(0.0, 100.0, 0.0) < thresholds.MIN_CREDIBILITY
+
+
+def test_a_credible_effect_leaves_less_unexplained_than_nearly_half_of_what_it_explains():
+    assert credibility(0.0, 0.44 * 1000.0, 1000.0) > thresholds.MIN_CREDIBILITY
+    assert credibility(0.0, 0.46 * 1000.0, 1000.0) < thresholds.MIN_CREDIBILITY
+
+
+def test_an_alternative_is_indistinguishable_up_to_twenty_in_chi_squared_over_the_dispersion():
+    assert is_indistinguishable(1000.0, 1019.9, 1.0)
+    assert not is_indistinguishable(1000.0, 1020.0, 1.0)
+    assert is_indistinguishable(1000.0, 1039.0, 2.0)
+    assert thresholds.CHI2_INDISTINGUISHABLE == 20.0
+
+
+def test_an_alias_explains_less_than_a_twentieth_and_three_other_locations_would_do():
+    assert is_alias(49.0, 1000.0, 3)
+    assert not is_alias(50.0, 1000.0, 3)
+    assert not is_alias(49.0, 1000.0, 2)
+    assert (thresholds.ALIAS_SHARE, thresholds.ALIAS_LOCATIONS) == (0.05, 3)
+
+
+def test_the_largest_effect_is_no_alias():
+    assert not is_alias(1000.0, 1000.0, 9)
+
+
+def test_noise_alone_is_no_gap():
+    assert judge(CLEAN) == "no_gap"
+
+
+def test_effects_that_leave_noise_explain_the_gap():
+    assert judge(EXPLAINED) == "explained"
+
+
+def test_a_site_that_speaks_leaves_a_gap_unexplained():
+    assert judge(replace(CLEAN, localized=18.0)) == "unexplained"
+
+
+def test_more_than_six_standard_deviations_of_chi_squared_leave_a_gap_unexplained():
+    assert thresholds.CHI2_EXCESS_SIGMA == 6.0
+    limit = 1000.0 + 6.0 * np.sqrt(2000.0)
+    assert judge(replace(CLEAN, chi2_after=limit - 1.0)) == "no_gap"
+    assert judge(replace(CLEAN, chi2_after=limit + 1.0)) == "unexplained"
+
+
+def test_a_remainder_within_two_per_cent_of_what_effects_explain_is_their_form():
+    explained = EXPLAINED.chi2_before - EXPLAINED.chi2_after
+    within = thresholds.FORM_SHARE * explained
+    assert within == 0.02 * 8000
+    assert judge(replace(EXPLAINED, localized=within - 1.0)) == "explained"
+    assert judge(replace(EXPLAINED, localized=within + 1.0)) == "unexplained"
+
+
+def test_such_a_remainder_counts_as_form_only_up_to_a_tenth_above_the_noise_floor():
+    remainder = replace(EXPLAINED, localized=100.0)
+    assert judge(replace(remainder, gap_m=1.09e-4)) == "explained"
+    assert judge(replace(remainder, gap_m=1.11e-4)) == "unexplained"
+    assert thresholds.GAP_OVER_FLOOR == 1.1
+
+
+def test_without_effects_no_remainder_is_a_matter_of_form():
+    assert judge(replace(CLEAN, chi2_before=1e6, localized=20.0)) == "unexplained"
+
+
+def test_poses_that_scatter_more_than_twice_as_much_as_rows_are_a_gap_of_their_own():
+    assert judge(replace(EXPLAINED, scatter_m=1.99e-4)) == "explained"
+    assert judge(replace(EXPLAINED, scatter_m=2.01e-4)) == "unexplained"
+    assert judge(replace(CLEAN, scatter_m=2.01e-4)) == "unexplained"
+    assert thresholds.POSE_SCATTER_OVER_ROW_NOISE == 2.0
+
+
+def test_with_a_hundred_coordinates_chance_speaks_for_a_site_once_in_nine_hundred_data_sets():
+    assert 1 / p_value(thresholds.LIKELIHOOD_RATIO_OF_SITE, 100) == pytest.approx(905, abs=5)
+
+
+def test_the_p_value_of_a_variance_is_half_that_of_chi_squared():
+    assert p_value(9.0, 1) == pytest.approx(0.5 * chi2.sf(9.0, 1))
+    assert p_value(9.0, 7) == pytest.approx(7 * p_value(9.0, 1))
+    assert p_value(0.0, 10) == 1.0
+
+
+def test_noise_puts_one_row_in_a_million_beyond_the_limit_of_a_gross_error():
+    assert chi2.sf(thresholds.OUTLIER_SIGMA**2, 2) == pytest.approx(2.7e-7, rel=0.05)
+    assert chi2.sf(thresholds.OUTLIER_SIGMA**2, 3) == pytest.approx(1.2e-6, rel=0.05)
+
+
+def test_nine_in_ten_lie_above_the_detection_quantile():
+    assert norm.sf(-thresholds.DETECTION_SIGMA) == pytest.approx(0.9, abs=1e-3)
+
+
+def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance():
+    residuals = np.zeros(50)
+    residuals[0] = 6.0
+    ratio, size = likelihood_ratio(np.eye(50)[:, :1], residuals, np.inf)
+    assert ratio == pytest.approx(36.0 - 1.0 - np.log(36.0), rel=1e-3)
+    assert size == pytest.approx(np.sqrt(35.0), rel=0.15)
+
+
+def test_a_function_of_many_shapes_pays_for_each():
+    residuals = np.zeros(50)
+    residuals[0] = 6.0
+    few, _ = likelihood_ratio(np.eye(50)[:, :1], residuals, np.inf)
+    many, _ = likelihood_ratio(np.eye(50)[:, :20], residuals, np.inf)
+    assert many < few - 10
+
+
+def test_a_function_is_no_larger_than_is_plausible():
+    residuals = np.zeros(50)
+    residuals[0] = 6.0
+    ratio, size = likelihood_ratio(np.eye(50)[:, :1], residuals, 0.5)
+    assert size == 0.5
+    assert ratio == pytest.approx(36.0 * 0.25 / 1.25 - np.log(1.25))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("MIN_POSES", 5),
+        ("REFITS_PER_ADDITION", 4),
+        ("REFITS_PER_EXCHANGE", 2),
+        ("PAIRED_CANDIDATES", 16),
+        ("REFITTED_PAIRS", 2),
+        ("CHI2_PAIR_ADVANTAGE", 25.0),
+        ("DISTINCT_SINE", 1e-2),
+        ("SHARE_OF_BEST_SCORE", 0.75),
+        ("TESTED_ADDITIONS", 3),
+        ("MIN_IMPROVEMENT", 1e-3),
+        ("MAX_EXCHANGED", 4),
+        ("MAX_EFFECTS", 8),
+        ("MAX_SEPARATE_EFFECTS", 3),
+        ("MAX_BESIDE_GEOMETRY", 4),
+        ("SCATTER_REDUCTION", 0.7),
+        ("OUTLIER_ROUNDS", 2),
+        ("REFITTED_ALTERNATIVES", 10),
+        ("ALTERNATIVE_SHARE", 0.5),
+    ],
+)
+def test_the_search_has_the_limits_that_the_blind_trials_were_run_with(name, value):
+    assert getattr(thresholds, name) == value

@@ -1,0 +1,95 @@
+"""Derivatives that were worked out agree with differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser.estimation.jacobian import jacobian
+from robolaser.geometry.rigid_motion import angle_axes, from_angles, skew
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+ROBOT = find_robot("ur5")
+CELLS = {
+    "stripe along u": simulate(ROBOT, poses=4, points=5),
+    "stripe along v": simulate(ROBOT, poses=4, points=5, stripe_axis="v", bracket_quat=(0.1, 0.3, -0.2, 0.9)),
+    "unplaced target": simulate(ROBOT, poses=4, points=5, placed=False),
+    "tracker": simulate(ROBOT, kind="point", poses=8, points=4),
+    "sockets": simulate(ROBOT, kind="socket", poses=6, points=3),
+}
+
+
+def analytic(model: Model, x: np.ndarray) -> np.ndarray | None:
+    values = model.parameters.values(x[None])
+    perturb = model.perturb(values)
+    return model.sensor.jacobian(values, model.flange(values, perturb), perturb)
+
+
+def near_the_truth(model: Model, truth: dict[str, float]) -> np.ndarray:
+    x = np.array([truth[name] for name in model.parameters.names])
+    return x + 0.01 * model.parameters.width * np.random.default_rng(0).uniform(-1, 1, len(x))
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_columns_of_the_parameters_agree_with_differences(name):
+    made = CELLS[name]
+    model = Model(made.dataset)
+    x = near_the_truth(model, dict(made.truth))
+    slopes = analytic(model, x)
+    assert slopes.shape == (1, len(made.dataset.points), 3, len(x))
+    expected = jacobian(model, x).reshape(slopes.shape[1:])
+    largest = np.abs(expected).max(axis=(0, 1))
+    assert np.abs(slopes[0] - expected).max(axis=(0, 1)) == pytest.approx(np.zeros(len(x)), abs=1e-7 * largest.max())
+    assert (np.abs(slopes[0] - expected).max(axis=(0, 1)) <= 1e-7 * largest).all()
+
+
+def test_angles_in_the_order_of_the_paper_agree_too():
+    made = CELLS["stripe along u"]
+    model = Model(replace(made.dataset, angles="zyz"))
+    x = near_the_truth(model, dict(made.truth))
+    expected = jacobian(model, x)
+    np.testing.assert_allclose(analytic(model, x).reshape(expected.shape), expected, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "effect"),
+    [("stripe along u", "joint_compliance:joint_2"), ("stripe along u", "target_scale"), ("tracker", "base_shift")],
+)
+def test_effects_that_come_before_or_after_the_sensors_chain_change_nothing_of_that(name, effect):
+    made = CELLS[name]
+    names = ROBOT.joints
+    at = effect.replace("joint_2", names[1])
+    model = Model(made.dataset, candidate_effects([at], made.dataset))
+    sizes = {item.name: 0.3 * item.upper for item in model.effect_parameters.items}
+    x = near_the_truth(model, dict(made.truth) | sizes)
+    count = len(x) - len(model.effect_parameters)
+    expected = jacobian(model, x)[:, :count]
+    np.testing.assert_allclose(analytic(model, x).reshape(expected.shape), expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_where_an_effect_bends_the_light_differences_are_left_to_the_caller():
+    made = CELLS["stripe along u"]
+    model = Model(made.dataset, candidate_effects(["laser_roll"], made.dataset))
+    assert analytic(model, model.parameters.nominal) is None
+
+
+def test_candidates_are_worked_out_side_by_side():
+    made = CELLS["unplaced target"]
+    model = Model(made.dataset)
+    batch = np.stack([near_the_truth(model, dict(made.truth)), model.parameters.nominal])
+    values = model.parameters.values(batch)
+    together = model.sensor.jacobian(values, model.flange(values), model.perturb(values))
+    for one, slopes in zip(batch, together, strict=True):
+        np.testing.assert_allclose(slopes, analytic(model, one)[0], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("order", ["xyz", "zyz"])
+def test_a_growing_angle_turns_about_its_axis(order):
+    angles = np.array([0.3, -0.7, 1.1])
+    axes = angle_axes(*angles, order=order)
+    for number, step in enumerate(1e-6 * np.eye(3)):
+        turned = (from_angles(*(angles + step), order=order) - from_angles(*(angles - step), order=order)) / 2e-6
+        np.testing.assert_allclose(turned, skew(axes[number]) @ from_angles(*angles, order=order), atol=1e-9)
