@@ -87,4 +87,6 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
-    assert missing((name for name in {**Stripe.format.units, **POSE_UNITS} if name not in "xyz"), "conventions.md") == []
+    assert (
+        missing((name for name in {**Stripe.format.units, **POSE_UNITS} if name not in "xyz"), "conventions.md") == []
+    )

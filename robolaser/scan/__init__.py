@@ -48,8 +48,8 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
         ScannerDiffers: They are not of one scanner.
         NothingToScan: The recording has neither stripes nor points nor images.
         NoMiddles: Its stripes.npy holds none.
-        ImageUnnamed, DataError: Its poses.csv names images as it must not.
-        StripesStray, DataError, StripesForeign: Its stripes.npy is broken.
+        DataError: Its poses.csv names images as it must not.
+        StripesStray, DataError: Its stripes.npy is broken.
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px

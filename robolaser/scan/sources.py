@@ -11,7 +11,7 @@ import numpy as np
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.image_list import Shots, shots_of
+from robolaser.data.image_list import PoseImages, images_of_poses
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
 from robolaser.errors import NoMiddles, NothingToScan, StripesStray, unreadable
 
@@ -46,15 +46,15 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
     Raises:
         NothingToScan: There is none of them.
         NoMiddles: stripes.npy holds none.
-        DataError, StripesForeign: stripes.npy is broken.
-        ImageUnnamed, DataError: poses.csv names images as it must not.
+        DataError: stripes.npy is broken.
+        DataError: poses.csv names images as it must not.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():
         return _from_file(folder / FILE)
     if len(recording.points):
         return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
-    shots = shots_of(recording)
+    shots = images_of_poses(recording)
     if not shots:
         raise NothingToScan(folder)
     return Source("images", [partial(_from_images, recording, one) for one in shots])
@@ -65,13 +65,15 @@ def newer_images(recording: Dataset) -> int:
     if recording.folder is None or not (recording.folder / FILE).exists():
         return 0
     known = (recording.folder / FILE).stat().st_mtime + SETTLED_S
-    return sum(file.stat().st_mtime > known for shots in shots_of(recording) for file in shots.files if file.is_file())
+    return sum(
+        file.stat().st_mtime > known for shots in images_of_poses(recording) for file in shots.files if file.is_file()
+    )
 
 
 def probe(source: Source, recording: Dataset) -> Points:
     """Some middles, evenly taken from the whole recording; from images none are known yet, so places in them."""
     if source.what == "images":
-        return places_in_images(recording, np.array([shots.row for shots in shots_of(recording)]))
+        return places_in_images(recording, np.array([shots.row for shots in images_of_poses(recording)]))
     if source.points is not None:
         return source.points.take(_spread(len(source.points)))
     assert recording.folder is not None  # stripes.npy lies in it
@@ -145,9 +147,9 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
     return stripes
 
 
-def _from_images(recording: Dataset, shots: Shots) -> Stripes:
+def _from_images(recording: Dataset, shots: PoseImages) -> Stripes:
     """The middles in the images of one pose, repeats among them."""
-    from robolaser.vision.traced import traces  # noqa: PLC0415 - OpenCV is slow to load
+    from robolaser.vision.stripe_trace import traces  # noqa: PLC0415 - OpenCV is slow to load
 
     size = recording.image_px
     assert size is not None  # a stripe's data set has one
