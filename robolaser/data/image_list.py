@@ -69,8 +69,8 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
         elif lit or unlit[row]:
             column = next(iter(lit), UNLIT)
             raise DataError(
-                f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image with"
-                " the laser on in column image, or leave all of the pose's empty.",
+                f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image"
+                " with the laser on in column image, or leave all of the pose's empty.",
                 file="poses.csv",
                 row=row + 2,
                 column=LIT,

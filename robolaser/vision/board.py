@@ -41,8 +41,8 @@ class Board:
     """A checkerboard as one image shows it.
 
     Attributes:
-        orientations: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as
-            (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
+        orientations: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px]
+            as (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
         white_level: Grey of the light squares where no stripe falls on them.
     """
 
