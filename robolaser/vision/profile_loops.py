@@ -18,7 +18,7 @@ def measured(across: Array, line: Ints, first: Ints, last: Ints, ground: Array, 
         last: Its last pixel, (n,).
         ground: Grey beside it, (n,).
         reach: Pixels on either side of its centre that flanks are looked for in.
-        moments: Takes centre, width, area and the squared distances that the centre hangs on, above LEVEL and above FOOT,
+        moments: Takes centre, width, area and the sum of squared distances, above LEVEL and above FOOT,
             NaN where a flank is missing; then the peak and the number of saturated pixels, (n, 10).
     """
     length = across.shape[1]

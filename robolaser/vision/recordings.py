@@ -56,8 +56,8 @@ def points_from_images(
     if not len(found):
         reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
         raise ImageError(
-            f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner corners,"
-            " not squares), stripe_axis, and that board and stripe are both in view."
+            f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
+            " corners, not squares), stripe_axis, and that board and stripe are both in view."
         )
     number = {name: i for i, name in enumerate(recording.poses.names)}
     points = Points(
@@ -100,8 +100,8 @@ def stripes_from_images(
     if not some:
         lines = "rows" if axis == "v" else "columns"
         raise ImageError(
-            f"None of {len(shots)} images shows a stripe that crosses the {lines} of pixels. Check that the laser is on,"
-            f" the exposure, and [sensor] stripe_axis, which is '{axis}'."
+            f"None of {len(shots)} images shows a stripe that crosses the {lines} of pixels. Check that the laser"
+            f" is on, the exposure, and [sensor] stripe_axis, which is '{axis}'."
         )
 
 

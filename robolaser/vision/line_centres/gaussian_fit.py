@@ -16,7 +16,7 @@ BEYOND_FULL_SIGMAS = 2.0
 BROADEST_FULL = 12
 """Saturated pixels beyond which light is glare and no gaussian: the centre of gravity between the flanks stands."""
 FARTHEST = 0.5
-"""Distance of the Gaussian's centre from the centre of gravity, and its deviation, beyond which it is no fit [widths]."""
+"""Distance of the Gaussian's centre from the centre of gravity, and its deviation, that a fit has at most [widths]."""
 
 _LOOPS = Loops("robolaser.vision.gaussian_loops", pays_after=100_000)  # runs of bright pixels
 
