@@ -122,10 +122,10 @@ class Stripe(Sensor):
         from robolaser.estimation.elimination.similarity_loops import shown  # noqa: PLC0415 - numba takes a third of a second to load
 
         lens = np.stack(np.broadcast_arrays(*(values[name] for name in ("s_u", "s_v", "u_0", "v_0", "k", "f"))), axis=1)
-        sheet = np.ascontiguousarray(perturb(Stage.SHEET, optics.sheet(values)))
+        sheet = np.ascontiguousarray(perturb(Stage.LASER_PLANE, optics.sheet(values)))
         seen = np.empty((len(lens), self._pixel.shape[1], 3))
         shown(0, len(lens), lens, sheet, self._pixel[0], self.dataset.stripe_axis == "u", seen)
-        return perturb(Stage.LIGHT, seen)
+        return perturb(Stage.POINTS, seen)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
@@ -154,7 +154,7 @@ class Stripe(Sensor):
 
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by the fourteen and T_base_target, (c, m, 3, 14 or 20); None where effects sit in between."""
-        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.SHEET, Stage.LIGHT):
+        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS):
             return None
         return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
 
@@ -166,13 +166,13 @@ class Stripe(Sensor):
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         known = self.target(values, perturb)
-        if available() and not perturb.touches(Stage.LIGHT):
+        if available() and not perturb.touches(Stage.POINTS):
             return self.chain.residuals(values, T_base_flange, perturb, known)
         return known - self.in_base(values, T_base_flange, perturb)
 
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """J of eq. 18; in one go where the compiler can."""
-        if available() and not perturb.touches(Stage.LIGHT):
+        if available() and not perturb.touches(Stage.POINTS):
             return self.chain.squares(values, T_base_flange, perturb, self.target(values, perturb))
         return super().squares(values, T_base_flange, perturb)
 
