@@ -36,7 +36,7 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         millimetres(quality.scatter_m if known else None),
         f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
         if known
-        else "neither stripes nor calibration say how noisy the middles are",
+        else "neither stripes nor calibration state the noise of the line centres",
     )
     if scan.calibrated.rms_m is not None:
         yield Line(
@@ -46,7 +46,7 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         yield Line(BODIES[body.what], _size(body), _remark(body))
     left = counts.centres - counts.points
     if left:
-        yield Line("left out", f"{left}", f"of {counts.centres} middles: no point of the sheet in front of the camera")
+        yield Line("left out", f"{left}", f"of {counts.centres} line centres: no point of the laser plane in front of the camera")
 
 
 def _size(body: Measured) -> str:
