@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.penalized_fit import Fit
-from robolaser.estimation.cross_validation import FOLDS, dealt
+from robolaser.estimation.folds import FOLDS
 
 RESAMPLES = 2000
 STEPS = 4
@@ -37,7 +37,7 @@ def folds(data: AveragedData, seed: int) -> Ints:
                 fold[pose] = order[whole[name]] % FOLDS
             return fold
     shuffled = np.random.default_rng(seed).permutation(np.unique(dataset.points.pose))
-    fold[shuffled] = dealt(len(shuffled))
+    fold[shuffled] = np.arange(len(shuffled)) % FOLDS
     return fold
 
 
