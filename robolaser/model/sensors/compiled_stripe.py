@@ -46,7 +46,7 @@ class Chain:
 
     @property
     def _loops(self) -> ModuleType:
-        from robolaser.model.sensors import stripe_loops  # loads numba
+        from robolaser.model.sensors import stripe_loops  # noqa: PLC0415 - loads numba
 
         return stripe_loops
 

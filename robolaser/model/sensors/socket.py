@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry

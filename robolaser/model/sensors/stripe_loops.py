@@ -203,8 +203,9 @@ def _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E):  # type: ignore
 
 def warm_up() -> None:
     """Compile all that is called from outside."""
+    zyz, along_u = False, True
     own, bracket, image, known = np.ones((1, 14)), np.eye(3), np.ones((2, 1, 1)), np.ones((3, 1, 1))
     J, frames, runs = np.empty(1), np.zeros((1, 1, 4, 4)), np.array([[0, 0, 1]])
-    costs(0, 1, own, bracket, False, True, image, known, J)
-    camera, sheet, mount = unpacked(own, bracket, False, True)
+    costs(0, 1, own, bracket, zyz, along_u, image, known, J)
+    camera, sheet, mount = unpacked(own, bracket, zyz, along_u)
     residuals(0, 1, 0, 1, camera, sheet, mount, frames, runs, image, known, np.empty((1, 1, 3)), J)
