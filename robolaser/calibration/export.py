@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.errors import FrameExists, NoCamera
+from robolaser.errors import NoCamera
 from robolaser.geometry import camera as optics
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import exp_so3, pose
@@ -131,12 +131,10 @@ def _with_sensor(text: str, calibration: Calibration) -> str:
 
 
 def _with_frame(text: str, parent: str, name: str, T_parent_child: Array) -> str:
-    free, count = name, 2
-    while True:
-        try:
-            return urdf.with_fixed_frame(text, parent, free, T_parent_child)
-        except FrameExists:
-            free, count = f"{name}_{count}", count + 1
+    taken, free, count = urdf.parse(text).links, name, 2
+    while free in taken:
+        free, count = f"{name}_{count}", count + 1
+    return urdf.with_fixed_frame(text, parent, free, T_parent_child)
 
 
 def _frames(calibration: Calibration) -> Iterator[tuple[str, Array]]:

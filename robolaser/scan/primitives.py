@@ -1,4 +1,4 @@
-"""Planes and spheres in clouds: found among strangers by samples, then fitted with each point's own scatter."""
+"""Planes and spheres in clouds: found by random samples, then fitted with each point's own scatter."""
 
 from dataclasses import dataclass
 from typing import final
@@ -8,14 +8,14 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.geometry.mad_scale import spread
 
-DRAWS = 600  # samples of points: with a fifth of them on the solid one is clean, but for one case in a hundred
+DRAWS = 600  # samples of points: with a fifth of them on the primitive, one is clean in 99 of 100 cases
 JUDGES = 4000  # points by which samples are judged
-NEAR_STD = 3.0  # scatters from a solid within which a point may belong to it
-LEAST_NEAR_M = 2e-4  # the same where points promise less: calibrations leave as much
+NEAR_STD = 3.0  # scatters from a primitive within which a point may belong to it
+LEAST_NEAR_M = 2e-4  # the same where points claim less: calibrations leave as much
 ROUNDS = 10  # of fitting and leaving out
-FEWEST = 30  # points that tell a solid
+FEWEST = 30  # points that determine a primitive
 FLOOR = 0.2  # of the median scatter: no point counts as if it had less
-CLEAR = 0.75  # of the points within three times as far: a body stands out, a cut through another one does not
+CLEAR = 0.75  # of the points within three times as far: a primitive has them, a cut through another one does not
 RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be taken for it
 
 
@@ -171,10 +171,10 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sph
 
 
 def stands_out(distance: Array, on: Bools) -> bool:
-    """Whether the points on a body are most of those about it.
+    """Whether most of the points about a primitive are on it.
 
     Args:
-        distance: From the body, of all points that might have been on it, (n,) [m].
+        distance: From the primitive, of all points that might have been on it, (n,) [m].
         on: Those that are, (n,).
     """
     return bool(on.sum() > CLEAR * (np.abs(distance) < 3 * np.abs(distance[on]).max(initial=0.0)).sum())

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import RobotError, RobotNotInstalled
+from robolaser.errors import DependencyMissing, RobotError
 from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
@@ -104,7 +104,7 @@ def test_the_camera_looks_away_from_the_arm(name: str) -> None:
 def _robot_or_skip(name: str) -> Robot:
     try:
         return find_robot(name)
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip(f"{name} is not installed")
 
 

@@ -6,7 +6,7 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import EffectError, RobolaserError, RobotError, RobotNotInstalled, UsageError
+from robolaser.errors import DependencyMissing, EffectError, RobolaserError, RobotError, UsageError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot, known_robots
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -234,7 +234,7 @@ def test_the_papers_experiment_fixes_all_but_the_gauge(robot: Robot) -> None:
 def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) -> None:
     try:
         robot = find_robot(entry.name)
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip("its package is not installed")
     simulated = small(robot, kind)
     assert rms(simulated) < 1e-11

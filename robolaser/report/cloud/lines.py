@@ -23,13 +23,13 @@ class Line:
 
 def heading(scan: Scan) -> str:
     """What was scanned with what."""
-    tally, source = scan.cloud.tally, scan.cloud.source.what
-    return f"{tally.points} points from {source} of {tally.poses} poses, {scan.calibrated.origin}"
+    counts, source = scan.cloud.counts, scan.cloud.source.what
+    return f"{counts.points} points from {source} of {counts.poses} poses, {scan.calibrated.origin}"
 
 
 def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
     """Scatter, error of the calibration, and the bodies that were measured."""
-    tally = scan.cloud.tally
+    counts = scan.cloud.counts
     known = quality.scatter_m == quality.scatter_m  # not NaN
     yield Line(
         "scatter",
@@ -42,11 +42,11 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         yield Line(
             "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
         )
-    for body in quality.bodies:
+    for body in quality.primitives:
         yield Line(BODIES[body.what], _size(body), _remark(body))
-    left = tally.middles - tally.points
+    left = counts.centres - counts.points
     if left:
-        yield Line("left out", f"{left}", f"of {tally.middles} middles: no point of the sheet in front of the camera")
+        yield Line("left out", f"{left}", f"of {counts.centres} middles: no point of the sheet in front of the camera")
 
 
 def _size(body: Measured) -> str:
@@ -56,10 +56,12 @@ def _size(body: Measured) -> str:
 
 
 def _remark(body: Measured) -> str:
-    promised = f"promised {millimetres(body.promised_m)}" if body.promised_m == body.promised_m else "none promised"
+    predicted = (
+        f"predicted {millimetres(body.predicted_m)}" if body.predicted_m == body.predicted_m else "none predicted"
+    )
     if body.error_m is None or body.known_m is None:
-        return f"root mean square; {promised}; {body.points} of the points looked at"
+        return f"root mean square; {predicted}; {body.points} of the points looked at"
     off, _, _ = measured(abs(body.error_m), body.std_m or 0.0, "m").partition(" ±")
     sign = "+" if body.error_m >= 0 else "−"
     error = f"known {plain(body.known_m, 'm')}: off by {sign}{off} mm"
-    return f"{error}; scatter {millimetres(body.rms_m)}, {promised}; {body.points} points"
+    return f"{error}; scatter {millimetres(body.rms_m)}, {predicted}; {body.points} points"

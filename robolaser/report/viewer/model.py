@@ -13,9 +13,9 @@ from robolaser.errors import ParameterMissing
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.carry_over import carried_over, sight_of
-from robolaser.scan.scanner_model import Sight
-from robolaser.scan.sources import places_in_images
+from robolaser.scan.carry_over import carried_over, scanner_in
+from robolaser.scan.scanner_model import ScannerModel
+from robolaser.scan.sources import points_in_images
 
 USUAL_DEPTH_M = 0.3  # of the work where the sheet is nowhere in front of the camera
 FAN = 48  # places along the stripe
@@ -60,8 +60,8 @@ class Belief:
 
     name: str
     dataset: Dataset
-    sight: Sight | None
-    elsewhere: Callable[[Dataset], Sight] | None
+    sight: ScannerModel | None
+    elsewhere: Callable[[Dataset], ScannerModel] | None
     notes: tuple[str, ...] = ()
 
     @cached_property
@@ -100,7 +100,7 @@ class Belief:
         here = replace(self.dataset, poses=poses, points=Points(np.empty(0, np.int64), ()))
         return self._posture(here, None if self.elsewhere is None else self.elsewhere(here), 0)
 
-    def _posture(self, dataset: Dataset, sight: Sight | None, number: int) -> Posture:
+    def _posture(self, dataset: Dataset, sight: ScannerModel | None, number: int) -> Posture:
         robot, poses = dataset.robot, dataset.poses
         joints = np.empty((0, 4, 4))
         if robot is not None and poses.q is not None:
@@ -111,7 +111,7 @@ class Belief:
             return Posture(joints, dataset.flange()[number])
         return self._with_scanner(Posture(joints, sight.flange[number]), sight, number)
 
-    def _with_scanner(self, posture: Posture, sight: Sight, number: int) -> Posture:
+    def _with_scanner(self, posture: Posture, sight: ScannerModel, number: int) -> Posture:
         """The same with camera and light."""
         T = sight.camera[number]
         width, height = self.dataset.image_px or (1, 1)
@@ -122,7 +122,7 @@ class Belief:
         seen = light[np.isfinite(light).all(axis=1)]
         depth = float(np.median(seen[:, 2])) if len(seen) else USUAL_DEPTH_M
         ends = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]) - 0.5
-        normal, offset = sight.sheet[number, :3], sight.sheet[number, 3]
+        normal, offset = sight.laser_plane[number, :3], sight.laser_plane[number, 3]
         own = sight.dataset.points.pose == number
         stripe = self.points[own] if len(sight.dataset.points) else np.empty((0, 3))
         return replace(
@@ -134,7 +134,7 @@ class Belief:
             stripe=self._along_stripe(stripe, own),
         )
 
-    def _directions(self, pixel: Array, sight: Sight) -> Array:
+    def _directions(self, pixel: Array, sight: ScannerModel) -> Array:
         """Viewing rays with z = 1 of some pixels, by the nominal lens without distortion, (p, 3)."""
         f, s_u, s_v, u_0, v_0 = (float(sight.values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         u, v = (pixel[:, 0] - u_0) * s_u / f, (pixel[:, 1] - v_0) * s_v / f
@@ -162,15 +162,15 @@ def nominal(dataset: Dataset) -> Belief:
     if missing:
         raise ParameterMissing(missing, dataset.kind)
     values = {name: np.array([dataset.parameters[name].nominal]) for name in SCANNER}
-    return Belief("nominal", dataset, Sight(dataset, values), lambda here: Sight(here, values))
+    return Belief("nominal", dataset, ScannerModel(dataset, values), lambda here: ScannerModel(here, values))
 
 
 def calibrated(scanner: Calibrated, dataset: Dataset) -> Belief:
     """The cell as a calibration found it.
 
     Raises:
-        ScannerDiffers: It is of another scanner.
+        ScanError: It is of another scanner.
     """
     fitted = scanner.fitted_to(dataset)
-    sight, notes = carried_over(scanner, fitted, places_in_images(fitted, np.arange(len(fitted.poses))))
-    return Belief("calibrated", fitted, sight, lambda here: sight_of(scanner, here), notes)
+    sight, notes = carried_over(scanner, fitted, points_in_images(fitted, np.arange(len(fitted.poses))))
+    return Belief("calibrated", fitted, sight, lambda here: scanner_in(scanner, here), notes)

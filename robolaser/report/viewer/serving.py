@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import PortTaken, ViserMissing
+from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.viewer.drawing import drawn
 from robolaser.report.viewer.model import Belief
 from robolaser.report.viewer.scene import arm_length, cell, measured
@@ -37,8 +37,8 @@ class ViewerApp:
         port: Where to serve; a free one when absent.
 
     Raises:
-        ViserMissing: viser is not installed.
-        PortTaken: Nobody can listen there.
+        DependencyMissing: viser is not installed.
+        RobolaserError: Nobody can listen there.
     """
 
     def __init__(self, beliefs: tuple[Belief, ...], cloud: Dots | None = None, port: int | None = None) -> None:
@@ -226,14 +226,17 @@ def _served(port: int | None) -> "ViserServer":
     try:
         import viser  # noqa: PLC0415 - an extra
     except ImportError:
-        raise ViserMissing from None
+        raise DependencyMissing(
+            "viser is not installed, which shows the scene: pip install 'robolaser[view]'."
+        ) from None
     if port is not None:
         try:
             with socket.socket() as trial:
                 trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 trial.bind((HOST, port))
         except OSError as error:
-            raise PortTaken(port, error.strerror or str(error)) from None
+            reason = error.strerror or str(error)
+            raise RobolaserError(f"Cannot serve at port {port}: {reason}. Choose another --port.") from None
     make: Callable[..., ViserServer] = viser.ViserServer
     with redirect_stdout(io.StringIO()):  # its own greeting
         return make(host=HOST, port=8080 if port is None else port, verbose=False)

@@ -65,7 +65,7 @@ def test_away_from_the_poses_the_scanner_is_as_warm_as_at_the_runs_end(beliefs):
 
 def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(belief):
     posture = belief.at_pose(2)
-    normal, offset = belief.sight.sheet[2, :3], belief.sight.sheet[2, 3]
+    normal, offset = belief.sight.laser_plane[2, :3], belief.sight.laser_plane[2, 3]
     back = inverse(posture.camera)
     for places in (posture.light, posture.projector[None]):
         np.testing.assert_allclose(apply(back, places) @ normal, offset, atol=1e-12)
