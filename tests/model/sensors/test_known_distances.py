@@ -1,12 +1,11 @@
 """Distances that are known beforehand are rows of every fit."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import robolaser
+from robolaser import Calibration, Plan, calibrate
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
@@ -17,10 +16,12 @@ SOCKETS = simulate(ROBOT, kind="socket", poses=20, points=3, noise=Noise(joint_r
 TRACKER = simulate(ROBOT, kind="point", poses=20, points=4, noise=Noise(point_m=1e-4), seed=1).dataset
 
 
-def apart(calibration: robolaser.Calibration, dataset: Dataset, prefix: str) -> list[float]:
-    values = {name: calibration["parameters"][name]["value"] for name in calibration["parameters"]}
+def apart(found: Calibration, dataset: Dataset) -> list[float]:
+    """Distances of the points that the data set's pairs name, by a calibration [m]."""
+    value = dict(zip(found.model.parameters.names, found.x, strict=True))
+    prefix = "socket" if "socket.0.x" in value else "tool"
     return [
-        float(np.linalg.norm([values[f"{prefix}.{a}.{i}"] - values[f"{prefix}.{b}.{i}"] for i in "xyz"]))
+        float(np.linalg.norm([value[f"{prefix}.{a}.{i}"] - value[f"{prefix}.{b}.{i}"] for i in "xyz"]))
         for a, b, _ in dataset.distances_m
     ]
 
@@ -54,16 +55,24 @@ def test_their_derivatives_agree_with_differences():
         np.testing.assert_allclose(slopes[:, column], (up - down) / 2e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize(("dataset", "prefix"), [(SOCKETS, "socket"), (TRACKER, "tool")])
-def test_a_calibration_keeps_to_a_distance_as_its_noise_says(dataset, prefix):
-    free = robolaser.calibrate(replace(dataset, distances_m=()), seed=1).to_dict()
-    here = apart(free, stated(dataset, 0.1), prefix)[0]
+@pytest.mark.parametrize("weights", ["plain", "noise"])
+@pytest.mark.parametrize("dataset", [SOCKETS, TRACKER], ids=["sockets", "tracker"])
+def test_a_calibration_keeps_to_a_distance_as_its_noise_says(dataset: Dataset, weights: str):
+    plan = Plan(weights=weights)
+    free = calibrate(replace(dataset, distances_m=()), plan)
+    here = apart(free, stated(dataset, 0.1))[0]
     wanted = here + 1e-3
-    firmly = robolaser.calibrate(stated(dataset, wanted, 1e-6), seed=1).to_dict()
-    assert apart(firmly, stated(dataset, wanted), prefix)[0] == pytest.approx(wanted, abs=1e-5)
-    loosely = robolaser.calibrate(stated(dataset, wanted, 1.0), seed=1).to_dict()
-    assert apart(loosely, stated(dataset, wanted), prefix)[0] == pytest.approx(here, abs=1e-6)
-    assert firmly["objective_m2"] > free["objective_m2"]
+    firmly = calibrate(stated(dataset, wanted, 1e-6), plan)
+    assert apart(firmly, stated(dataset, wanted))[0] == pytest.approx(wanted, abs=1e-5)
+    loosely = calibrate(stated(dataset, wanted, 1.0), plan)
+    assert apart(loosely, stated(dataset, wanted))[0] == pytest.approx(here, abs=1e-6)
+    assert firmly.objective_m2 > free.objective_m2
 
 
-PANDA = Path(__file__).parents[4] / "shared" / "data" / "mukca-panda_1"
+def test_a_distance_ten_times_too_long_changes_the_answer_visibly():
+    one, other, known = SOCKETS.distances_m[0]
+    told = calibrate(SOCKETS)
+    wrong = calibrate(replace(SOCKETS, distances_m=((one, other, 10 * known),)))
+    assert apart(told, SOCKETS)[0] == pytest.approx(known, abs=3e-4)
+    assert apart(wrong, SOCKETS)[0] > 2 * known
+    assert wrong.objective_m2 > 100 * told.objective_m2
