@@ -20,9 +20,9 @@ from robolaser.errors import (
     ProblemUnknown,
     TestFunctionUnknown,
 )
-from robolaser.problems.reduction import Reduction
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
+from robolaser.problems.reduction import Reduction
 
 PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
 """How problems that are no folders are asked for."""

@@ -148,7 +148,7 @@ def _frames(calibration: Calibration) -> Iterator[tuple[str, Array]]:
     T_flange_camera = sensor.mount(values, perturb)[0, 0]
     yield "scanner_camera", T_flange_camera
     yield "scanner_camera_optical", T_flange_camera @ _optical(calibration.model.dataset.stripe_axis)
-    yield "scanner_laser", T_flange_camera @ _laser(perturb(Stage.SHEET, optics.sheet(values))[0, 0])
+    yield "scanner_laser", T_flange_camera @ _laser(perturb(Stage.LASER_PLANE, optics.sheet(values))[0, 0])
 
 
 def _tools(names: Iterable[str]) -> list[str]:

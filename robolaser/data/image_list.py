@@ -7,7 +7,7 @@ from typing import final
 
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
-from robolaser.errors import ImageUnnamed
+from robolaser.errors import DataError
 
 LIT = "image"
 """Column of poses.csv with the first image taken with the laser on."""
@@ -49,8 +49,7 @@ def shots_of(recording: Dataset) -> list[Shots]:
     """The images of a recording on disk, of each pose that has any.
 
     Raises:
-        ImageUnnamed: A pose has other images, but not the first.
-        DataError: A path points out of the recording's folder.
+        DataError: A pose has other images, but not the first, or a path points out of the recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:
@@ -68,5 +67,11 @@ def shots_of(recording: Dataset) -> list[Shots]:
             files = tuple(file(column, path) for column, path in lit.items())
             shots.append(Shots(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
-            raise ImageUnnamed(pose, next(iter(lit), UNLIT))
+            column = next(iter(lit), UNLIT)
+            raise DataError(
+                f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image"
+                " with the laser on in column image, or leave all of the pose's empty.",
+                file="poses.csv",
+                column=column,
+            )
     return shots

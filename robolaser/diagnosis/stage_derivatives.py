@@ -88,7 +88,7 @@ class StageDerivatives:
     def sheet(self) -> Array:
         """By the distance of the light from where it should be, (3m, 1) [1/m]."""
         step = SHIFT_M * np.array([0.0, 0.0, 0.0, 1.0])
-        return self._by(Stage.SHEET, [(step, -step, SHIFT_M)])
+        return self._by(Stage.LASER_PLANE, [(step, -step, SHIFT_M)])
 
     def on_sheet(self) -> Array:
         """Where on the light sheet each row's point lies: along the stripe and away from the camera, (m, 2) [m]."""

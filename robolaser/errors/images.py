@@ -22,16 +22,6 @@ class ImageSize(RobolaserError):
         )
 
 
-class ImageUnnamed(RobolaserError):
-    """A pose whose first image is not named, while others are."""
-
-    def __init__(self, pose: str, column: str) -> None:
-        super().__init__(
-            f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image with"
-            " the laser on in column image, or leave all of the pose's empty."
-        )
-
-
 class NotARecording(RobolaserError):
     """A data set that points cannot be extracted from."""
 
@@ -65,10 +55,3 @@ class NoCamera(RobolaserError):
 
     def __init__(self, kind: str) -> None:
         super().__init__(f"A sensor of kind '{kind}' has no camera to describe; only 'stripe' has one.")
-
-
-class StripesForeign(RobolaserError):
-    """A file of stripes holds another kind of array."""
-
-    def __init__(self, path: Path, found: str, expected: str) -> None:
-        super().__init__(f"{path} holds {found}, expected {expected}. Write it anew with `robolaser extract --force`.")

@@ -13,7 +13,7 @@ from robolaser.estimation.jacobian import jacobian
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.geometry.visibility import TILT, View, anywhere
+from robolaser.geometry.visibility import TILT, View, random_configurations
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import SIX, motion
@@ -55,7 +55,7 @@ class _Sight:
         enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
         found, tried, seeing = np.empty((0, len(self.robot.joints))), 0, 0
         for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
-            start = anywhere(self.robot, BATCH, rng)
+            start = random_configurations(self.robot, BATCH, rng)
             start = start[self._turned_to_it(start)]
             inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
             goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
@@ -93,11 +93,11 @@ class _Sight:
         good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
         corners = np.pad(np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * self.size_m, ((0, 0), (0, 1)))
         shown = self.view.pixels(apply(inverse(T)[:, None], corners))
-        good &= self.view.holds(shown, MARGIN).all(axis=1)
+        good &= self.view.contains(shown, MARGIN).all(axis=1)
         frames = self.robot.joint_frames(q[None])[0][:, len(self.robot.chain) // 2 :, :3, 3]
         above = apply(inverse(self.T_base_target), frames)[..., 2]
         good &= (facing[:, None] * above > 0).all(axis=1)
-        stripe = self.view.lit(T, 0.0, np.linspace(*self.view.span(), ALONG)[None])
+        stripe = self.view.illuminated(T, 0.0, np.linspace(*self.view.stripe_range(), ALONG)[None])
         return np.asarray(good & np.isfinite(stripe).all(axis=(1, 2)))
 
 
@@ -195,7 +195,7 @@ def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str
     """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
     n = len(q)
     T = inverse(sight.T_base_target) @ sight.robot.forward(q[None])[0] @ sight.view.T_flange_camera
-    lit = sight.view.lit(T, 0.0, np.linspace(*sight.view.span(), ALONG)[None])
+    lit = sight.view.illuminated(T, 0.0, np.linspace(*sight.view.stripe_range(), ALONG)[None])
     names = tuple(str(i) for i in range(ALONG)) * n
     points = Points(
         np.repeat(np.arange(n), ALONG),

@@ -46,8 +46,8 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
 
     Raises:
         ScanError: They are not of one scanner, or the recording holds nothing to scan.
-        ImageUnnamed, DataError: Its poses.csv names images as it must not.
-        DataError, StripesForeign: Its stripes.npy is broken.
+        DataError: Its poses.csv names images as it must not.
+        DataError: Its stripes.npy is broken.
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px

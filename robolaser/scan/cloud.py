@@ -107,11 +107,11 @@ class Cloud:
     def _terms(self) -> tuple[Array, Array] | None:
         """`lens` and `light` of the compiled loop; None where it lacks a term for an effect on single points."""
         run = Run(self.scanner.dataset)
-        pointwise = [one for one in self.scanner.effects if one.stage in (Stage.PIXELS, Stage.IMAGE, Stage.LIGHT)]
+        pointwise = [one for one in self.scanner.effects if one.stage in (Stage.PIXELS, Stage.IMAGE, Stage.POINTS)]
         terms = [(effect.stage, effect.compiled_terms(run)) for effect in pointwise]
         if any(term is None for _, term in terms):
             return None
-        lens, light = ([term for at, term in terms if at is stage] for stage in (Stage.IMAGE, Stage.LIGHT))
+        lens, light = ([term for at, term in terms if at is stage] for stage in (Stage.IMAGE, Stage.POINTS))
         return np.array(lens, dtype=np.float64).reshape(-1, 3), np.array(light, dtype=np.float64).reshape(-1, 4)
 
     def _compiled(self, stripes: Stripes, loops: Any) -> Vertices:

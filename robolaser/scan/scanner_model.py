@@ -73,7 +73,7 @@ class ScannerModel:
     @cached_property
     def laser_plane(self) -> Array:
         """The laser plane at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
-        plane = self.perturb(self.at_poses)(Stage.SHEET, optics.sheet(self.values))[0]
+        plane = self.perturb(self.at_poses)(Stage.LASER_PLANE, optics.sheet(self.values))[0]
         return np.ascontiguousarray(np.broadcast_to(plane, (len(self.dataset.poses), 4)))
 
     def in_camera(self, points: Points) -> Array:

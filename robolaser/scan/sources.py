@@ -45,8 +45,8 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
 
     Raises:
         ScanError: There is none of them, or stripes.npy is empty.
-        DataError, StripesForeign: stripes.npy is broken.
-        ImageUnnamed, DataError: poses.csv names images as it must not.
+        DataError: stripes.npy is broken.
+        DataError: poses.csv names images as it must not.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():

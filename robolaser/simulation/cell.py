@@ -13,7 +13,7 @@ from robolaser.errors import EffectError
 from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.geometry.visibility import View, anywhere, limits, looking_down
+from robolaser.geometry.visibility import View, configurations_looking_down, limits, random_configurations
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.sensors.sensor import SIX
 from robolaser.simulation.effect_specs import numbers_of
@@ -210,8 +210,8 @@ def _stripe(blank: Dataset, points: int, level: float | None, chances: _Chances)
     shift = np.array([truth[f"t_{axis}"] for axis in "xyz"])
     assert blank.image_px is not None  # said above
     view = View(pose(bracket @ turn, shift), truth, blank.stripe_axis, blank.image_px)
-    candidates, height = looking_down(robot, view, wanted=n, level=level, rng=chances.place)
-    first, last = view.span()
+    candidates, height = configurations_looking_down(robot, view, wanted=n, level=level, rng=chances.place)
+    first, last = view.stripe_range()
     step = (last - first) / points
     at = first + step * (np.arange(points) + 0.5 + JITTER * chances.along.uniform(-0.5, 0.5, (n, points)))
     if not blank.placed:
@@ -237,7 +237,7 @@ def _tracker(blank: Dataset, points: int, chances: _Chances) -> _World:
         angle, radius = 2 * np.pi * i / points + rng.uniform(-0.3, 0.3), rng.uniform(*REFLECTORS_M)
         place = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.08))
         truth |= {f"tool.{name}.{part}": float(value) for part, value in zip("xyz", place, strict=True)}
-    candidates = anywhere(_arm(blank), len(blank.poses), chances.place)
+    candidates = random_configurations(_arm(blank), len(blank.poses), chances.place)
     return _World(
         truth,
         candidates,

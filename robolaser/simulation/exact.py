@@ -72,7 +72,7 @@ def stripe_points(
             break
         pixel, given = _on_target(_sensor(model), values, T, perturb, pixel, 1 - along, T_base_target, level)
     shown = _sensor(model).in_camera(values, perturb)[0]
-    good = (left < EXACT_M) & view.holds(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
+    good = (left < EXACT_M) & view.contains(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
     return dataset, np.asarray(good.reshape(n, k).all(axis=1))
 
 

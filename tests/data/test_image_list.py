@@ -7,7 +7,7 @@ import pytest
 
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.image_list import shots_of
-from robolaser.errors import DataError, ImageUnnamed
+from robolaser.errors import DataError
 
 
 def recording(folder, image, **extra):
@@ -28,7 +28,7 @@ def test_repeats_come_in_their_order_and_the_dark_image_last(tmp_path):
 
 @pytest.mark.parametrize("column", ["image_2", "image_off"])
 def test_a_pose_with_other_images_names_the_first_too(column, tmp_path):
-    with pytest.raises(ImageUnnamed, match=f"pose p1: column {column}"):
+    with pytest.raises(DataError, match=f"pose p1: column {column}"):
         shots_of(recording(tmp_path, ("a", ""), **{column: ("", "b")}))
 
 

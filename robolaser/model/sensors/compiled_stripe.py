@@ -91,7 +91,7 @@ class Chain:
         for column, name in enumerate(SCANNER):
             own[:, column] = values[name]
         camera, sheet, mount = self._loops.unpacked(own, self._bracket, self._zyz, self._along_u)
-        sheet, mount = perturb(Stage.SHEET, sheet), perturb(Stage.MOUNT, mount)
+        sheet, mount = perturb(Stage.LASER_PLANE, sheet), perturb(Stage.MOUNT, mount)
         image = self._image
         if perturb.touches(Stage.PIXELS, Stage.IMAGE):
             image = self._along_axes(self._flat(values, perturb))

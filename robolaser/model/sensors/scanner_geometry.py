@@ -19,7 +19,7 @@ def in_image(pixel: Array, values: Values, perturb: Perturbation) -> Array:
 def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: str) -> Array:
     """Points on the sheet that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
     ray = optics.rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
-    return perturb(Stage.LIGHT, optics.cut(ray, perturb(Stage.SHEET, optics.sheet(values))))
+    return perturb(Stage.POINTS, optics.cut(ray, perturb(Stage.LASER_PLANE, optics.sheet(values))))
 
 
 def mount(dataset: Dataset, values: Values, perturb: Perturbation) -> Array:

@@ -129,7 +129,7 @@ class Stripe(Sensor):
 
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by the fourteen and T_base_target, (c, m, 3, 14 or 20); None where effects sit in between."""
-        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.SHEET, Stage.LIGHT):
+        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS):
             return None
         return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
 
@@ -155,7 +155,7 @@ class Stripe(Sensor):
 
     def _chain_for(self, values: Values, perturb: Perturbation) -> Chain | None:
         """The compiled chain, where it pays and no effect sits where it has no room for one."""
-        if perturb.touches(Stage.LIGHT):
+        if perturb.touches(Stage.POINTS):
             return None
         return self._chain if LOOPS.after(len(values["f"]) * len(self.dataset.points)) else None
 

@@ -1,5 +1,6 @@
 """What a calibration's page and charts are about: errors in millimetres, and what noise alone would make of them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
@@ -10,32 +11,17 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import some_of_each
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
-from robolaser.model.sensors.sensor import vector
-from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.report.chart import Spec, records
 
 ENOUGH_ROWS = 20_000
 """Rows that tell a root mean square to three digits."""
-
-
-def known_noise(dataset: Dataset) -> dict[str, str]:
-    """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
-    stated = {
-        "pixel": dataset.noise.pixel_px,
-        "target": dataset.noise.target_m,
-        "joint": dataset.noise.joint_rad,
-        "point": dataset.noise.point_m,
-    }
-    known = {name: "stated in the data set" for name, sigma in stated.items() if sigma is not None}
-    if "pixel" not in known and pixel_from_repeats(dataset) is not None:
-        known["pixel"] = "from repeats"
-    return known
 
 
 @final
@@ -56,44 +42,74 @@ class Evidence:
         return self.calibration.model.perturb(self.values)
 
     @cached_property
+    def fitted_m(self) -> Array:
+        """Residuals at the points' places, (m, j) [m]."""
+        return self.calibration.model.in_metres(self.calibration.x, self.calibration.residuals)
+
+    @cached_property
+    def held_out_m(self) -> Array | None:
+        """The same on poses left out of the fit."""
+        held_out = self.calibration.held_out
+        return None if held_out is None else self.calibration.model.in_metres(self.calibration.x, held_out)
+
+    @cached_property
     def fitted_mm(self) -> Array:
         """Length of each residual, (m,) [mm]."""
-        return lengths_mm(self.calibration.residuals)
+        return lengths_mm(self.fitted_m)
 
     @cached_property
     def held_out_mm(self) -> Array | None:
         """The same on poses left out of the fit."""
-        held_out = self.calibration.held_out
-        return None if held_out is None else lengths_mm(held_out)
+        return None if self.held_out_m is None else lengths_mm(self.held_out_m)
 
     @cached_property
-    def known_noise(self) -> dict[str, str]:
-        """See the function of this name; only sources that this data set has."""
-        return {name: origin for name, origin in known_noise(self.calibration.model.dataset).items()
-                if name in self.calibration.noise}  # fmt: skip
+    def _some(self) -> Model:
+        return enough_rows(self.calibration.model)
+
+    @cached_property
+    def sources(self) -> tuple[ErrorSource, ...]:
+        """What may disturb the rows, for no more rows than a figure needs."""
+        return error_sources(self._some, self.calibration.x)
+
+    @cached_property
+    def known_noise(self) -> Mapping[str, str]:
+        """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
+        known = {source.name: "stated in the data set" for source in self.sources if source.stated is not None}
+        if "pixel" not in known and pixel_from_repeats(self.calibration.model.dataset) is not None:
+            known["pixel"] = "from repeats"
+        return {name: origin for name, origin in known.items() if name in self.calibration.noise}
 
     @cached_property
     def noise(self) -> NoiseModel | None:
         """The noise that is known without looking at the residuals, of no more rows than a figure needs; or None."""
         if not self.known_noise:
             return None
-        calibration = self.calibration
-        some = _thinned(calibration.model)
-        sources = error_sources(some, calibration.x)
-        sigmas = {s.name: calibration.noise[s.name] if s.name in self.known_noise else 0.0 for s in sources}
-        return NoiseModel(sources, sigmas)
+        known = {name: self.calibration.noise[name] for name in self.known_noise}
+        return NoiseModel(self.sources, {source.name: known.get(source.name, 0.0) for source in self.sources})
 
     @cached_property
     def noise_m(self) -> float | None:
-        """Root-mean-square 3-D error that this noise alone would give [m]."""
+        """Root-mean-square error that this noise alone would give at the points' places [m]."""
         if self.noise is None:
             return None
-        return float(np.sqrt(np.trace(self.noise.covariances, axis1=1, axis2=2).mean()))
+        roots = np.linalg.cholesky(self.noise.covariances).astype(np.float64)
+        moved = [self._in_metres(roots[..., column]) for column in range(roots.shape[-1])]
+        return float(np.sqrt(sum((part**2).sum() for part in moved) / len(roots)))
+
+    def drawn_noise_mm(self, times: int, rng: np.random.Generator) -> Array | None:
+        """Lengths of errors as the known noise would make them, (times m,) [mm]."""
+        if self.noise is None:
+            return None
+        return np.concatenate([lengths_mm(self._in_metres(errors)) for errors in self.noise.draw(times, rng)])
+
+    def _in_metres(self, residuals: Array) -> Array:
+        return self._some.in_metres(self.calibration.x, residuals)
 
     @cached_property
-    def known(self) -> Array:
-        """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
-        return known_points(self.calibration.model, self.values, self.perturb)
+    def known(self) -> Array | None:
+        """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; or None."""
+        known = known_points(self.calibration.model, self.calibration.x)
+        return known if self.fitted_m.shape[1] == 3 else None
 
     def named(self, rows: Ints, **columns: Any) -> list[Spec]:
         """Records of some rows of points.csv for a chart, with the names of their poses and points."""
@@ -108,29 +124,24 @@ class Evidence:
         return seen, 1e3 * np.sqrt(squares / counts)
 
 
-def _thinned(model: Model) -> Model:
-    """Some rows of each pose, where there are more than a figure needs."""
+def enough_rows(model: Model) -> Model:
+    """The model of some rows of each pose, where there are more than a figure about noise needs."""
     if len(model.dataset.points) <= ENOUGH_ROWS or depends_on_trajectory(model):
         return model
     some = some_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses)))
     return with_rows(model, np.sort(some[some >= 0]))
 
 
-def known_points(model: Model, values: Values, perturb: Perturbation) -> Array:
-    """Where points are known or were measured to be, (m, 3) [m]: base frame, or the tracker's."""
-    points = model.dataset.points
-    if isinstance(model.sensor, Stripe):
-        known: Array = model.sensor.target(values, perturb)[0]
-        return known
-    if points.xyz is not None:
-        measured: Array = perturb(Stage.TARGET, points.xyz[None])[0]
-        return measured
-    sockets = np.stack([vector(values, f"socket.{name}")[0] for name in dict.fromkeys(points.names)])
-    return sockets[points.number]
+def known_points(model: Model, x: Array) -> Array | None:
+    """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; None where rows are no points."""
+    values = model.parameters.values(x[None])
+    perturb = model.perturb(values)
+    known = model.sensor.known(values, model.flange(values, perturb), perturb)
+    return None if known is None else known[0]
 
 
 def lengths_mm(errors: Array) -> Array:
-    """Lengths of errors (m, 3) [m], (m,) [mm]."""
+    """Lengths of errors (m, j) [m], (m,) [mm]."""
     lengths: Array = 1e3 * np.linalg.norm(errors, axis=-1)
     return lengths
 

@@ -12,7 +12,7 @@ from robolaser.report.calibration.evidence import Evidence
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.digits import millimetres
 from robolaser.report.page import drawn, render
-from robolaser.report.sensor_words import setting
+from robolaser.report.setting import setting
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""

@@ -10,8 +10,8 @@ from robolaser.calibration.result import Calibration
 from robolaser.report.calibration.meanings import effect_meaning, meaning
 from robolaser.report.digits import measured, plain
 
-HELD, ON_BOUND, UNFIXED = "held", "on its bound", "cannot be fixed by these data"
-ENTANGLED = "hardly told from others"
+FIXED, ON_BOUND, UNDETERMINED = "fixed", "on its bound", "not determined by these data"
+CORRELATED = "hardly distinguishable from others"
 BAND = 2.0  # standard deviations of the band on the bounds bar
 
 
@@ -135,13 +135,13 @@ def note(calibration: Calibration, i: int) -> str:
     """What to beware of with the i-th parameter."""
     name = calibration.model.parameters.names[i]
     if name in calibration.model.sensor.fixed:
-        return HELD
+        return FIXED
     if calibration.on_bound[i]:
         return ON_BOUND
     if not np.isfinite(calibration.std[i]):
-        return UNFIXED
+        return UNDETERMINED
     held = set(calibration.model.sensor.fixed)
     shared = [set(direction.parameters) for direction in calibration.unidentifiable if name in direction.parameters]
     if any(not held & names for names in shared):
-        return ENTANGLED
+        return CORRELATED
     return f"given {' and '.join(sorted(held))}" if shared else ""

@@ -12,7 +12,7 @@ from robolaser.report.calibration.evidence import Evidence
 from robolaser.report.calibration.page import figures
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.console import plain_unless_terminal, table
-from robolaser.report.sensor_words import setting
+from robolaser.report.setting import setting
 
 MOST_ROWS = 16
 STYLES = {"held-out": "bold", "noise": "", "fitted": "dim"}

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from robolaser.report.calibration.evidence import Evidence
-from robolaser.report.digits import millimetres, plain, times
-from robolaser.report.sensor_words import DOES, SOURCES
+from robolaser.report.digits import millimetres, times
+from robolaser.report.setting import noise_lines
 
 NOISE_ALONE = 1.1
 """Excess over noise up to which all is well: stated noise is seldom known better."""
@@ -21,7 +21,7 @@ OVERFITTED = 1.5
 def headline(evidence: Evidence) -> str:
     """Error on new poses beside what noise alone would give."""
     calibration = evidence.calibration
-    does = DOES[calibration.model.dataset.kind]
+    does = calibration.model.sensor.task
     noise = evidence.noise_m
     if calibration.held_out_rms_m is None:
         first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"
@@ -88,8 +88,7 @@ def method(evidence: Evidence) -> str:
     )
 
 
-def noise_lines(evidence: Evidence) -> Iterator[tuple[str, str, str]]:
+def noise_rows(evidence: Evidence) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: what it disturbs, its size, and where the size comes from."""
-    for name, sigma in evidence.calibration.noise.items():
-        what, unit = SOURCES.get(name, (name, ""))
-        yield what, plain(sigma, unit, 2), evidence.known_noise.get(name, "estimated from the residuals")
+    for name, what, size in noise_lines(evidence.calibration.noise, evidence.sources):
+        yield what, size, evidence.known_noise.get(name, "estimated from the residuals")

@@ -12,7 +12,7 @@ from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import caveats, to_do
 from robolaser.report.diagnosis.page import gap_lines
 from robolaser.report.digits import millimetres
-from robolaser.report.sensor_words import setting
+from robolaser.report.setting import setting
 
 MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
 """Lines of each."""

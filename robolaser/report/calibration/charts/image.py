@@ -61,7 +61,7 @@ def _in_view(evidence: Evidence, sensor: Stripe) -> tuple[Array, Array]:
     """Errors of estimated points across the view, along image u and v, (m, 2), and along it, (m,) [mm]."""
     model, values, perturb = evidence.calibration.model, evidence.values, evidence.perturb
     R = (model.flange(values, perturb) @ sensor.mount(values, perturb))[0, :, :3, :3]
-    errors = -1e3 * evidence.calibration.residuals
+    errors = -1e3 * evidence.fitted_m
     x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)
     return np.stack([u, v], axis=-1), z

@@ -13,8 +13,8 @@ def poses(evidence: Evidence) -> Chart | None:
     """Root-mean-square error of each pose, fitted and held out."""
     calibration = evidence.calibration
     points, names = calibration.model.dataset.points, calibration.model.dataset.poses.names
-    seen, fitted = evidence.per_pose(calibration.residuals)
-    held_out = None if calibration.held_out is None else evidence.per_pose(calibration.held_out)[1]
+    seen, fitted = evidence.per_pose(evidence.fitted_m)
+    held_out = None if evidence.held_out_m is None else evidence.per_pose(evidence.held_out_m)[1]
     called = [names[i] for i in seen]
     number = np.arange(1, len(seen) + 1)
     of = {"fitted": FITTED} | ({} if held_out is None else {"held out": HELD_OUT})
