@@ -60,4 +60,3 @@ from robolaser.errors.types import (
 from robolaser.errors.types import (
     UsageError as UsageError,
 )
-from robolaser.errors.visits import *  # noqa: F403

@@ -24,12 +24,13 @@ from page_claims import (
 from rich.console import Console
 
 from robolaser.report.comparison import page, print_comparison
+from robolaser.report.comparison.excess import rms_excess, rms_target
 from robolaser.report.comparison.page import unbroken
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext
-from robolaser.report.comparison.prices import count, duration, manifold, rms_excess, rms_target
 from robolaser.report.comparison.ranking import result_rows, standing_rows
 from robolaser.report.comparison.rows import failure_rows, spans
+from robolaser.report.digits import count, duration, manifold
 
 COMMAND = "robolaser compare paper ur5 pymoo:rastrigin --output result"
 

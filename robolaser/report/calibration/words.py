@@ -42,7 +42,7 @@ def judgement(evidence: Evidence) -> str:
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:
-        said.append(_against_noise(*excess(evidence, noise), error / noise))
+        said.append(calibration.setup_warning or _against_noise(*excess(evidence, noise), error / noise))
     if error is not None and error > OVERFITTED * calibration.rms_m:
         said.append(
             f"New poses err {times(error / calibration.rms_m)} times as much as fitted ones:"

@@ -79,7 +79,7 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: The standings of each family of problems.
         command: What to type to repeat it.
     """
     contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
@@ -106,7 +106,7 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
 
 
 def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
-    """Which is better, by how much and how sure is that, in the first family of problems."""
+    """Which is better, by how much and how certain, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
     return judged[0].evaluations.answer or NOTHING

@@ -14,7 +14,7 @@ from robolaser.benchmark.results_array import Tally
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
 from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours
-from robolaser.report.comparison import prices
+from robolaser.report.comparison.excess import cost_excess, number, rms_excess, rms_target
 
 LEADING = 5
 """Algorithms that have a colour of their own, by rank."""
@@ -29,8 +29,8 @@ LEGEND_PX = 12
 def target(family: str, tolerance: float) -> str:
     """A target of a family in words."""
     if family == CALIBRATION:
-        return f"an RMS within {prices.rms_target(tolerance)} of the best known"
-    return f"a cost within {prices.number(tolerance)} of the lowest"
+        return f"an RMS within {rms_target(tolerance)} of the best known"
+    return f"a cost within {number(tolerance)} of the lowest"
 
 
 @final
@@ -110,8 +110,8 @@ class PlotContext:
     def excess(self, problem: Contested, tolerance: float) -> str:
         """How far above the best known, for a person."""
         if self.relative(problem):
-            return prices.rms_excess(tolerance)
-        return prices.cost_excess(tolerance, problem.scale, problem.unit)
+            return rms_excess(tolerance)
+        return cost_excess(tolerance, problem.scale, problem.unit)
 
     def relative(self, problem: Contested) -> bool:
         """Is more than next to nothing left at best, so that people would ask how much more an RMS is?"""

@@ -1,4 +1,4 @@
-"""Tables of what went wrong: runs that failed, and contestants that were not asked."""
+"""Tables of failures: runs that failed, and algorithms that cannot solve a problem."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -7,7 +7,7 @@ from robolaser.benchmark.result import Comparison
 
 
 def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
-    """Contestant, reason, runs, and on which problems with which seeds."""
+    """Algorithm, reason, runs, and on which problems with which seeds."""
     order = list(comparison.contestants)
     failures = sorted(
         comparison.failures, key=lambda run: (order.index(run.algorithm), run.reason, run.problem, run.seed)
@@ -22,7 +22,7 @@ def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
 
 
 def refusal_rows(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
-    """Contestant, problems it was not asked, and why."""
+    """Algorithm, problems it was not run on, and why."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for (problem, name), reason in comparison.refused.items():
         grouped.setdefault((name, reason), []).append(problem)

@@ -35,7 +35,7 @@ def print_comparison(
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: The standings of each family of problems.
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
