@@ -108,7 +108,7 @@ def simulate(
         kind: "stripe", "point" (a tracker) or "socket".
         poses: How many.
         points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
-        repeats: Shots at each unmoved pose.
+        repeats: PoseImages at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
         effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
