@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.errors import NoPoints, NothingSeen
+from robolaser.errors import DataError
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -35,7 +35,12 @@ class Model:
     def __post_init__(self) -> None:
         if not len(self.dataset.points):
             folder = self.dataset.folder
-            raise NothingSeen() if folder and (folder / "points.csv").exists() else NoPoints(folder)
+            raise DataError(
+                "points.csv has a header but no rows: there is nothing to calibrate from."
+                if folder and (folder / "points.csv").exists()
+                else f"{folder} has no points.csv yet. Run `robolaser extract {folder}` first, or measure points.",
+                file="points.csv",
+            )
 
     @cached_property
     def sensor(self) -> Sensor:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
-from robolaser.errors import ParameterMissing, ParameterUnknown
+from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -173,16 +173,24 @@ class Sensor(ABC):
         """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
 
         Raises:
-            ParameterUnknown: The data set gives one that this sensor does not have.
-            ParameterMissing: It does not give all of this sensor's free ones.
+            DataError: The data set gives one that this sensor does not have, or not all of its free ones.
         """
         given = self.dataset.parameters
         for name in given:
             if name not in self.free + self.derived:
-                raise ParameterUnknown(name, self.free + self.derived)
+                raise DataError(
+                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
+                    file="dataset.toml",
+                    column=f"[parameters] {name}",
+                )
         missing = [name for name in self.free if name not in given]
         if missing:
-            raise ParameterMissing(missing, self.format.kind)
+            raise DataError(
+                f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
+                "{ nominal, lower, upper } for each.",
+                file="dataset.toml",
+                column="[parameters]",
+            )
         items = [given[name] for name in self.free]
         if self.derived:
             nominal = {item.name: np.array([item.nominal]) for item in items}
