@@ -120,9 +120,10 @@ class Model:
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
 
-        They are white already. A fit that weighs rows by their noise appends them as they are. A plain fit, which
-        minimises J, appends them times the standard deviation s of a row's numbers: it then minimises
-        s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as their noise says.
+        They are white already. A fit that weighs rows by their whole noise appends them as they are. A fit that does
+        not know how large the rows' errors are, as the plain one that minimises J, appends them times the standard
+        deviation s of a row's numbers: it then minimises s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as
+        their noise says.
         """
         known = self.known_distances
         return np.empty((len(x), 0)) if known is None else known.residuals(self.parameters.values(x)) / known.sigma_m

@@ -72,11 +72,6 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
-    @property
-    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
-        return ()
-
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
@@ -90,15 +85,6 @@ class Sensor(ABC):
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
         """
-
-    @property
-    def eliminated(self) -> tuple[str, ...]:
-        """Parameters that `complete` finds: a search need not look for them."""
-        return self.derived
-
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name."""
-        raise NotImplementedError
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
