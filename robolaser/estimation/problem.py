@@ -131,12 +131,13 @@ class Problem:
     def _number_scale(self) -> float:
         """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
 
-        One where rows are whitened; else the standard deviation of a row's numbers at the nominal values.
+        One where rows are whitened by all their noise; else the standard deviation of their numbers, taken at the
+        nominal values.
         """
-        if self.noise is not None or self.model.known_distances is None:
+        whole = self.noise is not None and not self.noise.relative
+        if whole or self.model.known_distances is None:
             return 1.0
-        plain = self.model.residuals(self.parameters.nominal[None])
-        return float(np.sqrt(np.square(plain).mean()))
+        return float(np.sqrt(np.square(self.residuals(self.parameters.nominal[None])).mean()))
 
     def extra_residuals(self, x: Array) -> Array:
         """Rows that belong to no row of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.

@@ -38,11 +38,13 @@ class NoiseModel:
         sources: What may shake the rows, see `robolaser.model.noise.sources`.
         sigmas: Standard deviation of each source, by name, in its unit.
         estimated: Those that the residuals or repeats gave rather than the data set.
+        relative: Whether whitened rows are of unit variance only up to a common factor.
     """
 
     sources: tuple[ErrorSource, ...]
     sigmas: Mapping[str, float]
     estimated: tuple[str, ...] = ()
+    relative: bool = False
 
     def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
         """The same sources with other sizes; those not named keep theirs."""
@@ -52,9 +54,10 @@ class NoiseModel:
         """The noise that weights may rest on: all but estimated errors of whole poses.
 
         Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
+        What is left tells how rows compare with each other, no longer how large their errors are.
         """
-        of_poses = (source.name for source in self.sources if source.level == "pose")
-        return self.at({name: 0.0 for name in of_poses if name in self.estimated})
+        gone = [source.name for source in self.sources if source.level == "pose" and source.name in self.estimated]
+        return replace(self.at(dict.fromkeys(gone, 0.0)), relative=self.relative or bool(gone))
 
     def of_rows(self, rows: Ints) -> "NoiseModel":
         """The noise of some rows, whole poses of them."""

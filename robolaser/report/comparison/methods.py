@@ -5,7 +5,7 @@ import platform
 from collections.abc import Sequence
 
 from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report.comparison.rows import spans
 from robolaser.report.digits import duration, rate
 from robolaser.report.page import version
@@ -35,17 +35,17 @@ READING = (
 """Each measure in a sentence or two."""
 
 
-def setting(comparison: Comparison) -> str:
+def setting(comparison: BenchmarkResult) -> str:
     """How many algorithms, problems and runs."""
     counts = (
-        _many(len(comparison.contestants), "algorithm"),
+        _many(len(comparison.solvers), "algorithm"),
         _many(len(comparison.problems), "problem"),
         _many(len(comparison.seeds), "seed"),
     )
     return f"{', '.join(counts)}, {comparison.budget:,} evaluations a run"
 
 
-def missing(comparison: Comparison) -> str:
+def missing(comparison: BenchmarkResult) -> str:
     """How far an unfinished comparison is; empty if it is done."""
     made, wanted = len(comparison.runs), comparison.wanted
     if made >= wanted:
@@ -53,7 +53,7 @@ def missing(comparison: Comparison) -> str:
     return f"{made:,} of {wanted:,} runs so far"
 
 
-def measured(comparison: Comparison) -> Sequence[tuple[str, str]]:
+def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
     """Conditions of the runs, and the effort."""
     effort = comparison.effort
     versions = ", ".join(f"{name} {of}" for name in PACKAGES if (of := _version(name)))

@@ -7,8 +7,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison
-from robolaser.benchmark.results_array import SHOWN
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.report.chart import Chart
 from robolaser.report.comparison import methods, rows
@@ -74,7 +74,7 @@ class ProblemRow:
     targets: str
 
 
-def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = "") -> str:
+def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
     """The page as HTML.
 
     Args:
@@ -105,7 +105,7 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
     )
 
 
-def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
+def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
     """Which is better, by how much and how certain, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
@@ -179,7 +179,7 @@ def _problems(context: PlotContext) -> Sequence[ProblemPart]:
     return parts
 
 
-def _problem_rows(comparison: Comparison) -> list[ProblemRow]:
+def _problem_rows(comparison: BenchmarkResult) -> list[ProblemRow]:
     return [
         ProblemRow(
             1 + i,

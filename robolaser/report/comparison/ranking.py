@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.benchmark.result import Contested
-from robolaser.benchmark.results_array import SHOWN
-from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.result import ProblemSummary
+from robolaser.benchmark.result_arrays import SHOWN
+from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Place, Reached, Result
+from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
 
@@ -82,7 +82,7 @@ def _standing(context: PlotContext, place: Place, in_seconds: Place) -> Standing
     return StandingRow(
         rank=_rank(place),
         name=name,
-        title=context.comparison.contestants[name],
+        title=context.comparison.solvers[name],
         colour=line_number(context, name),
         success=Cell(
             "" if place.success.value is None else rate(place.success.value),
@@ -131,7 +131,7 @@ def line_number(context: PlotContext, name: str) -> int | None:
     return coloured.index(name) if name in coloured else None
 
 
-def _known(estimate: Estimate) -> float:
+def _known(estimate: IntervalEstimate) -> float:
     return float("inf") if estimate.value is None else estimate.value
 
 
@@ -139,7 +139,7 @@ def _rank(place: Place) -> str:
     return "–" if place.rank is None else str(place.rank)
 
 
-def _interval(estimate: Estimate) -> str:
+def _interval(estimate: IntervalEstimate) -> str:
     if estimate.lower is None or estimate.upper is None:
         return ""
     return interval(estimate.lower, estimate.upper)
@@ -179,7 +179,7 @@ def _against(place: Place) -> Cell:
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
         return Cell("")
     return Cell(
-        "yes" if pair.told else "no",
+        "yes" if pair.significant else "no",
         (chance(pair.p_adjusted), f"loses {rate(pair.superiority.value)} of pairs"),
     )
 
@@ -193,7 +193,7 @@ def _target(one: Reached | None, runs: int) -> Cell:
     return Cell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
 
 
-def _quality(context: PlotContext, problem: Contested, quality: Quality | None) -> Cell:
+def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts | None) -> Cell:
     """Median, and quartiles unless they are alike."""
     if quality is None:
         return Cell("")

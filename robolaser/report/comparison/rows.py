@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 
 
-def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
+def failure_rows(comparison: BenchmarkResult) -> Iterator[tuple[str, str, int, str]]:
     """Algorithm, reason, runs, and on which problems with which seeds."""
-    order = list(comparison.contestants)
+    order = list(comparison.solvers)
     failures = sorted(
         comparison.failures, key=lambda run: (order.index(run.algorithm), run.reason, run.problem, run.seed)
     )
@@ -21,7 +21,7 @@ def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
         yield name, reason, len(group), "; ".join(where)
 
 
-def refusal_rows(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
+def refusal_rows(comparison: BenchmarkResult) -> Iterator[tuple[str, str, str]]:
     """Algorithm, problems it was not run on, and why."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for (problem, name), reason in comparison.refused.items():
