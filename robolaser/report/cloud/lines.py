@@ -46,7 +46,8 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         yield Line(BODIES[body.what], _size(body), _remark(body))
     left = counts.centres - counts.points
     if left:
-        yield Line("left out", f"{left}", f"of {counts.centres} line centres: no point in front of the camera")
+        why = "no point of the laser plane in front of the camera"
+        yield Line("left out", f"{left}", f"of {counts.centres} line centres: {why}")
 
 
 def _size(body: Measured) -> str:
