@@ -15,7 +15,7 @@ RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular 
 SAMPLE = 20  # poses that are looked at
 ALIKE = 6  # decimals [m], and of rotation matrices, in which poses that differ at all differ
 SETUP_RMS_M = 0.01
-"""Error of fitted points from which on the description of the cell is wrong: no effect of a sound cell makes so much."""
+"""Error of fitted points from which on the description of the cell is wrong: no effect makes so much."""
 SETUP_ON_BOUNDS = 1 / 3
 """Share of the parameters with given bounds that end on one, from which on the description is wrong."""
 HEADER = 2  # the first row of a table stands in line 2
@@ -71,8 +71,8 @@ def check_target(model: Model) -> None:
         row = int(np.argmax(behind))
         raise DataError(
             f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal "
-            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check the "
-            "target's frame and units, bracket_quat and the flange.",
+            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check "
+            "the target's frame and units, bracket_quat and the flange.",
             file="points.csv",
             row=row + HEADER,
         )
