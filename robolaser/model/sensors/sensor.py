@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -173,6 +173,11 @@ class Sensor(ABC):
         """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
         names = self.free + self.derived
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What calibration.json says of it under `model`, beside its kind."""
+        return {}
 
     @property
     def held_out_groups(self) -> Ints | None:

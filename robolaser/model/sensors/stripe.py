@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -68,6 +68,16 @@ class Stripe(Sensor):
     def eliminated(self) -> tuple[str, ...]:
         """The scanner's place and size, a similarity fit given its camera and its sheet, and the target's pose."""
         return (*SIMILARITY, *self.derived)
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
+        dataset = self.dataset
+        return {
+            "stripe_axis": dataset.stripe_axis,
+            "bracket_quat": list(dataset.bracket_quat),
+            "angles": dataset.angles,
+        }
 
     @property
     def fixed(self) -> tuple[str, ...]:
