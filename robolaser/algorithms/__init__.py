@@ -1,4 +1,4 @@
-"""Ways to search: the genetic algorithm of Lee et al. 2004, when it stops, its checkpoints and its polish."""
+"""Search algorithms: the genetic algorithm of Lee et al. 2004, its terminations and checkpoints; algorithms by name."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -56,7 +56,7 @@ def calibrate(
 
     Raises:
         EstimationError, DataError: The data cannot be calibrated from.
-        EffectError, AlgorithmError, UsageError: There is no effect, location, algorithm or loss of that name.
+        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
     """
     began = time.perf_counter()
     plan = plan or Plan()

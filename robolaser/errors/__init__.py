@@ -3,12 +3,10 @@
 from robolaser.errors.base import *  # noqa: F403
 from robolaser.errors.cells import *  # noqa: F403
 from robolaser.errors.challenges import *  # noqa: F403
-from robolaser.errors.comparisons import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
 from robolaser.errors.images import *  # noqa: F403
-from robolaser.errors.searches import *  # noqa: F403
 from robolaser.errors.types import (
     AlgorithmError as AlgorithmError,
 )

@@ -15,8 +15,7 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.calibration.pymoo_search import Progress
+from robolaser.arrays import Array, Progress
 from robolaser.compiled import Loops, cores, share_out
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.errors import ScanError

@@ -11,7 +11,7 @@ import numpy as np
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.image_list import Shots, shots_of
+from robolaser.data.image_list import PoseImages, images_of_poses
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
 from robolaser.errors import DataError, ScanError, unreadable
 
@@ -53,7 +53,7 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
         return _from_file(folder / FILE)
     if len(recording.points):
         return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
-    shots = shots_of(recording)
+    shots = images_of_poses(recording)
     if not shots:
         raise ScanError(
             f"{folder} has neither stripes.npy nor points.csv nor images named in poses.csv: there is nothing to scan."
@@ -67,13 +67,15 @@ def newer_images(recording: Dataset) -> int:
     if recording.folder is None or not (recording.folder / FILE).exists():
         return 0
     known = (recording.folder / FILE).stat().st_mtime + SETTLED_S
-    return sum(file.stat().st_mtime > known for shots in shots_of(recording) for file in shots.files if file.is_file())
+    return sum(
+        file.stat().st_mtime > known for shots in images_of_poses(recording) for file in shots.files if file.is_file()
+    )
 
 
 def sample_points(source: Source, recording: Dataset) -> Points:
     """Some line centres, evenly taken from the whole recording; of images, which are not read yet, pixels all over."""
     if source.what == "images":
-        return points_in_images(recording, np.array([shots.row for shots in shots_of(recording)]))
+        return points_in_images(recording, np.array([shots.row for shots in images_of_poses(recording)]))
     if source.points is not None:
         return source.points.take(_spread(len(source.points)))
     assert recording.folder is not None  # stripes.npy lies in it
@@ -159,9 +161,9 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
     return stripes
 
 
-def _from_images(recording: Dataset, shots: Shots) -> Stripes:
+def _from_images(recording: Dataset, shots: PoseImages) -> Stripes:
     """The line centres in the images of one pose, repeats among them."""
-    from robolaser.vision.traced import traces  # noqa: PLC0415 - OpenCV is slow to load
+    from robolaser.vision.stripe_trace import traces  # noqa: PLC0415 - OpenCV is slow to load
 
     size = recording.image_px
     assert size is not None  # a stripe's data set has one

@@ -43,7 +43,7 @@ class Ranges:
         points: Of a pose.
         pixel_px: Noise of a pixel.
         target_m: Noise of a target point.
-        repeats: Shots at each pose.
+        repeats: PoseImages at each pose.
     """
 
     poses: tuple[int, int] = (36, 72)
@@ -62,7 +62,7 @@ class Built:
         cell: Where everything truly is.
         blank: The data set without points.
         noise: What chance adds to the readings, stated or not.
-        repeats: Shots at each pose.
+        repeats: PoseImages at each pose.
     """
 
     cell: Cell

@@ -16,7 +16,7 @@ from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Noise
-from robolaser.errors import CheckpointForeign, EstimationError
+from robolaser.errors import AlgorithmError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
@@ -154,7 +154,7 @@ def test_a_stopped_search_goes_on_to_the_same_result(
     resumed = calibrate(experiment.dataset, BREEDING, state=tmp_path, resume=True)
     assert np.array_equal(resumed.x, bred.x)
     assert np.array_equal(resumed.history.best, bred.history.best)
-    with pytest.raises(CheckpointForeign):
+    with pytest.raises(AlgorithmError):
         calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
 
 

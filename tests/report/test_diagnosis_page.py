@@ -29,7 +29,8 @@ from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.charts.cell import suspected
 from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
-from robolaser.report.diagnosis.rows import limit_rows, percent
+from robolaser.report.diagnosis.rows import limit_rows
+from robolaser.report.digits import percent
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The parameters as rows of a table: value and error, place within the bounds, and what to beware of."""
+"""The parameters as rows of a table: value and error, position within the bounds, and caveats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Row:
         value: With its error and unit.
         nominal: With unit; empty where nobody gave one.
         bar: None where nobody gave bounds.
-        note: What to beware of; may be empty.
+        note: A caveat; may be empty.
     """
 
     name: str
@@ -71,7 +71,7 @@ class EffectRow:
         number: Which of the effect's numbers.
         value: With its error and unit.
         away: How far it is from zero.
-        note: What to beware of; may be empty.
+        note: A caveat; may be empty.
     """
 
     effect: str
@@ -132,7 +132,7 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
 
 
 def note(calibration: Calibration, i: int) -> str:
-    """What to beware of with the i-th parameter."""
+    """The caveat about the i-th parameter; may be empty."""
     name = calibration.model.parameters.names[i]
     if name in calibration.model.sensor.fixed:
         return FIXED

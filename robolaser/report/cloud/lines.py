@@ -36,7 +36,7 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         millimetres(quality.scatter_m if known else None),
         f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
         if known
-        else "neither stripes nor calibration say how noisy the middles are",
+        else "neither stripes nor calibration say how noisy the line centres are",
     )
     if scan.calibrated.rms_m is not None:
         yield Line(
@@ -46,7 +46,7 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         yield Line(BODIES[body.what], _size(body), _remark(body))
     left = counts.centres - counts.points
     if left:
-        yield Line("left out", f"{left}", f"of {counts.centres} middles: no point of the sheet in front of the camera")
+        yield Line("left out", f"{left}", f"of {counts.centres} line centres: no point of the laser plane in front of the camera")
 
 
 def _size(body: Measured) -> str:
@@ -60,7 +60,7 @@ def _remark(body: Measured) -> str:
         f"predicted {millimetres(body.predicted_m)}" if body.predicted_m == body.predicted_m else "none predicted"
     )
     if body.error_m is None or body.known_m is None:
-        return f"root mean square; {predicted}; {body.points} of the points looked at"
+        return f"root mean square; {predicted}; {body.points} of the points used"
     off, _, _ = measured(abs(body.error_m), body.std_m or 0.0, "m").partition(" ±")
     sign = "+" if body.error_m >= 0 else "−"
     error = f"known {plain(body.known_m, 'm')}: off by {sign}{off} mm"

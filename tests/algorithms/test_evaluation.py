@@ -7,7 +7,7 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from robolaser.algorithms.evaluation import asked
+from robolaser.algorithms.evaluation import evaluated
 from robolaser.algorithms.violation import violation_of
 
 NAMES = ["F", "G", "H"]
@@ -55,7 +55,7 @@ EVERY = [*ALL, Integers(), Lists(), Silent(), Detour(), replaced()]
 @pytest.mark.parametrize("problem", EVERY, ids=lambda problem: type(problem).__name__)
 def test_a_problem_says_what_it_says_to_pymoo(problem):
     X = candidates(problem)
-    ours = asked(problem, X.copy(), NAMES, Told)
+    ours = evaluated(problem, X.copy(), NAMES, Told)
     theirs = problem.evaluate(X.copy(), return_values_of=NAMES, return_as_dictionary=True, algorithm=Told)
     assert all(name in ours or not theirs[name].size for name in theirs)
     for name, value in ours.items():
@@ -70,7 +70,7 @@ def test_what_a_problem_keeps_is_not_what_it_gave_away():
             self.F = out["F"] = X[:, 0]
 
     problem = Keeping()
-    said = asked(problem, candidates(problem), NAMES, Told)
+    said = evaluated(problem, candidates(problem), NAMES, Told)
     problem.F[:] = 0.0
     assert np.all(said["F"] != 0.0)
 
@@ -82,7 +82,7 @@ def test_a_problem_that_says_too_little_is_told_so_as_by_pymoo():
 
     problem = Short(n_var=2, n_obj=1, xl=0.0, xu=1.0)
     with pytest.raises(Exception, match="F can not be set"):
-        asked(problem, candidates(problem), NAMES, Told)
+        evaluated(problem, candidates(problem), NAMES, Told)
 
 
 @pytest.mark.parametrize("n_constraints", [(0, 3), (5, 0), (1, 1), (17, 9)])
@@ -107,7 +107,7 @@ def test_violation_follows_pymoos_settings(monkeypatch):
 
     monkeypatch.setattr(Individual, "default_config", config)
     problem = Fenced()
-    said = asked(problem, candidates(problem, 30), NAMES, Told)
+    said = evaluated(problem, candidates(problem, 30), NAMES, Told)
     pop = Population.new(G=said["G"], H=said["H"])
     violation, feasible = violation_of(said)
     assert np.array_equal(violation, pop.get("CV"))

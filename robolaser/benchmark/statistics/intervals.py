@@ -6,12 +6,12 @@ from typing import final
 from robolaser.arrays import Array
 
 CONFIDENCE = 0.95
-"""Of every interval: what readers expect where nothing else is said."""
+"""Level of every interval."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Bounded:
+class Intervals:
     """Estimates, and the intervals that hold the truth with `CONFIDENCE`; all of one shape.
 
     Attributes:

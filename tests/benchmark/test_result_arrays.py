@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up import BUDGET, made_up_comparison, made_up_run
 
-from robolaser.benchmark.results_array import HEADLINE, SHOWN, TOLERANCES
+from robolaser.benchmark.result_arrays import HEADLINE, SHOWN, TOLERANCES
 
 
 @pytest.fixture
@@ -15,56 +15,56 @@ def comparison():
 
 
 def test_each_run_is_at_its_own_place(comparison):
-    tally = comparison.tally("calibration")
+    arrays = comparison.arrays("calibration")
     for run in comparison.runs:
-        at = tally.problems.index(run.problem), tally.algorithms.index(run.algorithm), tally.seeds.index(run.seed)
-        evaluations, seconds = run.course.first(TOLERANCES)
-        np.testing.assert_array_equal(tally.evaluations[at], evaluations)
-        np.testing.assert_array_equal(tally.seconds[at], seconds)
-        assert tally.final[at] == run.course.final
+        at = arrays.problems.index(run.problem), arrays.algorithms.index(run.algorithm), arrays.seeds.index(run.seed)
+        evaluations, seconds = run.trace.first_hits(TOLERANCES)
+        np.testing.assert_array_equal(arrays.evaluations[at], evaluations)
+        np.testing.assert_array_equal(arrays.seconds[at], seconds)
+        assert arrays.final[at] == run.trace.final
 
 
 def test_harder_targets_are_never_reached_sooner(comparison):
-    assert (np.diff(comparison.tally("calibration").evaluations, axis=-1) >= 0).all()
+    assert (np.diff(comparison.arrays("calibration").evaluations, axis=-1) >= 0).all()
 
 
 def test_what_was_not_run_is_not_a_number(comparison):
-    tally = replace(comparison, runs=comparison.runs[1:]).tally("calibration")
-    assert (~tally.there).sum() == 1
-    assert np.isnan(tally.evaluations[~tally.there]).all()
-    assert np.isnan(tally.final[~tally.there]).all()
+    arrays = replace(comparison, runs=comparison.runs[1:]).arrays("calibration")
+    assert (~arrays.there).sum() == 1
+    assert np.isnan(arrays.evaluations[~arrays.there]).all()
+    assert np.isnan(arrays.final[~arrays.there]).all()
 
 
 def test_a_failed_run_counts_as_if_it_had_spent_the_budget(comparison):
     failed = replace(made_up_run("de", 1, reason="gave up"), evaluations=17)
-    tally = replace(comparison, runs=(failed,)).tally("calibration")
-    assert tally.failed.sum() == 1
-    assert tally.spent_evaluations[tally.failed] == BUDGET
+    arrays = replace(comparison, runs=(failed,)).arrays("calibration")
+    assert arrays.failed.sum() == 1
+    assert arrays.total_evaluations[arrays.failed] == BUDGET
 
 
 def test_breaking_soon_saves_no_time(comparison):
     longest, broke = replace(made_up_run("de", 1), seconds=3.0), made_up_run("de", 2, reason="gave up")
     broke = replace(broke, seconds=0.01)
     for runs, counted_s in (((longest, broke), 3.0), ((broke,), comparison.time_limit_s)):
-        tally = replace(comparison, runs=runs).tally("calibration")
-        assert tally.spent_s[tally.failed] == counted_s
+        arrays = replace(comparison, runs=runs).arrays("calibration")
+        assert arrays.total_s[arrays.failed] == counted_s
 
 
 def test_a_run_that_found_nothing_ends_infinitely_far_off_even_where_nobody_found_anything(comparison):
     run = made_up_run("de", 1)
-    nothing = replace(run, course=type(run.course)(np.array([], int), np.array([]), np.array([])))
+    nothing = replace(run, trace=type(run.trace)(np.array([], int), np.array([]), np.array([])))
     problems = tuple(replace(problem, best=np.inf) for problem in comparison.problems)
-    tally = replace(comparison, problems=problems, runs=(nothing,)).tally("calibration")
-    assert np.isinf(tally.final[tally.there]).all()
-    assert np.isinf(tally.evaluations[tally.there]).all()
+    arrays = replace(comparison, problems=problems, runs=(nothing,)).arrays("calibration")
+    assert np.isinf(arrays.final[arrays.there]).all()
+    assert np.isinf(arrays.evaluations[arrays.there]).all()
 
 
 def test_targets_are_measured_from_the_best_known_cost_in_units_of_it(comparison):
     problems = tuple(replace(problem, best=1e-3, scale=1e-3) for problem in comparison.problems)
-    tally = replace(comparison, problems=problems).tally("calibration")
+    arrays = replace(comparison, problems=problems).arrays("calibration")
     run = comparison.runs[0]
-    at = run.course.first(np.array([1e-3 * (1 + HEADLINE)]))[0][0]
-    assert tally.evaluations[0, 0, 0, tally.target(HEADLINE)] == at
+    at = run.trace.first_hits(np.array([1e-3 * (1 + HEADLINE)]))[0][0]
+    assert arrays.evaluations[0, 0, 0, arrays.target(HEADLINE)] == at
 
 
 def test_the_targets_shown_are_among_the_targets():
@@ -76,12 +76,12 @@ def test_families_are_counted_apart(comparison):
     ackley = replace(comparison.problems[0], name="pymoo:ackley-10", family="test function")
     both = replace(comparison, problems=(*comparison.problems, ackley))
     assert both.families == ("calibration", "test function")
-    assert both.tally("test function").problems == ("pymoo:ackley-10",)
-    assert both.tally("calibration").problems == ("paper", "reduced:paper")
+    assert both.arrays("test function").problems == ("pymoo:ackley-10",)
+    assert both.arrays("calibration").problems == ("paper", "reduced:paper")
 
 
 def test_who_has_nothing_to_say_on_a_family_is_not_counted_in_it(comparison):
     refused = {(problem.name, "de"): "no" for problem in comparison.problems}
     asked = replace(comparison, refused=refused)
-    assert asked.tally("calibration").algorithms == ("rcga",)
+    assert asked.arrays("calibration").algorithms == ("rcga",)
     assert asked.wanted == comparison.wanted / 2

@@ -5,19 +5,19 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.problems import get_problem
 
 from robolaser import find_robot
-from robolaser.algorithms.algorithm_spec import Request
-from robolaser.algorithms.operator_specs import PARTS, settings_of_parts
+from robolaser.algorithms.algorithm_spec import AlgorithmSpec
+from robolaser.algorithms.operator_choices import OPERATORS, operator_settings
 from robolaser.algorithms.rcga import RCGA
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import search
-from robolaser.errors import AlgorithmUnknown, SettingSenseless, SettingUnknown, WrongUsage
+from robolaser.errors import UsageError, WrongUsage
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.simulation import paper
 
-WORDS = [f"ga:{place}={word}" for place, words in PARTS.items() for word in words]
+WORDS = [f"ga:{place}={word}" for place, words in OPERATORS.items() for word in words]
 
 
 def history(text: str, seed: int = 1, generations: int = 5) -> np.ndarray:
@@ -108,9 +108,9 @@ def test_every_setting_that_is_known_can_be_given(name: str) -> None:
         "linear",
         "random",
         "DE/rand/1/bin",
-        *(w for p in PARTS.values() for w in p),
+        *(w for p in OPERATORS.values() for w in p),
     ]
-    for setting in (*named.settings, *(settings_of_parts({}) if named.in_parts else ())):
+    for setting in (*named.settings, *(operator_settings({}) if named.has_operators else ())):
         fitting = [value for value in candidates if setting.fits(value)]
         assert fitting, setting.name
         assert any(_made(named, setting.name, value) for value in fitting), setting.name
@@ -118,18 +118,18 @@ def test_every_setting_that_is_known_can_be_given(name: str) -> None:
 
 def _made(named: object, setting: str, value: object) -> bool:
     try:
-        named.made({setting: value})  # type: ignore[attr-defined]
+        named.make_with({setting: value})  # type: ignore[attr-defined]
     except WrongUsage:
         return False
     return True
 
 
 def test_values_are_read_as_what_they_look_like() -> None:
-    request = Request.of("name:a=1:b=1e3:c=true:d=False:e=none:f=best1bin:g=-2:h=0.5")
-    assert dict(request.settings) == {
+    spec = AlgorithmSpec.of("name:a=1:b=1e3:c=true:d=False:e=none:f=best1bin:g=-2:h=0.5")
+    assert dict(spec.settings) == {
         "a": 1, "b": 1e3, "c": True, "d": False, "e": None, "f": "best1bin", "g": -2, "h": 0.5
     }  # fmt: skip
-    assert [type(value) for value in request.settings.values()][:3] == [int, float, bool]
+    assert [type(value) for value in spec.settings.values()][:3] == [int, float, bool]
 
 
 def test_any_algorithm_of_pymoo_is_there_by_its_import_path() -> None:
@@ -140,12 +140,12 @@ def test_any_algorithm_of_pymoo_is_there_by_its_import_path() -> None:
 @pytest.mark.parametrize(
     ("text", "error", "said"),
     [
-        ("rgca", AlgorithmUnknown, "Did you mean 'rcga'?"),
-        ("rcga:elites=3", SettingUnknown, "Did you mean 'n_elites'?"),
-        ("rcga:form=cubic", SettingSenseless, "one of linear, power"),
-        ("rcga:prob_var=2", SettingSenseless, "a number from 0 to 1"),
-        ("screening:b=2", SettingUnknown, "There are: none"),
-        ("de:crossover=arithmetic", SettingUnknown, "variant"),
+        ("rgca", UsageError, "Did you mean 'rcga'?"),
+        ("rcga:elites=3", UsageError, "Did you mean 'n_elites'?"),
+        ("rcga:form=cubic", UsageError, "one of linear, power"),
+        ("rcga:prob_var=2", UsageError, "a number from 0 to 1"),
+        ("screening:b=2", UsageError, "There are: none"),
+        ("de:crossover=arithmetic", UsageError, "variant"),
     ],
 )
 def test_what_makes_no_sense_is_said(text: str, error: type[Exception], said: str) -> None:

@@ -1,4 +1,4 @@
-"""All that is measured of a family of problems in one measure, before anybody judges."""
+"""All that is measured on a family of problems, in evaluations or in seconds, before it is ranked."""
 
 from dataclasses import dataclass
 from typing import final
@@ -6,10 +6,10 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.results_array import HEADLINE, Tally
+from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
 from robolaser.benchmark.standings.table import Measure
 from robolaser.benchmark.statistics import difference, running_time
-from robolaser.benchmark.statistics.bounded import Bounded
+from robolaser.benchmark.statistics.intervals import Intervals
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.statistics.success import successes
 from robolaser.benchmark.statistics.superiority import superiority
@@ -17,17 +17,17 @@ from robolaser.benchmark.statistics.superiority import superiority
 
 @final
 @dataclass(frozen=True, eq=False)
-class Evidence:
-    """Over problems p, algorithms a, seeds s and targets t.
+class Measurements:
+    """BudgetExhausted problems p, algorithms a, seeds s and targets t.
 
     Attributes:
-        measure: What runs are paid in.
-        tally: Of all runs.
-        prices: To each target, (p, a, s, t).
-        spent: By whole runs, (p, a, s).
+        measure: Evaluations or seconds.
+        arrays: Of all runs.
+        running_times: To each target, (p, a, s, t).
+        totals: Of whole runs, (p, a, s).
         headline: Which target ranks.
-        runs: That there are, (p, a).
-        reached: Runs that reached the headline target, (p, a).
+        runs: Number of runs, (p, a).
+        reached: Number of runs that reached the headline target, (p, a).
         outcomes: Places of runs on their problem, (p, a, s).
         expected: Running times to each target, (p, a, t).
         samples: The same to the headline target in bootstrap samples, (p, a, b).
@@ -38,37 +38,42 @@ class Evidence:
     """
 
     measure: Measure
-    tally: Tally
-    prices: Array
-    spent: Array
+    arrays: ResultArrays
+    running_times: Array
+    totals: Array
     headline: int
     runs: Ints
     reached: Ints
     outcomes: Array
-    expected: Bounded
+    expected: Intervals
     samples: Array
-    ratios: Bounded
-    superiority: Bounded
+    ratios: Intervals
+    superiority: Intervals
     p: Array
     p_adjusted: Array
 
     @classmethod
-    def of(cls, tally: Tally, measure: Measure, drawn: Ints) -> "Evidence":
+    def of(cls, arrays: ResultArrays, measure: Measure, drawn: Ints) -> "Measurements":
         """Measure, with intervals from these bootstrap samples (p, b, s)."""
-        prices, spent = (
-            (tally.evaluations, tally.spent_evaluations) if measure == "evaluations" else (tally.seconds, tally.spent_s)
+        running_times, totals = (
+            (arrays.evaluations, arrays.total_evaluations)
+            if measure == "evaluations"
+            else (arrays.seconds, arrays.total_s)
         )
-        at = tally.target(HEADLINE)
-        reached, runs = successes(prices[..., at])
-        expected, samples = running_time.expected(prices, spent), running_time.resampled(prices, spent, drawn)
-        came = outcomes(prices[..., at], tally.final)
+        at = arrays.target(HEADLINE)
+        reached, runs = successes(running_times[..., at])
+        expected, samples = (
+            running_time.expected(running_times, totals),
+            running_time.resampled(running_times, totals, drawn),
+        )
+        came = outcomes(running_times[..., at], arrays.final)
         p = difference.rank_sum(came)
         each_target = np.broadcast_to(runs[..., None], expected.shape)
         return cls(
             measure=measure,
-            tally=tally,
-            prices=prices,
-            spent=spent,
+            arrays=arrays,
+            running_times=running_times,
+            totals=totals,
             headline=at,
             runs=runs,
             reached=reached,

@@ -1,11 +1,11 @@
-"""Numbers and names as sentences have them."""
+"""Numbers and names as parts of a sentence."""
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings.table import Estimate, Measure
+from robolaser.benchmark.standings.table import IntervalEstimate, Measure
 
 MANY = 3
-"""Names that a sentence lists; of more it says how many."""
+"""Names that a sentence lists before it counts the others."""
 
 
 def figure(number: float) -> str:
@@ -19,7 +19,7 @@ def chance(p: float) -> str:
     return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
 
 
-def share(estimate: Estimate) -> str:
+def share(estimate: IntervalEstimate) -> str:
     """A share with its interval, as `80 % (49 to 94 %)`."""
     if estimate.value is None:
         return "an unknown share"
@@ -28,10 +28,10 @@ def share(estimate: Estimate) -> str:
     return f"{100 * estimate.value:.0f} % ({100 * estimate.lower:.0f} to {100 * estimate.upper:.0f} %)"
 
 
-def between(estimate: Estimate) -> str:
-    """An interval in brackets, as ` (1.8 to 3.1)`; what is open is said."""
+def between(estimate: IntervalEstimate) -> str:
+    """An interval in brackets, as ` (1.8 to 3.1)`; open ends are stated."""
     if estimate.lower is None:
-        return " (too few seeds to say how exactly)"
+        return " (too few seeds for an interval)"
     if estimate.upper is None:
         return f" (at least {figure(estimate.lower)})"
     return f" ({figure(estimate.lower)} to {figure(estimate.upper)})"
@@ -45,7 +45,7 @@ def names(of: Sequence[str]) -> str:
     return f"{', '.join(shown)} and {more} others" if more else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
-def times_as(measure: Measure, ratio: Estimate) -> str:
-    """A ratio of prices, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
+def times_as(measure: Measure, ratio: IntervalEstimate) -> str:
+    """A ratio of running times, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
     number = f"{figure(ratio.value or 0.0)}{between(ratio)} times as"
     return f"needs {number} many evaluations" if measure == "evaluations" else f"takes {number} long"

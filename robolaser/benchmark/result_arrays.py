@@ -1,4 +1,4 @@
-"""What every run reached, and at what price, as arrays."""
+"""What every run reached, and after how long, as arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.single_run import FAILED, Run
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 
 TOLERANCES = 10.0 ** np.arange(4.0, -6.5, -0.5)
-"""Targets: the lowest known cost, and this much more of it. Half a decade apart, from a hundred times the best RMS to
-half a millionth more than it."""
+"""Targets: excesses over the lowest known cost, in units of the problem's scale. They are half a decade apart, from a
+hundred times the best RMS to half a millionth more than it."""
 HEADLINE = 1e-2
-"""The target by which contestants are ranked: J within one per cent, RMS within half a per cent of the best known."""
+"""The target by which solvers are ranked: J within one per cent, RMS within half a per cent of the best known."""
 SHOWN = (1.0, 1e-2, 1e-6)
 """Targets worth a column: in the right valley, as good as solved, solved."""
 
@@ -25,20 +25,20 @@ def targets(best: float, scale: float) -> Array:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Tally:
-    """All runs on some questions as arrays: questions p, contestants a, seeds s, targets t.
+class ResultArrays:
+    """All runs on some problems as arrays: problems p, solvers a, seeds s, targets t.
 
-    NaN stands for a run that is not there: not yet made, or the contestant has nothing to say on the question.
+    NaN stands for a run that is missing: not yet made, or the solver does not apply to the problem.
 
     Attributes:
-        problems: Names of the questions, p.
-        algorithms: Names of the contestants, a.
+        problems: Names of the problems, p.
+        algorithms: Names of the solvers, a.
         seeds: s of them.
         tolerances: Of the targets, falling, (t,).
         evaluations: To each target, infinite where it was not reached, (p, a, s, t).
         seconds: The same in wall time [s].
-        spent_evaluations: By the whole run, (p, a, s); a failed one counts as if it had spent the budget.
-        spent_s: The same in wall time [s]; a failed one counts as long as the contestant's longest on the problem that
+        total_evaluations: By the whole run, (p, a, s); a failed one counts as if it had spent the budget.
+        total_s: The same in wall time [s]; a failed one counts as long as the solver's longest on the problem that
             did not fail, or as the time limit if there is none.
         final: Lowest cost over the best known, less one in units of the problem's scale: its tolerance, (p, a, s).
         failed: Runs that failed, (p, a, s).
@@ -50,15 +50,15 @@ class Tally:
     tolerances: Array
     evaluations: Array
     seconds: Array
-    spent_evaluations: Array
-    spent_s: Array
+    total_evaluations: Array
+    total_s: Array
     final: Array
     failed: Bools
 
     @classmethod
     def of(
         cls,
-        runs: Sequence[Run],
+        runs: Sequence[BenchmarkRun],
         *,
         problems: Sequence[str],
         algorithms: Sequence[str],
@@ -67,7 +67,7 @@ class Tally:
         scale: Sequence[float],
         budget: int,
         time_limit_s: float,
-    ) -> "Tally":
+    ) -> "ResultArrays":
         """Count.
 
         Args:
@@ -83,7 +83,7 @@ class Tally:
         shape = (len(problems), len(algorithms), len(seeds))
         per_target = (*shape, len(TOLERANCES))
         evaluations, seconds = np.full(per_target, np.nan), np.full(per_target, np.nan)
-        spent_evaluations, spent_s, final = (np.full(shape, np.nan) for _ in range(3))
+        total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
         failed = np.zeros(shape, dtype=bool)
         of_problem = {name: i for i, name in enumerate(problems)}
         of_algorithm = {name: i for i, name in enumerate(algorithms)}
@@ -93,14 +93,14 @@ class Tally:
                 continue
             at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
             lowest, unit = best[at[0]], scale[at[0]]
-            evaluations[at], seconds[at] = run.course.first(targets(lowest, unit))
+            evaluations[at], seconds[at] = run.trace.first_hits(targets(lowest, unit))
             failed[at] = run.state == FAILED
-            spent_evaluations[at] = budget if failed[at] else run.evaluations
-            spent_s[at] = run.seconds
-            found = run.course.final
+            total_evaluations[at] = budget if failed[at] else run.evaluations
+            total_s[at] = run.seconds
+            found = run.trace.final
             final[at] = (found - lowest) / unit if np.isfinite(found) else np.inf
-        longest = np.where(failed | np.isnan(spent_s), 0.0, spent_s).max(axis=2, keepdims=True, initial=0.0)
-        spent_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), spent_s)
+        longest = np.where(failed | np.isnan(total_s), 0.0, total_s).max(axis=2, keepdims=True, initial=0.0)
+        total_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), total_s)
         return cls(
             tuple(problems),
             tuple(algorithms),
@@ -108,8 +108,8 @@ class Tally:
             TOLERANCES,
             evaluations,
             seconds,
-            spent_evaluations,
-            spent_s,
+            total_evaluations,
+            total_s,
             final,
             failed,
         )
@@ -117,7 +117,7 @@ class Tally:
     @property
     def there(self) -> Bools:
         """Runs that were made, (p, a, s)."""
-        there: Bools = ~np.isnan(self.spent_s)
+        there: Bools = ~np.isnan(self.total_s)
         return there
 
     def target(self, tolerance: float) -> int:

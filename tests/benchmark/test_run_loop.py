@@ -1,4 +1,4 @@
-"""A contest is held: every run once, no more handed out than is needed, and whoever watches is told the truth."""
+"""Every run of a plan is made once, no more are handed out than are needed, and progress is reported truly."""
 
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,10 +8,10 @@ import pytest
 from made_up import made_up_run
 
 from robolaser.benchmark.engines import Engine, Payload, Task
-from robolaser.benchmark.plan import Contest, key
-from robolaser.benchmark.run_loop import AHEAD, compare, held
-from robolaser.benchmark.single_run import Run
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.plan import RunPlan, key
+from robolaser.benchmark.run_loop import AHEAD, compare, run_all
+from robolaser.benchmark.single_run import BenchmarkRun
+from robolaser.benchmark.solvers.solver import Solver
 
 
 class Recorded(Engine):
@@ -37,7 +37,7 @@ class Recorded(Engine):
         self.most = max(self.most, self.out)
         return self._thread.submit(self._make, task)
 
-    def _make(self, task: Task) -> Run:
+    def _make(self, task: Task) -> BenchmarkRun:
         time.sleep(0.002)
         self.out -= 1
         return made_up_run(task.algorithm, task.seed, problem=task.problem)
@@ -48,12 +48,12 @@ class Recorded(Engine):
 
 
 @pytest.fixture
-def contest():
-    return Contest.of(["pymoo:sphere-2", "pymoo:ackley-2"], ["random", "rcga", "screening"], seeds=4, budget=100)
+def plan():
+    return RunPlan.of(["pymoo:sphere-2", "pymoo:ackley-2"], ["random", "rcga", "screening"], seeds=4, budget=100)
 
 
-def test_every_contestant_meets_every_question_with_every_seed_once(contest):
-    made = [key(run) for run in held(contest, Recorded(), tell=lambda moment: None)]
+def test_every_contestant_meets_every_question_with_every_seed_once(plan):
+    made = [key(run) for run in run_all(plan, Recorded())]
     assert sorted(made) == sorted(
         (problem, algorithm, seed)
         for problem in ("pymoo:sphere-2", "pymoo:ackley-2")
@@ -62,67 +62,67 @@ def test_every_contestant_meets_every_question_with_every_seed_once(contest):
     )
 
 
-def test_who_fails_when_asked_whether_it_has_anything_to_say_has_nothing_to_say(contest):
-    class Broken(Contestant):
+def test_who_fails_when_asked_whether_it_has_anything_to_say_has_nothing_to_say(plan):
+    class Broken(Solver):
         name, title = "broken", "breaks"
 
-        def search(self, watch, seed):
+        def search(self, evaluator, seed):
             pytest.fail("who has nothing to say was asked to search")
 
-        def refuses(self, question):
+        def refuses(self, problem):
             raise RuntimeError("what?")
 
-    refused = replace(contest, contestants=(Broken(),)).refused
+    refused = replace(plan, solvers=(Broken(),)).refused
     assert "RuntimeError: what?" in refused["pymoo:sphere-2", "broken"]
 
 
-def test_all_runs_with_a_seed_go_out_before_those_with_the_next(contest):
-    seeds = [task.seed for task in contest.tasks]
+def test_all_runs_with_a_seed_go_out_before_those_with_the_next(plan):
+    seeds = [task.seed for task in plan.tasks]
     assert seeds == sorted(seeds)
 
 
-def test_runs_that_are_there_are_not_made_again(contest):
-    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in contest.tasks[:8]]
-    made = [key(run) for run in held(contest, Recorded(), made=there, tell=lambda moment: None)]
-    assert sorted(made) == sorted(key(task) for task in contest.tasks[8:])
+def test_runs_that_are_there_are_not_made_again(plan):
+    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in plan.tasks[:8]]
+    made = [key(run) for run in run_all(plan, Recorded(), made=there)]
+    assert sorted(made) == sorted(key(task) for task in plan.tasks[8:])
 
 
-def test_no_more_runs_are_handed_out_than_keep_the_workers_busy(contest):
+def test_no_more_runs_are_handed_out_than_keep_the_workers_busy(plan):
     engine = Recorded(workers=3)
-    list(held(contest, engine, tell=lambda moment: None))
+    list(run_all(plan, engine))
     assert engine.most == AHEAD * 3
 
 
-def test_whoever_watches_is_told_what_is_done_what_runs_and_how_long_it_will_take(contest):
-    moments = []
-    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in contest.tasks[:8]]
-    runs = held(contest, Recorded(workers=2), made=there, tell=moments.append)
+def test_whoever_watches_is_told_what_is_done_what_runs_and_how_long_it_will_take(plan):
+    reports = []
+    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in plan.tasks[:8]]
+    runs = run_all(plan, Recorded(workers=2), made=there, on_progress=reports.append)
     next(runs)
     next(runs)
-    first = moments[0]
+    first = reports[0]
     assert (first.done, first.wanted, len(first.running)) == (9, 16, 2)
     each_s = made_up_run("random", 1).seconds
     assert first.left_s == pytest.approx(7 * each_s / 2)
 
 
-def test_a_comparison_in_python_is_of_all_runs_and_leaves_no_engine_behind(contest):
+def test_a_comparison_in_python_is_of_all_runs_and_leaves_no_engine_behind(plan):
     engine = Recorded()
-    comparison = compare(contest, engine)
+    comparison = compare(plan, engine)
     assert len(comparison.runs) == comparison.wanted == 16
     assert engine.closed
     assert comparison.effort.engine == "recorded"
 
 
-def test_a_question_whose_lowest_cost_theory_knows_is_measured_from_there(contest):
-    comparison = compare(contest, Recorded())
+def test_a_question_whose_lowest_cost_theory_knows_is_measured_from_there(plan):
+    comparison = compare(plan, Recorded())
     assert {problem.found_by for problem in comparison.problems} == {"theory"}
     assert {problem.best for problem in comparison.problems} == {0.0}
 
 
 def test_the_best_known_calibration_is_the_lowest_of_our_own_search_and_all_runs():
-    contest = Contest.of(["paper"], ["random"], seeds=4, budget=100)
-    (before,) = contest.so_far((), compare(contest, Recorded()).effort).problems
-    (after,) = compare(contest, Recorded()).problems  # made-up runs come below what is possible
+    plan = RunPlan.of(["paper"], ["random"], seeds=4, budget=100)
+    (before,) = plan.result((), compare(plan, Recorded()).effort).problems
+    (after,) = compare(plan, Recorded()).problems  # made-up runs come below what is possible
     assert before.found_by == "robolaser's own search"
     assert after.found_by == "random"
     assert after.best < before.best

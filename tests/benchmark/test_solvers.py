@@ -11,26 +11,17 @@ import pytest
 import scipy.optimize
 
 from robolaser import find_robot
-from robolaser.benchmark.evaluator import Over, Watch
-from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, Question
-from robolaser.benchmark.single_run import DONE, FAILED, Run, run
-from robolaser.benchmark.solvers import CONTESTANTS, DEFAULT, find
-from robolaser.errors import (
-    AlgorithmUnknown,
-    AttributeLacking,
-    NotAnAlgorithm,
-    NotImportable,
-    RequestUnreadable,
-    SettingSenseless,
-    SettingsRefused,
-    SettingUnknown,
-)
+from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted
+from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkProblem
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun, run
+from robolaser.benchmark.solvers import DEFAULT, SOLVERS, find
+from robolaser.errors import UsageError
 from robolaser.estimation.multistart import multistart
 from robolaser.model.forward_model import Model
 from robolaser.simulation import paper
 
 BUDGET = 2000
-SEARCHING = [name for name in CONTESTANTS if name != "screening"]
+SEARCHING = [name for name in SOLVERS if name != "screening"]
 SWAPPED = [
     "ga:crossover=arithmetic",
     "ga:crossover=de",
@@ -64,8 +55,8 @@ class Sphere:
     def cost(self, x: np.ndarray) -> np.ndarray:
         return (self.residuals(x) ** 2).sum(axis=1)
 
-    def question(self) -> Question:
-        return Question(
+    def problem(self) -> BenchmarkProblem:
+        return BenchmarkProblem(
             "sphere",
             "a bowl",
             TEST_FUNCTION,
@@ -80,14 +71,14 @@ class Sphere:
         )
 
 
-def ran(text: str, question: Question, *, seed: int = 1, budget: int = BUDGET) -> Run:
-    return run(question, find(text), seed=seed, budget=budget, time_limit_s=60.0)
+def ran(text: str, problem: BenchmarkProblem, *, seed: int = 1, budget: int = BUDGET) -> BenchmarkRun:
+    return run(problem, find(text), seed=seed, budget=budget, time_limit_s=60.0)
 
 
-def calibration() -> Question:
+def calibration() -> BenchmarkProblem:
     model = Model(paper(find_robot("scorbot_er7"), seed=1).dataset)
     p = model.parameters
-    return Question(
+    return BenchmarkProblem(
         "paper",
         "",
         CALIBRATION,
@@ -105,19 +96,19 @@ def calibration() -> Question:
 @pytest.mark.parametrize("text", [*SEARCHING, *SWAPPED])
 def test_a_bowl_is_searched_to_the_end_of_the_budget(text: str) -> None:
     bowl = Sphere()
-    made = ran(text, bowl.question())
-    start = bowl.cost(bowl.question().anywhere(np.random.default_rng(1), 100)).min()
+    made = ran(text, bowl.problem())
+    start = bowl.cost(bowl.problem().sample_uniform(np.random.default_rng(1), 100)).min()
     assert (made.state, made.reason, made.evaluations) == (DONE, "", BUDGET)
-    assert made.course.evaluations[-1] <= BUDGET
-    assert made.course.final <= (start / 5 if text != "random" else start)
+    assert made.trace.evaluations[-1] <= BUDGET
+    assert made.trace.final <= (start / 5 if text != "random" else start)
     assert made.algorithm == text
 
 
 def asked_by(text: str, *, seed: int, budget: int = 250) -> np.ndarray:
     """All candidates that it asks for, in order, (n, d)."""
     bowl = Sphere()
-    with np.errstate(all="ignore"), pytest.raises(Over):
-        find(text).search(Watch(bowl.question(), budget=budget, time_limit_s=60.0), seed)
+    with np.errstate(all="ignore"), pytest.raises(BudgetExhausted):
+        find(text).search(BudgetedEvaluator(bowl.problem(), budget=budget, time_limit_s=60.0), seed)
     return np.vstack(bowl.asked)
 
 
@@ -144,7 +135,7 @@ def _global() -> tuple[object, ...]:
 @pytest.mark.parametrize("text", [*SEARCHING, *SWAPPED])
 def test_nobody_asks_outside_the_bounds_even_beside_a_pole(text: str) -> None:
     bowl = Sphere(3, pole=True)
-    made = ran(text, bowl.question(), budget=1000)
+    made = ran(text, bowl.problem(), budget=1000)
     assert (made.state, made.reason) == (DONE, "")
     x = np.vstack(bowl.asked)
     assert (x >= bowl.lower).all()
@@ -152,15 +143,15 @@ def test_nobody_asks_outside_the_bounds_even_beside_a_pole(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", DEFAULT)
-def test_a_calibration_can_be_asked_of_everybody(text: str, paper_question: Question) -> None:
-    made = ran(text, paper_question, budget=15_000 if text == "screening" else 500)
-    assert find(text).refuses(paper_question) is None
+def test_a_calibration_can_be_asked_of_everybody(text: str, paper_problem: BenchmarkProblem) -> None:
+    made = ran(text, paper_problem, budget=15_000 if text == "screening" else 500)
+    assert find(text).refuses(paper_problem) is None
     assert (made.state, made.reason) == (DONE, "")
-    assert np.isfinite(made.course.final)
+    assert np.isfinite(made.trace.final)
 
 
 @pytest.fixture(scope="module")
-def paper_question() -> Question:
+def paper_problem() -> BenchmarkProblem:
     return calibration()
 
 
@@ -173,17 +164,17 @@ def test_a_search_that_has_collapsed_begins_anew_elsewhere(text: str) -> None:
     assert far[1000:].any()
 
 
-def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_question: Question) -> None:
+def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_problem: BenchmarkProblem) -> None:
     asked: list[np.ndarray] = []
 
     def residuals(x: np.ndarray) -> np.ndarray:
         asked.append(np.array(x, ndmin=2))
-        return paper_question.residuals(asked[-1]).reshape(len(asked[-1]), -1)
+        return paper_problem.residuals(asked[-1]).reshape(len(asked[-1]), -1)
 
-    lower, upper = paper_question.lower, paper_question.upper
+    lower, upper = paper_problem.lower, paper_problem.upper
     scipy.optimize.least_squares(
         lambda x: residuals(x)[0],
-        paper_question.anywhere(np.random.default_rng(3))[0],
+        paper_problem.sample_uniform(np.random.default_rng(3))[0],
         bounds=(lower, upper),
         x_scale=upper - lower,
         ftol=1e-12,
@@ -192,35 +183,35 @@ def test_least_squares_asks_what_scipys_own_differences_would_ask(paper_question
     )
     theirs = np.vstack(asked)
     asked.clear()
-    ran("least-squares", replace(paper_question, residuals=residuals), seed=3, budget=len(theirs))
+    ran("least-squares", replace(paper_problem, residuals=residuals), seed=3, budget=len(theirs))
     assert np.array_equal(np.vstack(asked)[: len(theirs)], theirs)
 
 
-def test_screening_is_told_of_in_the_course_with_what_all_rows_cost(paper_question: Question) -> None:
-    made = ran("screening", paper_question, budget=50_000)
+def test_screening_is_counted_with_the_cost_of_all_rows(paper_problem: BenchmarkProblem) -> None:
+    made = ran("screening", paper_problem, budget=50_000)
     assert made.state == DONE
-    assert len(made.course.costs) >= 1
+    assert len(made.trace.costs) >= 1
     assert made.evaluations < 50_000
-    assert made.course.final == pytest.approx(multistart(paper_question.model, seed=1).cost, rel=1e-9)
+    assert made.trace.final == pytest.approx(multistart(paper_problem.model, seed=1).cost, rel=1e-9)
 
 
-def test_who_cannot_answer_says_why(paper_question: Question) -> None:
-    bowl = Sphere().question()
+def test_a_solver_that_does_not_apply_says_why(paper_problem: BenchmarkProblem) -> None:
+    bowl = Sphere().problem()
     plain = replace(bowl, residuals=None)
-    assert [name for name in DEFAULT if find(name).refuses(paper_question)] == []
+    assert [name for name in DEFAULT if find(name).refuses(paper_problem)] == []
     assert [name for name in DEFAULT if find(name).refuses(bowl)] == ["screening"]
     assert [name for name in DEFAULT if find(name).refuses(plain)] == ["screening", "least-squares"]
 
 
 def test_all_by_name_have_a_title_and_their_name() -> None:
-    assert all(find(name).name == name and find(name).title == CONTESTANTS[name] for name in DEFAULT)
+    assert all(find(name).name == name and find(name).title == SOLVERS[name] for name in DEFAULT)
 
 
 OWN = '''"""What a user may write."""
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.algorithm import Algorithm
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.solvers.solver import Solver
 
 
 class Mine(GA):
@@ -242,13 +233,13 @@ def made(size=15):
     return Mine(pop_size=size)
 
 
-def search(watch, seed, step=50):
+def search(evaluator, seed, step=50):
     """Draws."""
     while True:
-        watch.cost(watch.question.anywhere(np.random.default_rng(seed), step))
+        evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), step))
 
 
-class Drawing(Contestant):
+class Drawing(Solver):
     """Draws, too."""
 
     name = title = ""
@@ -256,11 +247,11 @@ class Drawing(Contestant):
     def __init__(self, step=10):
         self.step = step
 
-    def search(self, watch, seed):
-        search(watch, seed, self.step)
+    def search(self, evaluator, seed):
+        search(evaluator, seed, self.step)
 
-    def refuses(self, question):
-        return "too cold" if question.dimension > 9 else None
+    def refuses(self, problem):
+        return "too cold" if problem.dimension > 9 else None
 
 
 class Idle(Algorithm):
@@ -273,29 +264,29 @@ class Idle(Algorithm):
         pass
 
 
-class Counting(Contestant):
+class Counting(Solver):
     """Remembers how often it searched."""
 
     title = "Counts"
     searched = 0
 
-    def search(self, watch, seed):
+    def search(self, evaluator, seed):
         self.searched += 1
-        question = watch.question
-        watch.cost((question.lower + (question.upper - question.lower) / (1 + self.searched))[None])
+        problem = evaluator.problem
+        evaluator.cost((problem.lower + (problem.upper - problem.lower) / (1 + self.searched))[None])
 
 
 counting = Counting()
 
 
-def returning(watch, seed):
+def returning(evaluator, seed):
     """Tries one candidate."""
-    watch.cost(watch.question.anywhere(np.random.default_rng(seed)))
+    evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed)))
 
 
-def leaving(watch, seed):
+def leaving(evaluator, seed):
     """Tries one candidate and leaves."""
-    watch.cost(watch.question.anywhere(np.random.default_rng(seed)))
+    evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed)))
     raise SystemExit(3)
 
 
@@ -335,83 +326,83 @@ def here(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_ones_own_takes_part_from_the_current_directory(attribute: str, title: str) -> None:
     text = f"written_by_me:{attribute}"
-    first, again = (ran(text, Sphere().question(), budget=300) for _ in range(2))
+    first, again = (ran(text, Sphere().problem(), budget=300) for _ in range(2))
     assert (first.algorithm, find(text).title, first.state, first.reason) == (text, title, DONE, "")
     assert first.evaluations == 300
-    assert np.array_equal(first.course.costs, again.course.costs)
+    assert np.array_equal(first.trace.costs, again.trace.costs)
 
 
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("attribute", ["Counting", "counting"])
 def test_no_run_knows_of_another(attribute: str) -> None:
-    contestant = find(f"written_by_me:{attribute}")
-    runs = [run(Sphere().question(), contestant, seed=1, budget=300, time_limit_s=60.0) for _ in range(2)]
-    assert runs[0].course.costs.tolist() == runs[1].course.costs.tolist()
-    assert len(runs[0].course.costs) == 1
-    assert contestant.title == "Counts"
+    solver = find(f"written_by_me:{attribute}")
+    runs = [run(Sphere().problem(), solver, seed=1, budget=300, time_limit_s=60.0) for _ in range(2)]
+    assert runs[0].trace.costs.tolist() == runs[1].trace.costs.tolist()
+    assert len(runs[0].trace.costs) == 1
+    assert solver.title == "Counts"
 
 
 @pytest.mark.usefixtures("here")
 def test_ones_own_begins_anew_with_another_seed_whenever_it_returns() -> None:
-    made = ran("written_by_me:returning", Sphere().question(), budget=50)
+    made = ran("written_by_me:returning", Sphere().problem(), budget=50)
     assert (made.state, made.evaluations) == (DONE, 50)
-    assert len(made.course.costs) > 1
+    assert len(made.trace.costs) > 1
 
 
 @pytest.mark.usefixtures("here")
 def test_who_leaves_has_failed_and_keeps_what_it_found() -> None:
-    made = ran("written_by_me:leaving", Sphere().question(), budget=50)
+    made = ran("written_by_me:leaving", Sphere().problem(), budget=50)
     assert (made.state, made.reason) == (FAILED, "it called sys.exit(3)")
     assert made.evaluations == 1
-    assert np.isfinite(made.course.final)
+    assert np.isfinite(made.trace.final)
 
 
 @pytest.mark.usefixtures("here")
 def test_ones_own_may_refuse() -> None:
-    assert find("written_by_me:Drawing").refuses(Sphere(10).question()) == "too cold"
-    assert find("written_by_me:Drawing").refuses(Sphere(9).question()) is None
-    assert find("written_by_me:search").refuses(Sphere(10).question()) is None
+    assert find("written_by_me:Drawing").refuses(Sphere(10).problem()) == "too cold"
+    assert find("written_by_me:Drawing").refuses(Sphere(9).problem()) is None
+    assert find("written_by_me:search").refuses(Sphere(10).problem()) is None
 
 
 @pytest.mark.usefixtures("here")
-def test_who_never_asks_is_stopped() -> None:
-    made = ran("written_by_me:Idle", Sphere().question())
+def test_a_solver_that_never_evaluates_is_stopped() -> None:
+    made = ran("written_by_me:Idle", Sphere().problem())
     assert (made.state, made.evaluations) == (FAILED, 0)
-    assert "rounds without" in made.reason
+    assert "iterations without" in made.reason
 
 
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("text", "error", "said"),
     [
-        ("dee", AlgorithmUnknown, "Did you mean 'de'?"),
-        ("gauss-newton", AlgorithmUnknown, "There are: screening"),
-        ("ga:popsize=3", SettingUnknown, "Did you mean 'pop_size'?"),
-        ("random:b=2", SettingUnknown, "There are: none"),
-        ("ga:pop_size=1.5", SettingSenseless, "a whole number from 2 up"),
-        ("ga:pop_size=true", SettingSenseless, "a whole number"),
-        ("pycma:sigma=nan", SettingSenseless, "a number from 0 up"),
-        ("ga:crossover=pxc", SettingSenseless, "sbx, arithmetic"),
-        ("ga:mutation.b=3", SettingUnknown, "mutation.eta"),
-        ("rcga:pop_size=5:n_elites=5", SettingsRefused, "below pop_size"),
-        ("ga:survival=elitist:pop_size=8", SettingsRefused, "fewer than pop_size"),
-        ("ga:", RequestUnreadable, "NAME"),
-        ("", RequestUnreadable, "NAME"),
-        ("rcga:b", RequestUnreadable, "'b' is no setting"),
-        ("ga:b=", RequestUnreadable, "'b=' is no setting"),
-        ("ga:pop_size=2:x", RequestUnreadable, "'x' is no setting"),
-        ("ga:b=1:b=2", RequestUnreadable, "twice"),
-        ("nowhere.at.all:GA", NotImportable, "current directory"),
-        ("broken_by_me:GA", NotImportable, "bye"),
-        ("written_by_me:made_up", AttributeLacking, "Did you mean 'made'?"),
-        ("written_by_me:number.of", AttributeLacking, "real"),
-        ("written_by_me:number", NotAnAlgorithm, "search(watch, seed)"),
-        ("builtins:dict", NotAnAlgorithm, "{} and cannot search"),
-        ("written_by_me:failing", SettingsRefused, "RuntimeError: no"),
-        ("written_by_me:np.pi", NotAnAlgorithm, "cannot search"),
-        ("written_by_me:Mine:popsize=3", SettingUnknown, "Did you mean 'pop_size'?"),
-        ("written_by_me:search:stop=3", SettingUnknown, "Did you mean 'step'?"),
-        ("written_by_me:instance:pop_size=3", SettingUnknown, "There are: none"),
+        ("dee", UsageError, "Did you mean 'de'?"),
+        ("gauss-newton", UsageError, "There are: screening"),
+        ("ga:popsize=3", UsageError, "Did you mean 'pop_size'?"),
+        ("random:b=2", UsageError, "There are: none"),
+        ("ga:pop_size=1.5", UsageError, "a whole number from 2 up"),
+        ("ga:pop_size=true", UsageError, "a whole number"),
+        ("pycma:sigma=nan", UsageError, "a number from 0 up"),
+        ("ga:crossover=pxc", UsageError, "sbx, arithmetic"),
+        ("ga:mutation.b=3", UsageError, "mutation.eta"),
+        ("rcga:pop_size=5:n_elites=5", UsageError, "below pop_size"),
+        ("ga:survival=elitist:pop_size=8", UsageError, "fewer than pop_size"),
+        ("ga:", UsageError, "NAME"),
+        ("", UsageError, "NAME"),
+        ("rcga:b", UsageError, "'b' is no setting"),
+        ("ga:b=", UsageError, "'b=' is no setting"),
+        ("ga:pop_size=2:x", UsageError, "'x' is no setting"),
+        ("ga:b=1:b=2", UsageError, "twice"),
+        ("nowhere.at.all:GA", UsageError, "current directory"),
+        ("broken_by_me:GA", UsageError, "bye"),
+        ("written_by_me:made_up", UsageError, "Did you mean 'made'?"),
+        ("written_by_me:number.of", UsageError, "real"),
+        ("written_by_me:number", UsageError, "search(evaluator, seed)"),
+        ("builtins:dict", UsageError, "{} and cannot search"),
+        ("written_by_me:failing", UsageError, "RuntimeError: no"),
+        ("written_by_me:np.pi", UsageError, "cannot search"),
+        ("written_by_me:Mine:popsize=3", UsageError, "Did you mean 'pop_size'?"),
+        ("written_by_me:search:stop=3", UsageError, "Did you mean 'step'?"),
+        ("written_by_me:instance:pop_size=3", UsageError, "There are: none"),
     ],
 )
 def test_what_makes_no_sense_is_said(text: str, error: type[Exception], said: str) -> None:
