@@ -10,7 +10,7 @@ __all__ = ["RCGA", "CostReached", "Stalled"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load what needs pymoo only when it is asked for: the polish does without."""
+    """Load what needs pymoo only when it is used."""
     if name == "RCGA":
         from robolaser.algorithms import rcga  # noqa: PLC0415
 

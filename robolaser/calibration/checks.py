@@ -69,10 +69,10 @@ def check_target(model: Model) -> None:
     behind = (sensor.target(values, perturb)[0] * T_camera_base[:, :3]).sum(axis=-1) + T_camera_base[:, 3] <= 0
     if behind.mean() > 0.5:
         row = int(np.argmax(behind))
+        where = f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]})"
         raise DataError(
-            f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal "
-            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check "
-            "the target's frame and units, bracket_quat and the flange.",
+            f"{where}: with the nominal parameters the target point lies behind the camera, as do {int(behind.sum())} of "
+            f"{len(behind)} rows. Check the target's frame and units, bracket_quat and the flange.",
             file="points.csv",
             row=row + HEADER,
         )

@@ -1,7 +1,6 @@
 """Every error a user can meet."""
 
 from robolaser.errors.base import *  # noqa: F403
-from robolaser.errors.cells import *  # noqa: F403
 from robolaser.errors.challenges import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403

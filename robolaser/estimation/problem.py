@@ -30,8 +30,8 @@ class Problem:
         loss: What a whitened row costs.
         prior: Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it
             may differ freely. None: all may.
-        row_size: Standard deviation of a row's numbers, by which unweighted rows and known distances bind as their
-            noise says; None: as at the nominal values.
+        row_size: Standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and
+            known distances bind as their noise says; None: as at the nominal values.
     """
 
     model: Model
@@ -56,7 +56,7 @@ class Problem:
 
     def with_noise(self, noise: NoiseModel | None, loss: Loss = SQUARE) -> "Problem":
         """The same with other weights."""
-        return replace(self, noise=noise, loss=loss)
+        return replace(self, noise=noise, loss=loss, row_size=None)
 
     @cached_property
     def fixed(self) -> Bools:
@@ -132,12 +132,16 @@ class Problem:
 
     def with_rows_of_size(self, x: Array) -> "Problem":
         """The same with the standard deviation that a row's numbers have at x (d,)."""
-        return replace(self, row_size=float(np.sqrt(np.square(self.plain(x[None])).mean())))
+        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).mean())))
 
     @cached_property
     def _number_scale(self) -> float:
-        """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`."""
-        if self.noise is not None or self.model.known_distances is None:
+        """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
+
+        One where rows are whitened by all their noise; else the standard deviation of their numbers.
+        """
+        whole = self.noise is not None and not self.noise.relative
+        if whole or self.model.known_distances is None:
             return 1.0
         return self.row_size or self.with_rows_of_size(self.parameters.nominal).row_size or 1.0
 

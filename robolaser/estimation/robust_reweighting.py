@@ -52,6 +52,7 @@ def fit(model: Model, start: Array, *, weights: str = "plain", loss: str = "squa
         noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else None
         white = problem.with_noise(noise)
         problem = problem.with_noise(noise, Loss.fitting(loss, white.residuals(x[None])[0], problem.starts))
+        problem = problem.with_rows_of_size(x)
         end = solve(problem, x[None])
         evaluations += end.evaluations
     return problem, end.x[0], evaluations

@@ -21,7 +21,7 @@ def order(measured: Measurements, problems: Sequence[int], refused: Mapping[tupl
     Args:
         measured: Of the family.
         problems: Which of its problems count.
-        refused: Why a solver has nothing to say on a problem, by (problem, solver).
+        refused: Why a solver does not apply to a problem, by (problem, solver).
     """
     names, at = measured.arrays.algorithms, list(problems)
     unranked = _unranked(measured, at, refused)

@@ -199,7 +199,7 @@ class OnProblem:
         problem: Its name.
         evaluations: Their order when evaluations count.
         seconds: Their order when wall time counts.
-        results: What each achieved, in the order asked for.
+        results: What each achieved, in the order of the plan.
     """
 
     problem: str

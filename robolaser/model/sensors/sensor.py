@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
-from robolaser.errors import ParameterMissing, ParameterUnknown
+from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -72,11 +72,6 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
-    @property
-    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
-        return ()
-
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
@@ -90,15 +85,6 @@ class Sensor(ABC):
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
         """
-
-    @property
-    def eliminated(self) -> tuple[str, ...]:
-        """Parameters that `complete` finds: a search need not look for them."""
-        return self.derived
-
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name."""
-        raise NotImplementedError
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -192,16 +178,24 @@ class Sensor(ABC):
         """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
 
         Raises:
-            ParameterUnknown: The data set gives one that this sensor does not have.
-            ParameterMissing: It does not give all of this sensor's free ones.
+            DataError: The data set gives one that this sensor does not have, or not all of its free ones.
         """
         given = self.dataset.parameters
         for name in given:
             if name not in self.free + self.derived:
-                raise ParameterUnknown(name, self.free + self.derived)
+                raise DataError(
+                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
+                    file="dataset.toml",
+                    column=f"[parameters] {name}",
+                )
         missing = [name for name in self.free if name not in given]
         if missing:
-            raise ParameterMissing(missing, self.format.kind)
+            raise DataError(
+                f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
+                "{ nominal, lower, upper } for each.",
+                file="dataset.toml",
+                column="[parameters]",
+            )
         items = [given[name] for name in self.free]
         if self.derived:
             nominal = {item.name: np.array([item.nominal]) for item in items}
