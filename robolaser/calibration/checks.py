@@ -62,10 +62,10 @@ def check_target(model: Model) -> None:
     if model.dataset.placed and behind.mean() > 0.5:
         pose = model.dataset.points.pose
         row = int(np.argmax(behind))
+        where = f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]})"
         raise DataError(
-            f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal "
-            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. "
-            "Check the target's frame and units, bracket_quat and the flange.",
+            f"{where}: with the nominal parameters the target point lies behind the camera, as do {int(behind.sum())} of "
+            f"{len(behind)} rows. Check the target's frame and units, bracket_quat and the flange.",
             file="points.csv",
             row=row + HEADER,
         )

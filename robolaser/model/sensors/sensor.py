@@ -188,6 +188,11 @@ class Sensor(ABC):
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
     @property
+    def description(self) -> dict[str, Any]:
+        """What calibration.json says of it under `model`, beside its kind."""
+        return {}
+
+    @property
     def held_out_groups(self) -> Ints | None:
         """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
         return None

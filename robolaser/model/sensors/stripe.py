@@ -65,6 +65,16 @@ class Stripe(Sensor):
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
     @property
+    def description(self) -> dict[str, Any]:
+        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
+        dataset = self.dataset
+        return {
+            "stripe_axis": dataset.stripe_axis,
+            "bracket_quat": list(dataset.bracket_quat),
+            "angles": dataset.angles,
+        }
+
+    @property
     def fixed(self) -> tuple[str, ...]:
         """The focal length: see `fix_gauge`."""
         return ("f",)
