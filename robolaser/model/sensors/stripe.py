@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
+from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
@@ -64,6 +65,16 @@ class Stripe(Sensor):
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
     @property
+    def description(self) -> dict[str, Any]:
+        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
+        dataset = self.dataset
+        return {
+            "stripe_axis": dataset.stripe_axis,
+            "bracket_quat": list(dataset.bracket_quat),
+            "angles": dataset.angles,
+        }
+
+    @property
     def fixed(self) -> tuple[str, ...]:
         """The focal length: see `fix_gauge`."""
         return ("f",)
@@ -73,6 +84,27 @@ class Stripe(Sensor):
         c = self.dataset.parameters["f"].nominal / values["f"]
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """How its angles and axes are to be read."""
+        dataset = self.dataset
+        quat = list(dataset.bracket_quat)
+        return {"stripe_axis": dataset.stripe_axis, "bracket_quat": quat, "angles": dataset.angles}
+
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
+        """The scanner's camera."""
+        return head.camera_view(values, perturb)
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Camera and laser."""
+        return head.frames(self.dataset, values, perturb)
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether target points lie in front of the camera, (m,)."""
+        T_camera_base = inverse(T_base_flange @ self.mount(values, perturb))
+        seen = carry(T_camera_base, self.dataset.points.pose, self.target(values, perturb))
+        return np.asarray(seen[0, :, 2] > 0.0)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
