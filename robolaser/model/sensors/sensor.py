@@ -143,11 +143,6 @@ class Sensor(ABC):
             columns.append((ahead - behind) / (2 * TWIST_STEP))
         return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
 
-    @property
-    def description(self) -> dict[str, Any]:
-        """What calibration.json says of the sensor besides its kind and its parameters."""
-        return {}
-
     def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
         """The camera as programs that know pinholes see it, one candidate; None where there is none."""
         return None

@@ -85,13 +85,6 @@ class Stripe(Sensor):
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
 
-    @property
-    def description(self) -> dict[str, Any]:
-        """How its angles and axes are to be read."""
-        dataset = self.dataset
-        quat = list(dataset.bracket_quat)
-        return {"stripe_axis": dataset.stripe_axis, "bracket_quat": quat, "angles": dataset.angles}
-
     def camera(self, values: Values, perturb: Perturbation) -> CameraView:
         """The scanner's camera."""
         return scanner_geometry.camera_view(values, perturb)
