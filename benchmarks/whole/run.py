@@ -4,8 +4,8 @@
 
 The first time ever, no loop has been compiled yet; Python's own bytecode is there, as pip leaves it. CPU time is user
 and system time of the command's process and of the children that it waited for; loops that are compiled beside it for
-later are not in it. The parts are measured in one more run by timers around the package's own functions: imports are all
-that `import` took, wherever it stood.
+later are not in it. The parts are measured in one more run by timers around the package's own functions: imports are
+all that `import` took, wherever it stood.
 """
 
 import argparse
