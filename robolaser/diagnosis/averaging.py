@@ -46,10 +46,16 @@ class AveragedData:
         shots = np.bincount(of_row)
         first = kept[np.unique(of_row, return_index=True)[1]]
 
-        def mean(values: Array | None) -> Array | None:
-            return None if values is None else group_sums(values[kept], of_row) / shots[:, None]
+        def mean(values: Array) -> Array:
+            return np.asarray(group_sums(values[kept], of_row) / shots[:, None])
 
-        averaged = replace(points.take(first), repeat=None, pixel=mean(points.pixel), xyz=mean(points.xyz))
+        averaged = replace(
+            points.take(first),
+            repeat=None,
+            pixel=None if points.pixel is None else mean(points.pixel),
+            xyz=None if points.xyz is None else mean(points.xyz),
+            columns={name: mean(values) for name, values in points.columns.items()},
+        )
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
         return cls(replace(dataset, points=averaged), shots, group)
@@ -62,7 +68,7 @@ class AveragedData:
 
     def subsampled(self) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too."""
-        kept = chosen_rows(self.dataset.points)
+        kept = chosen_rows(self.dataset)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
@@ -80,7 +86,7 @@ class AveragedData:
         Args:
             model: Of the averaged data set.
             x: Its parameters.
-            J: Its plain Jacobian, (3m, d) [m].
+            J: Derivatives of the plain residuals, (K, d).
             raw: The data set with its repeats.
         """
         sources, known = self._sources(model, x, raw)
@@ -132,8 +138,3 @@ def noise_without_pose_errors(noise: NoiseModel) -> NoiseModel:
     rows = [source.name for source in noise.sources if source.level != "pose"]
     exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
     return noise if exact else noise.for_weights()
-
-
-def noise_size(noise: NoiseModel) -> float:
-    """Root-mean-square 3-D error of a row by noise alone [m]."""
-    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import View, anywhere, limits
 from robolaser.model.sensors.sensor import motion
@@ -35,7 +35,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
         Joint values by name [rad or m], the most telling first; none where the sensor cannot go anywhere (sockets) or
         no joint angles were read.
     """
-    dataset = one.problem.model.dataset
+    dataset = one.model.dataset
     robot, q = dataset.robot, dataset.poses.q
     if robot is None or q is None or dataset.kind == "socket":
         return ()
@@ -51,7 +51,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     if not len(tried):
         return ()
     apart = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
-    root = np.linalg.inv(np.linalg.cholesky(one.problem.noise.covariances.mean(axis=0)))
+    root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
     told = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
     for i in np.argsort(-told, kind="stable"):
@@ -116,7 +116,7 @@ def _as_last(values: Array | None, last: int, k: int) -> Array | None:
 def _stripes(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Array, Array, Bools]:
     """Where the stripe on the target's middle level would show, (k, r, 2) [px], the points there, and which see it."""
     values = fitted.problem.parameters.values(fitted.x[None])
-    sensor = fitted.problem.model.sensor
+    sensor = fitted.model.sensor
     assert isinstance(sensor, Stripe)  # nothing else has stripes
     T_flange_camera = sensor.mount(values, Perturbation())[0, 0]
     assert dataset.robot is not None

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import ScoreTest
@@ -117,7 +117,7 @@ def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
     """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
     columns = np.hstack([test.columns for test in tests])
     squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
-    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.stacked])
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
     ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
     return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
 
