@@ -16,7 +16,7 @@ from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Contestant
 from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.errors import OperatorSetting
-from robolaser.estimation.multistart import optimum
+from robolaser.estimation.multistart import multistart
 
 OUR_OWN = "robolaser's own search"
 """Who found a lowest cost that no contestant came below."""
@@ -191,7 +191,7 @@ def _best_known(question: Question) -> tuple[float, str]:
         return question.lowest, THEORY
     if question.model is None:
         return np.inf, ""
-    return min(optimum(question.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
+    return min(multistart(question.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
 def _fingerprint(question: Question) -> str:

@@ -20,7 +20,7 @@ from robolaser.errors import (
     ProblemUnknown,
     TestFunctionUnknown,
 )
-from robolaser.estimation.reduction import Reduction
+from robolaser.problems.reduction import Reduction
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
 

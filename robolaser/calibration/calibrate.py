@@ -8,19 +8,18 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Bools
 from robolaser.calibration.checks import check_poses, check_target
-from robolaser.calibration.initialization import start_of
+from robolaser.calibration.initialization import find_start, nothing_found
 from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import Progress
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
-from robolaser.errors import NothingFound
-from robolaser.estimation.cross_validation import held_out
 from robolaser.estimation.fisher_information import information
+from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.identifiability import standard_errors, unidentifiable
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.estimation.robust_reweighting import gross, polished
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_reweighting import fit, outlier_warnings
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import sizes_of
@@ -56,34 +55,33 @@ def calibrate(
         progress: Is told what is going on.
 
     Raises:
-        TooFewPoses, TargetUnseen, NothingFound: The data cannot be calibrated from.
-        EffectUnknown, PlaceUnknown, EffectSenseless, AlgorithmUnknown, LossUnknown: Something asked for is not there.
+        EstimationError, DataError: The data cannot be calibrated from.
+        EffectError, AlgorithmError, UsageError: There is no effect, location, algorithm or loss of that name.
     """
     began = time.perf_counter()
     plan = plan or Plan()
     tell = progress or (lambda what, share: None)
     model = Model(dataset, candidate_effects(plan.effects, dataset))
-    box = Box.of(model)
+    problem = Problem.of(model)
     check_target(model)
-    check_poses(model, box)
+    check_poses(problem)
 
-    start = start_of(model, plan, state=state, resume=resume, progress=tell)
+    start = find_start(model, plan, state=state, resume=resume, progress=tell)
     x, evaluations = start.x, start.evaluations
-    residuals = Residuals(model)
     if plan.polish:
-        tell("polishing", 0.5)
-        residuals, x, tried = polished(model, box, x, weights=plan.weights, loss=plan.loss)
-        evaluations += tried
-    E = model.residuals(x[None])[0]
-    if not np.isfinite(E).all():
-        raise NothingFound()
+        tell("fitting", 0.5)
+        problem, x, more = fit(model, x, weights=plan.weights, loss=plan.loss)
+        evaluations += more
+    residuals = model.residuals(x[None])[0]
+    if not np.isfinite(residuals).all():
+        raise nothing_found()
 
     tell("holding poses out", 0.5)
-    unseen, tried = held_out(residuals, x, box, seed=plan.seed)
-    on_bound = box.on_bound(x)
-    sigmas = sizes_of(model, x, residuals.trusted(x)).sigmas
-    known = information(residuals, x, sigmas)
-    parameters = model.parameters
+    folds = assign_folds(model, plan.seed)
+    unseen = None if folds is None else held_out(problem, x, folds)
+    sigmas = sizes_of(model, x, problem.inliers(x)).sigmas
+    known = information(problem, x, sigmas)
+    parameters, on_bound = model.parameters, problem.on_bound(x)
     return Calibration(
         model=model,
         algorithm=start.algorithm,
@@ -91,22 +89,28 @@ def calibrate(
         loss=plan.loss,
         seed=plan.seed,
         x=x,
-        std=standard_errors(known, held=box.held, bounded=np.where(on_bound, box.scale, 0.0)),
+        std=standard_errors(known, fixed=problem.fixed, bounded=np.where(on_bound, problem.scale, 0.0)),
         on_bound=on_bound,
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
-        residuals=E,
-        held_out=unseen,
+        residuals=residuals,
+        held_out=None if unseen is None else unseen.errors,
         noise=sigmas,
         history=start.history,
-        evaluations=evaluations + tried,
+        evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
         seconds=time.perf_counter() - began,
-        warnings=(*dataset.warnings, *start.doubts, *gross(residuals, x), *_doubts(model, on_bound, unseen)),
+        warnings=(
+            *dataset.warnings,
+            *start.warnings,
+            *outlier_warnings(problem, x),
+            *_bound_warnings(model, on_bound),
+            *(folds.warnings if folds else (TOO_FEW_POSES,)),
+        ),
     )
 
 
-def _doubts(model: Model, on_bound: Bools, unseen: Array | None) -> list[str]:
+TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."
+
+
+def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:
     ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
-    doubts = [f"{name} ended on one of its bounds: widen them, or doubt the model." for name in ended]
-    if unseen is None:
-        doubts.append("Too few poses to hold any out: the error on new poses is not known.")
-    return doubts
+    return [f"{name} ended on one of its bounds: widen them, or doubt the model." for name in ended]

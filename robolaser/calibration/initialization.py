@@ -1,4 +1,4 @@
-"""Where the last polish starts: near the global optimum, found on a thinned set."""
+"""Where the fit starts: near the global optimum, found on a subsample."""
 
 import hashlib
 from collections.abc import Sequence
@@ -13,37 +13,49 @@ from robolaser.arrays import Array
 from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import Found, History, Progress, search
 from robolaser.data.dataset import Dataset
-from robolaser.errors import NothingFound
-from robolaser.estimation.gauss_newton import Polished
-from robolaser.estimation.multistart import AGREEING, SAME, Optimum, optimum, thinned
-from robolaser.estimation.nonlinear_parameters import shaped, with_shapes
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.estimation.reduction import Reduction
+from robolaser.errors import EstimationError
+from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
+from robolaser.estimation.nonlinear_parameters import initialize_effects, with_several_shapes
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+
+AT_ONCE = 4
+"""Members of a population that descend together."""
+
+
+def nothing_found() -> EstimationError:
+    """The error where residuals are finite nowhere."""
+    return EstimationError(
+        "No set of parameters within the bounds puts the points at finite places. "
+        "Check the bounds in [parameters], stripe_axis and the units."
+    )
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where a search ended and the last polish starts.
+    """Where a search ended and the fit starts.
 
     Attributes:
         algorithm: Name of the search.
         x: The parameters, (d,).
         evaluations: Candidates evaluated.
-        doubts: What the user should know.
+        warnings: What the user should know.
         history: The course of the search, where it has generations.
     """
 
     algorithm: str
     x: Array
     evaluations: int
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     history: History | None = None
 
 
-def start_of(model: Model, plan: Plan, *, state: Path | None, resume: bool, progress: Progress) -> Start:
+def find_start(
+    model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
+) -> Start:
     """Search as planned.
 
     Args:
@@ -54,61 +66,61 @@ def start_of(model: Model, plan: Plan, *, state: Path | None, resume: bool, prog
         progress: Is told what is going on.
 
     Raises:
-        NothingFound: All candidates lie at poles.
-        AlgorithmUnknown: There is none of that name.
+        EstimationError: All candidates lie at poles.
+        AlgorithmError: There is no algorithm of that name.
     """
+    tell = progress or (lambda what, share: None)
     algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
-    if algorithm not in (SCREENING, POLISH_ONLY):
-        algorithm_named(algorithm)
-    thin = thinned(model)
-    if algorithm != POLISH_ONLY and not len(Reduction(model).parameters):
-        doubt = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
-        return replace(_straight(thin, plan), doubts=(doubt,))
     if algorithm == POLISH_ONLY:
-        return _straight(thin, plan)
+        return _downhill(subsampled(model), plan)
+    if algorithm != SCREENING:
+        algorithm_named(algorithm)
+    if not model.sensor.free and not model.effects:
+        warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
+        return replace(_downhill(subsampled(model), plan), warnings=(warning,))
     if algorithm == SCREENING:
-        return _screened(model, plan.seed, progress)
-    found, members = _searched(thin, algorithm, plan, state=state, resume=resume, progress=progress)
+        return _multistart(model, plan.seed, tell)
+    thin = subsampled(model)
+    found, members = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
     if not plan.polish:
         return Start(algorithm, members[0], found.evaluations, history=found.history)
-    progress("polishing", 0.0)
-    best, tried = _polished_in_shape(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
-    return Start(algorithm, best.x, found.evaluations + tried, history=found.history)
+    tell("fitting", 0.0)
+    x, evaluations = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
+    return Start(algorithm, x, found.evaluations + evaluations, history=found.history)
 
 
-def _straight(thin: Model, plan: Plan) -> Start:
-    """From the nominal values downhill."""
+def _downhill(thin: Model, plan: Plan) -> Start:
+    """From the nominal values to the optimum of their valley."""
     nominal = thin.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
-    best, tried = _polished_in_shape(thin, nominal[None])
-    return Start(POLISH_ONLY, best.x, tried)
+    return Start(POLISH_ONLY, *_descended(thin, nominal[None]))
 
 
-def _screened(model: Model, seed: int, tell: Progress) -> Start:
-    """The global optimum: first without effects, then with them, last with those that have shapes."""
+def _multistart(model: Model, seed: int, tell: Progress) -> Start:
+    """The global optimum: first without effects, then with them, last with those that have nonlinear parameters."""
 
     def found(part: Model, starts: Array | None) -> Optimum:
-        return optimum(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
+        return multistart(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
 
-    sought = shaped(model)
-    plain = _without(model, sought)
+    nonlinear = with_several_shapes(model)
+    plain = _without(model, nonlinear)
     best = found(model.with_effects(()), None)
     evaluations = best.evaluations
     if plain.effects:
-        best = found(plain, np.stack([_extended(best.x, plain), plain.parameters.nominal]))
+        extended = np.append(best.x, plain.parameters.nominal[len(best.x) :])
+        best = found(plain, np.stack([extended, plain.parameters.nominal]))
         evaluations += best.evaluations
     if not np.isfinite(best.cost):
-        raise NothingFound()
-    doubts = []
+        raise nothing_found()
+    warnings = []
     if best.agreeing < AGREEING:
-        doubts.append(
+        warnings.append(
             f"Only {best.agreeing} of {best.descents} descents ended at the lowest J that was found: there may be a "
             "lower one. Narrower bounds would help, or other poses."
         )
-    thin = thinned(model)
-    x = _in_shape(thin, thin.with_effects(plain.effects), best.x) if sought else best.x
-    return Start(SCREENING, x, evaluations, tuple(doubts))
+    x = _with_effects_chosen(subsampled(model), plain.effects, best.x) if nonlinear else best.x
+    return Start(SCREENING, x, evaluations, tuple(warnings))
 
 
 def _without(model: Model, gone: Sequence[CandidateEffect]) -> Model:
@@ -116,14 +128,11 @@ def _without(model: Model, gone: Sequence[CandidateEffect]) -> Model:
     return model.with_effects(tuple(one for one in model.effects if one not in gone))
 
 
-def _extended(x: Array, model: Model) -> Array:
-    """Parameters of the bare model (d,) as those of a model with effects, which are at their nominal values."""
-    return np.append(x, model.parameters.nominal[len(x) :])
-
-
-def _in_shape(model: Model, plain: Model, x: Array) -> Array:
-    """Parameters of a model that lacks the effects with shapes (d,) as those of one that has them, shapes chosen."""
-    values = dict(zip(plain.parameters.names, x, strict=True)) | with_shapes(plain, x, shaped(model))
+def _with_effects_chosen(model: Model, effects: tuple[CandidateEffect, ...], x: Array) -> Array:
+    """The optimum x (d,) of the model with some of its effects, extended by start values of the nonlinear ones."""
+    plain = model.with_effects(effects)
+    values = dict(zip(plain.parameters.names, x, strict=True))
+    values |= initialize_effects(plain, x, with_several_shapes(model))
     return np.array([values[name] for name in model.parameters.names])
 
 
@@ -149,51 +158,47 @@ def _searched(
     return found, problem.completed(found.candidates)
 
 
-def _polished_in_shape(model: Model, starts: Array) -> tuple[Polished, int]:
-    """Polish members; where effects have shapes, those that do best where the model without these effects ends.
+def _descended(model: Model, starts: Array) -> tuple[Array, int]:
+    """The best optimum (d,) that descents from some members lead to, and the candidates evaluated.
 
-    Each member has shapes of its own, and ends in a valley of its own: they would never agree. So members are polished
-    without the effects, and with them only the first, beside the shapes that were chosen.
-
-    Returns:
-        The best, and the candidates evaluated.
+    Where effects have nonlinear parameters, each member has values of its own and ends in a valley of its own: they
+    would never agree. So members descend without these effects, and with them only the first, beside chosen values.
     """
-    sought, box = shaped(model), Box.of(model)
-    if not sought:
-        return polish_members(Residuals(model), starts, box)
-    plain = _without(model, sought)
+    nonlinear = with_several_shapes(model)
+    if not nonlinear:
+        return descend_until_agreed(Problem.of(model), starts)
+    plain = _without(model, nonlinear)
     columns = model.parameters.columns(plain.parameters.names)
-    without, evaluations = polish_members(Residuals(plain), starts[:, columns], Box.of(plain))
-    chosen = _in_shape(model, plain, without.x)
-    ends = [box.polish(Residuals(model), start) for start in (chosen, model.fix_gauge(starts[0]))]
-    return min(ends, key=lambda end: end.cost), evaluations + sum(end.evaluations for end in ends)
+    x, evaluations = descend_until_agreed(Problem.of(plain), starts[:, columns])
+    both = np.stack([_with_effects_chosen(model, plain.effects, x), model.fix_gauge(starts[0])])
+    ends = solve(Problem.of(model), both)
+    return ends.x[ends.best], evaluations + ends.evaluations
 
 
-def polish_members(residuals: Residuals, starts: Array, box: Box) -> tuple[Polished, int]:
-    """Polish members, best first, until enough of them agree on the lowest optimum, or all have been tried.
+def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
+    """Descend from members, best first, until enough of them agree on the lowest optimum, or all have been tried.
 
     Args:
-        residuals: What to polish on.
+        problem: What to minimise.
         starts: (k, d); some may lie at poles.
-        box: Where the polish may go.
 
     Returns:
-        The best, and the candidates evaluated.
+        The best optimum (d,), and the candidates evaluated.
 
     Raises:
-        NothingFound: All starts lie at poles.
+        EstimationError: All starts lie at poles.
     """
-    tried, evaluations = [], 0
-    for start in starts:
-        tried.append(box.polish(residuals, residuals.model.fix_gauge(start)))
-        evaluations += tried[-1].evaluations
-        lowest = min(end.cost for end in tried)
-        if sum(end.cost <= lowest * (1 + SAME) + np.finfo(float).tiny for end in tried) >= AGREEING:
+    starts = np.array([problem.model.fix_gauge(start) for start in starts])
+    x, costs, evaluations = np.empty((0, starts.shape[1])), np.empty(0), 0
+    for first in range(0, len(starts), AT_ONCE):
+        ends = solve(problem, starts[first : first + AT_ONCE])
+        x, costs = np.concatenate([x, ends.x]), np.concatenate([costs, ends.cost])
+        evaluations += ends.evaluations
+        if np.isfinite(costs.min()) and (costs <= costs.min() * (1 + SAME) + np.finfo(float).tiny).sum() >= AGREEING:
             break
-    best = min(tried, key=lambda end: end.cost)
-    if not np.isfinite(best.cost):
-        raise NothingFound()
-    return best, evaluations
+    if not np.isfinite(costs.min()):
+        raise nothing_found()
+    return x[int(np.argmin(costs))], evaluations
 
 
 def _fingerprint(dataset: Dataset, plan: Plan) -> str:

@@ -7,8 +7,9 @@ import numpy as np
 
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.estimation.identifiability import Information, unidentifiable
-from robolaser.estimation.jacobian import jacobian
+from robolaser.estimation.fisher_information import Information
+from robolaser.estimation.identifiability import unidentifiable
+from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
 
@@ -23,7 +24,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     """
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
-    known = Information.of(jacobian(diagnosis.model, x), noise, weights=noise)
+    known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
     held = np.isin(parameters.names, diagnosis.model.sensor.fixed)
     given = np.array([item.given for item in parameters.items])
     on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))

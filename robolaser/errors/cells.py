@@ -119,24 +119,3 @@ class NothingSeen(RobolaserError):
 
     def __init__(self) -> None:
         super().__init__("points.csv has a header but no rows: there is nothing to calibrate from.")
-
-
-class TargetUnseen(RobolaserError):
-    """The camera cannot have seen the target where the data set says it is."""
-
-    def __init__(self, line: int, pose: str, behind: int, rows: int) -> None:
-        super().__init__(
-            f"points.csv, row {line} (pose {pose}): with the nominal parameters the target point lies behind the "
-            f"camera, as do {behind} of {rows} rows. Check the target's frame and units, bracket_quat and the flange."
-        )
-
-
-class TooFewPoses(RobolaserError):
-    """Not enough poses for the parameters asked for."""
-
-    def __init__(self, poses: int, different: int, needed: int, parameters: int) -> None:
-        differing = f", of which only {different} differ{'s' if different == 1 else ''}," if different < poses else ""
-        super().__init__(
-            f"{poses} pose{'s' if poses != 1 else ''} with points{differing} cannot fix {parameters} parameters: "
-            f"at least {needed} are needed. Measure more poses, turned and tilted against each other."
-        )

@@ -76,23 +76,6 @@ class NothingAsked(RobolaserError):
         super().__init__(f"It went through {rounds} rounds without asking what a candidate costs.")
 
 
-class LossUnknown(WrongUsage):
-    """No loss of that name."""
-
-    def __init__(self, name: str, known: Iterable[str]) -> None:
-        super().__init__(f"No loss '{name}'.{near(name, known)}")
-
-
-class NothingFound(RobolaserError):
-    """No candidate had a finite misfit."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "No set of parameters within the bounds puts the points at finite places. "
-            "Check the bounds in [parameters], stripe_axis and the units."
-        )
-
-
 class OperatorSetting(RobolaserError):
     """An operator or algorithm was given a setting that has no meaning."""
 

@@ -7,15 +7,9 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.r_factor import triangle
-from robolaser.model.noise import NoiseModel
+from robolaser.arrays import Array, Bools
+from robolaser.estimation.fisher_information import NULL, Information, lengths
 
-NULL = 1e-7
-"""Singular values of the Jacobian, its columns of unit length, below this share of the largest are zero.
-
-Its numerical derivatives are exact to about 1e-10; the weakest real direction seen on 25 points is at 1e-5.
-"""
 LOADING = 1e-4
 """Share of the largest move of a residual from which on a parameter takes part in a null direction: ten times above
 what the numerical error of the direction can be."""
@@ -45,109 +39,29 @@ class Unidentifiable:
     reason: str
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Information:
-    """All that residuals say of the parameters, in a few numbers: they add up over parts that share no errors.
-
-    Attributes:
-        plain: Triangle of the residuals' derivatives J by all parameters, (d or less, d).
-        weighed: The same of the residuals that were minimised, W^(1/2) J.
-        spread: JᵀWΣWJ, (d, d): what the noise Σ does to the fit's gradient.
-        reach: Largest derivative by each parameter, (d,).
-    """
-
-    plain: Array
-    weighed: Array
-    spread: Array
-    reach: Array
-
-    @classmethod
-    def of(
-        cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None, shares: Array | None = None
-    ) -> "Information":
-        """What some rows say.
-
-        Args:
-            J: Plain residuals by all parameters, (3m, d).
-            noise: Of the residuals.
-            weights: The noise by which the minimised residuals were whitened; None for plain ones.
-            shares: By how much each whitened row counts, (m,); 1 when absent.
-        """
-        plain, reach = triangle(J), np.maximum(J.max(axis=0, initial=0.0), -J.min(axis=0, initial=0.0))
-        if weights is None and shares is None:
-            return cls(plain, plain, noise.seen_through(J), reach)
-        share = np.ones((len(J), 1)) if shares is None else shares.repeat(3)[:, None]
-        white = J if weights is None else weights.whiten(J.T).T
-        pulls = share * white
-        weighed = pulls if weights is None else weights.weigh(pulls.T).T
-        return cls(plain, triangle(np.sqrt(share) * white), noise.seen_through(weighed), reach)
-
-    def __add__(self, other: "Information") -> "Information":
-        return Information(
-            triangle(self.plain, other.plain),
-            triangle(self.weighed, other.weighed),
-            self.spread + other.spread,
-            np.maximum(self.reach, other.reach),
-        )
-
-    def without(self, gone: Bools) -> "Information":
-        """As if the residuals did not depend on these parameters, (d,)."""
-        plain, weighed, reach = (np.where(gone, 0.0, part) for part in (self.plain, self.weighed, self.reach))
-        return Information(plain, weighed, np.where(gone | gone[:, None], 0.0, self.spread), reach)
-
-
-def covariance(known: Information, free: Ints) -> Array:
-    """Covariance of the fitted parameters, whatever the fit took for granted.
-
-    Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: plain least squares weighs all rows alike, which they
-    are not, and weighted by the noise itself it is (JᵀΣ⁻¹J)⁻¹. Inverses leave null directions out, so parameters that
-    take part in one seem exact here: see `standard_errors`.
-
-    Args:
-        known: What the residuals say.
-        free: Numbers of the parameters that were free, (f,).
-
-    Returns:
-        (f, f).
-    """
-    inverse = _inverse(known.weighed[:, free])
-    found: Array = inverse @ known.spread[np.ix_(free, free)] @ inverse
-    return found
-
-
-def _inverse(R: Array) -> Array:
-    """(RᵀR)⁺, (d, d)."""
-    scale = _lengths(R)
-    _, s, Vt = np.linalg.svd(R / scale, full_matrices=False)
-    real = s > NULL * s.max(initial=0.0)
-    found: Array = (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None]
-    return found
-
-
-def standard_errors(known: Information, *, held: Bools, bounded: Array | None = None) -> Array:
-    """One standard deviation of each parameter, the held ones taken as known, (d,).
+def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:
+    """One standard deviation of each parameter, the fixed ones taken as known, (d,).
 
     A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
     the others would seem far surer than they are. To them it counts as lying anywhere within its bounds.
 
     Args:
         known: What the residuals say of all parameters.
-        held: Parameters whose values are a convention, as one of a gauge's is, (d,).
+        fixed: Parameters whose values are a convention, as one of a gauge's is, (d,).
         bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
 
     Returns:
-        NaN for the held ones, for those on a bound and for all that take part in a null direction of the rest.
+        NaN for the fixed ones, for those on a bound and for all that take part in a null direction of the rest.
     """
-    bounded = np.zeros(len(held)) if bounded is None else bounded
+    bounded = np.zeros(len(fixed)) if bounded is None else bounded
     on_bound = bounded > 0
-    free = np.flatnonzero(~held & ~on_bound)
-    std = np.full(len(held), np.nan)
+    free = np.flatnonzero(~fixed & ~on_bound)
+    std = np.full(len(fixed), np.nan)
     pulls = known.weighed[:, free].T @ known.weighed[:, on_bound]
-    of_bounded = _inverse(known.weighed[:, free]) @ pulls * (bounded[on_bound] * UNIFORM)
-    std[free] = np.sqrt(np.diag(covariance(known, free)) + (of_bounded**2).sum(axis=1))
-    for direction in null_directions(known.plain[:, ~held]):
-        std[np.flatnonzero(~held)[direction != 0.0]] = np.nan
+    of_bounded = known.inverse(free) @ pulls * (bounded[on_bound] * UNIFORM)
+    std[free] = np.sqrt(np.diag(known.covariance(free)) + (of_bounded**2).sum(axis=1))
+    for direction in null_directions(known.plain[:, ~fixed]):
+        std[np.flatnonzero(~fixed)[direction != 0.0]] = np.nan
     return std
 
 
@@ -164,7 +78,7 @@ def null_directions(J: Array) -> Array:
     Returns:
         (n, d), exactly zero for parameters that do not take part, in units of the parameters.
     """
-    scale = _lengths(J)
+    scale = lengths(J)
     _, s, Vt = np.linalg.svd(J / scale, full_matrices=len(J) < J.shape[1])
     s = np.concatenate([s, np.zeros(len(Vt) - len(s))])
     basis = _echelon(Vt[s <= NULL * s.max(initial=0.0)])
@@ -193,7 +107,7 @@ def unidentifiable(known: Information, names: Sequence[str], width: Array) -> li
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
     columns = np.flatnonzero(free)
-    spread = covariance(known, columns) / width[columns] / width[columns][:, None]
+    spread = known.covariance(columns) / width[columns] / width[columns][:, None]
     variances, directions = np.linalg.eigh(spread)
     for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):
         if variance >= WEAK**2:
@@ -224,12 +138,6 @@ def _weak(names: list[str], spread: float) -> Unidentifiable:
 def _listed(names: Iterable[str]) -> str:
     *first, last = names
     return f"{', '.join(first)} and {last}" if first else last
-
-
-def _lengths(J: Array) -> Array:
-    """Length of each column, (d,); 1 for a column of zeros."""
-    lengths = np.linalg.norm(J, axis=0)
-    return np.where(lengths > 0.0, lengths, 1.0)
 
 
 def _echelon(basis: Array) -> Array:

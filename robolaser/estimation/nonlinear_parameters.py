@@ -1,7 +1,7 @@
-"""Where to look for what says how an effect acts, and not how much: a frequency, a moment, a time constant.
+"""Start values of effects whose nonlinear parameters say how they act: a frequency, a moment, a time constant.
 
-In such a shape the misfit has many valleys, or steps. So all values worth trying are tried, as far as the model is
-linear in everything else; the polish goes on from the best.
+In such a parameter the cost has many valleys, or steps. So all values worth trying are tried, as far as the model is
+linear in everything else; the fit goes on from the best.
 """
 
 from collections.abc import Sequence
@@ -11,12 +11,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.estimation.jacobian import jacobian
+from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
-STEP = 1e-3
-"""Of a derivative by an effect's number, in units of its typical size."""
 AGAIN = 2
 """Times that several effects choose in turn: the first to choose may have explained what is another's."""
 NULL = 1e-7
@@ -30,81 +29,63 @@ CANDIDATES = 1000
 @final
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """A value of an effect's shapes, and what the effect does with it.
+    """A value of an effect's nonlinear parameters, and what the effect does with it.
 
     Attributes:
-        shapes: The shapes, (s,).
-        numbers: The effect's numbers that go with it, (k,).
-        columns: Residuals by its numbers, (3m, k).
-        gain: By how much the sum of squares shrinks, as far as the model is linear.
+        shapes: The nonlinear parameters, (s,).
+        amplitudes: The linear parameters that go with it, (q,).
+        columns: Residuals by its amplitudes, (K, q).
+        gain: By how much the cost shrinks, as far as the model is linear.
     """
 
     shapes: Array
-    numbers: Array
+    amplitudes: Array
     columns: Array
     gain: float
 
 
-def shaped(model: Model) -> tuple[CandidateEffect, ...]:
-    """The effects in a model with more than one value of their shapes to try."""
+def with_several_shapes(model: Model) -> tuple[CandidateEffect, ...]:
+    """The effects in a model with more than one value of their nonlinear parameters to try."""
     return tuple(one for one in model.effects if len(one.kind.grid(model.dataset, one.where)) > 1)
 
 
-def with_shapes(plain: Model, x: Array, candidate_effects: Sequence[CandidateEffect]) -> dict[str, float]:
-    """Choose the shapes of effects that a fitted model lacks, and their numbers to start a fit from.
+def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect]) -> dict[str, float]:
+    """Choose the nonlinear parameters of effects that a fitted model lacks, and amplitudes to start a fit from.
 
     Args:
         plain: The model without them.
         x: Its optimum, (d,).
-        candidate_effects: The effects.
+        effects: One or more.
 
     Returns:
         Values by the names of the effects' parameters.
     """
-    e = plain.residuals(x[None]).reshape(-1)
-    known = jacobian(plain, x)
-    alone = {one: _best(plain, x, one, e, known) for one in candidate_effects}
-    order = sorted(candidate_effects, key=lambda one: -alone[one].gain)
+    at = Linearization(Problem.of(plain), x)
+    known = _basis(at.slopes)
+    alone = {one: _best(at, one, known) for one in effects}
+    order = sorted(effects, key=lambda one: -alone[one].gain)
     chosen = {order[0]: alone[order[0]]}
-    for candidate_effect in (order * AGAIN)[1:] if len(order) > 1 else ():
-        others = [choice.columns for one, choice in chosen.items() if one is not candidate_effect]
-        chosen[candidate_effect] = _best(plain, x, candidate_effect, e, np.hstack([known, *others]))
+    for effect in (order * AGAIN)[1:] if len(order) > 1 else ():
+        others = [choice.columns for one, choice in chosen.items() if one is not effect]
+        chosen[effect] = _best(at, effect, _basis(np.hstack([at.slopes, *others])))
     return {
         name: float(value)
         for one, choice in chosen.items()
-        for name, value in zip(one.parameters.names, [*choice.numbers, *choice.shapes], strict=True)
+        for name, value in zip(one.parameters.names, [*choice.amplitudes, *choice.shapes], strict=True)
     }
 
 
-def _best(plain: Model, x: Array, candidate_effect: CandidateEffect, e: Array, known: Array) -> Choice:
-    """The value of the grid that lowers the squares of e most, beside what the known columns explain."""
-    grid = candidate_effect.kind.grid(plain.dataset, candidate_effect.where)
-    k = len(candidate_effect.kind.declared())
-    Q = _basis(known)
-    rest = e - Q @ (Q.T @ e)
-    best: Choice | None = None
-    for part in np.array_split(grid, -(-len(grid) * k // CANDIDATES)):
-        columns = _columns(plain, x, candidate_effect, part, e)
-        choice = _best_of(columns, part, candidate_effect, rest, Q)
-        best = choice if best is None or choice.gain > best.gain else best
-    assert best is not None  # a grid has at least one value
-    return best
+def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> Choice:
+    """The value of the grid that lowers the cost most, beside what a basis (K, n) of known columns explains."""
+    grid = effect.kind.grid(at.problem.model.dataset, effect.where)
+    rest = at.white - Q @ (Q.T @ at.white)
+    parts = np.array_split(grid, -(-len(grid) * len(effect.kind.declared()) // CANDIDATES))
+    choices = [_best_of(at.columns(effect, part), part, effect, rest, Q) for part in parts]
+    return max(choices, key=lambda choice: choice.gain)
 
 
-def _columns(plain: Model, x: Array, candidate_effect: CandidateEffect, grid: Array, e: Array) -> Array:
-    """Residuals by the candidate_effect's numbers for each value of its shapes, (g, 3m, k)."""
-    model = plain.with_effects((*plain.effects, candidate_effect))
-    step = STEP * np.array([typical for *_, typical in candidate_effect.kind.declared()])
-    k = len(step)
-    numbers = np.tile(np.diag(step), (len(grid), 1))
-    base = np.repeat(x[None], len(numbers), axis=0)
-    moved = model.residuals(np.hstack([base, numbers, np.repeat(grid, k, axis=0)]))
-    slopes: Array = np.swapaxes(moved.reshape(len(grid), k, -1) - e, 1, 2) / step
-    return slopes
-
-
-def _best_of(columns: Array, grid: Array, candidate_effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
-    bound = np.array([bound for _, _, bound, _ in candidate_effect.kind.declared()])
+def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
+    bound = np.array([bound for _, _, bound, _ in effect.kind.declared()])
     scaled = columns * bound
     imitated = Q.T @ scaled
     whole = np.swapaxes(scaled, 1, 2) @ scaled
@@ -119,7 +100,7 @@ def _best_of(columns: Array, grid: Array, candidate_effect: CandidateEffect, res
 
 
 def _basis(columns: Array) -> Array:
-    """Orthonormal basis of what columns (3m, d) reach, (3m, d')."""
+    """Orthonormal basis of what columns (K, d) reach, (K, n)."""
     length = np.linalg.norm(columns, axis=0)
     U, s, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
     reached: Array = U[:, s > NULL * s.max(initial=0.0)]

@@ -1,128 +1,186 @@
-"""Where a polish may go: the bounds, with held parameters closed, and the residuals that it sees."""
+"""The least-squares problem: whitened residuals of a model as a function of its parameters, within bounds."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.differences import Around
-from robolaser.estimation.gauss_newton import SQUARE, Polished, gauss_newton
-from robolaser.estimation.robust_loss import AXES, Loss
+from robolaser.estimation.robust_loss import HALF, SQUARE, Loss
+from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.pose_blocks import blocks_of
-
-MOST_STEPS = 3000  # few points leave long bent valleys: 200 steps were needed along one, 20 are usual
-HALF = 0.5  # of a row's share: from here on a loss takes it for right rather than wrong
+from robolaser.parameters import Parameters
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Residuals:
-    """Residuals as one row for each candidate, (c, d) -> (c, 3 m), and what they cost.
+class Problem:
+    """Minimise the cost of a model's rows, and of its parameters' distances from their nominal values.
+
+    Residuals are flat, (c, K): the numbers of row 0, of row 1, and so on, however many numbers a row has.
+    `calibrate` solves it without priors, `diagnose` with weak ones.
 
     Attributes:
-        model: Gives them.
-        noise: Whitens them, where given.
-        loss: What each row's three numbers cost.
+        model: Data and effects.
+        parameters: The model's; those of another one where the closed forms of all data are to be kept for some of it.
+        noise: Whitens the rows; None leaves them in the sensor's unit.
+        loss: What a whitened row costs.
+        prior: Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it
+            may differ freely. None: all may.
     """
 
     model: Model
+    parameters: Parameters
     noise: NoiseModel | None = None
     loss: Loss = SQUARE
-
-    def __call__(self, x: Array) -> Array:
-        """All rows, three numbers each."""
-        return self.whitened(self.model.residuals(x))
-
-    def whitened(self, plain: Array) -> Array:
-        """Plain residuals (c, m, 3) as this sees them, (c, 3 m)."""
-        rows = plain.reshape(len(plain), -1)
-        return rows if self.noise is None else self.noise.whiten(rows)
-
-    def trusted(self, x: Array) -> Bools:
-        """Rows that count for half or more with the parameters x (d,), (m,)."""
-        trusted = np.ones(len(self.model.dataset.points), dtype=bool)
-        for rows, block in self.blocks if self.loss != SQUARE else ():
-            trusted[rows] = self.loss.shares(block(x[None]))[0] >= HALF
-        return trusted
-
-    @cached_property
-    def blocks(self) -> tuple[tuple[Ints, "Residuals"], ...]:
-        """The same in blocks of whole poses: numbers of their rows (m,), and their residuals."""
-        blocks = blocks_of(self.model)
-        if len(blocks) == 1:
-            return ((blocks[0].rows, self),)
-        noises = (None if self.noise is None else self.noise.of_rows(block.rows) for block in blocks)
-        return tuple(
-            (block.rows, Residuals(block.model, noise, self.loss)) for block, noise in zip(blocks, noises, strict=True)
-        )
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Some:
-    """Some numbers (3m,) of residuals."""
-
-    residuals: Residuals
-    kept: Bools
-
-    def __call__(self, x: Array) -> Array:
-        return self.residuals(x)[:, self.kept]
-
-
-@final
-@dataclass(frozen=True)
-class Box:
-    """Bounds of a model's parameters, (d,) each, those of held parameters closed.
-
-    Attributes:
-        lower: Lower bounds.
-        upper: Upper bounds.
-        scale: A typical change of each parameter: the distance of its bounds.
-        held: Parameters that the gauge holds at their nominal values.
-    """
-
-    lower: Array
-    upper: Array
-    scale: Array
-    held: Bools
+    prior: Array | None = None
 
     @classmethod
-    def of(cls, model: Model) -> "Box":
-        """The bounds of the data set, with the gauge fixed."""
-        parameters = model.parameters
-        held = np.isin(parameters.names, model.sensor.fixed)
-        lower = np.where(held, parameters.nominal, parameters.lower)
-        upper = np.where(held, parameters.nominal, parameters.upper)
-        return cls(lower, upper, parameters.width, held)
+    def of(
+        cls,
+        model: Model,
+        noise: NoiseModel | None = None,
+        *,
+        loss: Loss = SQUARE,
+        prior: Array | None = None,
+        parameters: Parameters | None = None,
+    ) -> "Problem":
+        """The problem of a model; see the attributes."""
+        return cls(model, parameters or model.parameters, noise, loss, prior)
 
-    def polish(self, residuals: Residuals, start: Array, *, tol: float = 1e-13, kept: Bools | None = None) -> Polished:
-        """Gauss-Newton steps to the nearest optimum, of the rows to be kept (m,) or of all."""
-        blocks: list[Callable[[Array], Array]] = []
-        for rows, block in residuals.blocks:
-            if kept is None or kept[rows].all():
-                blocks.append(block)
-            elif kept[rows].any():
-                blocks.append(_Some(block, np.repeat(kept[rows], AXES)))
-        return gauss_newton(
-            blocks,
-            start,
-            self.lower,
-            self.upper,
-            scale=self.scale,
-            loss=residuals.loss,
-            tol=tol,
-            max_iterations=MOST_STEPS,
-        )
+    def with_noise(self, noise: NoiseModel | None, loss: Loss = SQUARE) -> "Problem":
+        """The same with other weights."""
+        return replace(self, noise=noise, loss=loss)
 
-    def around(self, x: Array) -> Around:
-        """A point within the bounds, for derivatives."""
-        return Around(np.clip(x, self.lower, self.upper), self.lower, self.upper, self.scale)
+    @cached_property
+    def fixed(self) -> Bools:
+        """Parameters that stay at their nominal values, by the sensor's gauge or by bounds without room, (d,)."""
+        gauge = np.isin(self.parameters.names, self.model.sensor.fixed)
+        return np.asarray(gauge | (self.parameters.upper <= self.parameters.lower))
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower bounds, the nominal values of fixed parameters, (d,)."""
+        return np.where(self.fixed, self.parameters.nominal, self.parameters.lower)
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper bounds, likewise, (d,)."""
+        return np.where(self.fixed, self.parameters.nominal, self.parameters.upper)
+
+    @cached_property
+    def scale(self) -> Array:
+        """A usual change of each parameter, (d,): the distance of its bounds."""
+        width = self.parameters.width
+        return np.where(width > 0.0, width, 1.0)
 
     def on_bound(self, x: Array) -> Bools:
-        """Parameters with room that stand on one of their bounds, (d,)."""
-        return ~self.held & ((x <= self.lower) | (x >= self.upper))
+        """Parameters that are free and stand on one of their bounds, (..., d)."""
+        return np.asarray(~self.fixed & ((x <= self.lower) | (x >= self.upper)))
+
+    @cached_property
+    def rows(self) -> int:
+        """How many rows the data have."""
+        return len(self.model.dataset.points)
+
+    @cached_property
+    def starts(self) -> Ints:
+        """Where the numbers of each row begin, (m,)."""
+        return np.arange(self.rows, dtype=np.int64) * self._axes
+
+    @cached_property
+    def row_of_number(self) -> Ints:
+        """Row of each number, (K,)."""
+        return np.repeat(np.arange(self.rows, dtype=np.int64), self._axes)
+
+    @cached_property
+    def _axes(self) -> int:
+        return len(self.model.sensor.units)
+
+    def plain(self, x: Array) -> Array:
+        """Residuals as the sensor has them, (c, d) -> (c, m, k)."""
+        return self.model.residuals(x)
+
+    def residuals(self, x: Array) -> Array:
+        """Whitened residuals, (c, d) -> (c, K)."""
+        return self.whitened(self.plain(x))
+
+    def whitened(self, plain: Array) -> Array:
+        """Plain residuals (c, m, k) as the problem weighs them, (c, K)."""
+        return plain.reshape(len(plain), -1) if self.noise is None else self.noise.whiten(plain)
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivatives of the whitened residuals by each parameter over its scale, (c, d) -> (c, d, K)."""
+        J = jacobian(self.model, x)
+        c, d = J.shape[:2]
+        white = self.whitened(J.reshape(c * d, *J.shape[2:])).reshape(c, d, -1)
+        white *= np.where(self.fixed, 0.0, self.scale)[:, None]
+        return white
+
+    @cached_property
+    def _prior_slopes(self) -> Array:
+        """What a step of one scale changes of a parameter's distance from its nominal value over its prior, (d,)."""
+        if self.prior is None:
+            return np.zeros(len(self.scale))
+        return np.where(self.fixed, 0.0, self.scale / np.where(self.prior > 0.0, self.prior, np.inf))
+
+    @cached_property
+    def _number_scale(self) -> float:
+        """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
+
+        One where rows are whitened; else the standard deviation of a row's numbers at the nominal values.
+        """
+        if self.noise is not None or self.model.known_distances is None:
+            return 1.0
+        plain = self.model.residuals(self.parameters.nominal[None])
+        return float(np.sqrt(np.square(plain).mean()))
+
+    def extra_residuals(self, x: Array) -> Array:
+        """Rows that belong to no row of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.
+
+        They count in every fit, whichever rows of the data are left out.
+        """
+        prior = self._prior_slopes * (x - self.parameters.nominal) / self.scale
+        return np.concatenate([self._number_scale * self.model.extra_residuals(x), prior], axis=1)
+
+    def extra_jacobian(self, x: Array) -> Array:
+        """Derivatives of these by each parameter over its scale, (c, d) -> (c, d, e)."""
+        prior = np.broadcast_to(np.diag(self._prior_slopes), (len(x), x.shape[1], x.shape[1]))
+        known = self.model.known_distances
+        if known is None:
+            return prior
+        slopes = known.jacobian(self.parameters.values(x), self.parameters.names) / known.sigma_m
+        slopes = self._number_scale * np.swapaxes(slopes, 1, 2) * np.where(self.fixed, 0.0, self.scale)[:, None]
+        return np.concatenate([slopes, prior], axis=2)
+
+    def costs(self, x: Array) -> Array:
+        """Cost of candidates, (c, d) -> (c,); infinite at the model's poles."""
+        rows = sum(block.loss.costs(block.residuals(x), block.starts) for _, block in self.blocks)
+        return np.asarray(rows + np.square(self.extra_residuals(x)).sum(axis=1))
+
+    def inliers(self, x: Array) -> Bools:
+        """Rows to which the loss gives half their weight or more at x (d,), (m,)."""
+        inliers = np.ones(self.rows, dtype=bool)
+        for rows, block in () if self.loss.is_square else self.blocks:
+            inliers[rows] = block.loss.weights(block.residuals(x[None]), block.starts)[0] >= HALF
+        return inliers
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[Ints, "Problem"], ...]:
+        """The rows in blocks of whole poses, so that little is kept of large data: row numbers (m,), and their problem.
+
+        Extra rows belong to the whole alone.
+        """
+        parts = blocks_of(self.model)
+        if len(parts) == 1:
+            return ((parts[0].rows, self),)
+        return tuple(
+            (
+                part.rows,
+                replace(self, model=part.model, noise=None if self.noise is None else self.noise.of_rows(part.rows)),
+            )
+            for part in parts
+        )

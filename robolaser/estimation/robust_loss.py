@@ -1,6 +1,6 @@
-"""What a residual costs: its square or, where some points may be wrong altogether, less for the large ones.
+"""What a row of residuals costs: its square or, where some rows may be gross errors, less for the large ones.
 
-A residual is the vector of a row, three numbers. With z = |e|²/s² its cost is s² ρ(z), as in SciPy's `least_squares`.
+A row has one or more numbers; with z = |e|²/s² it costs s² ρ(z), as in SciPy's `least_squares`.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,14 +9,12 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.errors import LossUnknown
+from robolaser.arrays import Array, Ints
+from robolaser.errors import UsageError
 
-AXES = 3
-"""Numbers of a row."""
 LEAST_CURVATURE = 0.01
-"""Of ρ along a residual, relative to its slope, at the least: beyond the scale both losses perturb the other way there,
-and steps towards a saddle would be no steps down."""
+"""Of ρ along a residual, relative to its slope, at the least: beyond the scale both losses curve the other way there,
+and steps towards a saddle would not lead down."""
 
 
 def _huber(z: Array) -> tuple[Array, Array, Array]:
@@ -40,6 +38,8 @@ EFFICIENT: Mapping[str, float] = {"huber": 1.345, "cauchy": 2.385}
 line, as a scanner's nearly do; less is lost where they lie all around."""
 MEDIAN = 0.6745
 """Median length of such errors, in standard deviations."""
+HALF = 0.5
+"""Weight of a row below which it counts as a gross error."""
 
 
 @final
@@ -47,9 +47,14 @@ MEDIAN = 0.6745
 class Loss:
     """A loss with its scale.
 
+    Residuals are flat, (c, K); `starts` (m,) says where each row's numbers begin.
+
     Attributes:
         name: One of `LOSSES`.
-        scale: Length s of a residual from which it counts for less, in the unit of the residuals.
+        scale: Length s of a row from which on it counts for less, in the unit of the residuals.
+
+    Raises:
+        UsageError: There is no loss of that name.
     """
 
     name: str = "square"
@@ -57,58 +62,75 @@ class Loss:
 
     def __post_init__(self) -> None:
         if self.name not in LOSSES:
-            raise LossUnknown(self.name, LOSSES)
+            raise UsageError(f"There is no loss {self.name!r}. There are: {', '.join(LOSSES)}.")
+
+    @property
+    def is_square(self) -> bool:
+        """Whether rows cost their squares."""
+        return LOSSES[self.name] is None
 
     @classmethod
-    def fitting(cls, name: str, residuals: Array) -> "Loss":
-        """The loss of that name with a scale from the median length of residuals (m, 3): few gross ones do not move it.
+    def fitting(cls, name: str, residuals: Array, starts: Ints) -> "Loss":
+        """The loss of that name with a scale from the median length of rows: few gross errors do not move it.
+
+        Args:
+            name: One of `LOSSES`.
+            residuals: (K,).
+            starts: (m,).
 
         Raises:
-            LossUnknown: There is none of that name.
+            UsageError: There is no loss of that name.
         """
         if name not in EFFICIENT:
             return cls(name)
-        median = float(np.median(np.linalg.norm(residuals, axis=-1)))
+        median = float(np.median(np.sqrt(np.add.reduceat(residuals**2, starts))))
         return cls(name, max(EFFICIENT[name] * median / MEDIAN, float(np.finfo(np.float64).tiny)))
 
-    def costs(self, rows: Array) -> Array:
-        """Cost of all residuals of each candidate, (c, 3m) -> (c,); infinite where one is not finite."""
+    def costs(self, residuals: Array, starts: Ints) -> Array:
+        """Cost of all rows of each candidate, (c, K) -> (c,); infinite where one is not finite."""
         rho = LOSSES[self.name]
         with np.errstate(over="ignore", invalid="ignore"):
             if rho is None:
-                costs = np.einsum("ck,ck->c", rows, rows)
+                costs = np.einsum("ck,ck->c", residuals, residuals)
             else:
-                costs = self.scale**2 * rho(self._lengths2(rows) / self.scale**2)[0].sum(axis=-1)
+                costs = self.scale**2 * rho(self._z(residuals, starts))[0].sum(axis=-1)
         return np.where(np.isfinite(costs), costs, np.inf)
 
-    def shares(self, rows: Array) -> Array:
-        """By how much each residual counts, ρ', (c, 3m) -> (c, m): 1 for small ones."""
+    def weights(self, residuals: Array, starts: Ints) -> Array:
+        """Weight of each row, ρ', (c, K) -> (c, m): 1 for small ones."""
         rho = LOSSES[self.name]
-        z = self._lengths2(rows) / self.scale**2
-        return np.ones_like(z) if rho is None else rho(z)[1]
+        return np.ones((len(residuals), len(starts))) if rho is None else rho(self._z(residuals, starts))[1]
 
-    def straightened(self, rows: Array) -> Array:
-        """Derivatives with the residuals as the last row, (d + 1, 3m), as squares would have them.
+    def linearized(self, residuals: Array, J: Array, starts: Ints) -> tuple[Array, Array]:
+        """Residuals and derivatives whose squares have the cost's gradient and, where it curves upward, its curvature.
 
-        Their squares have the gradient of the cost and, as far as it curves upward, its curvature. Triggs, McLauchlan,
-        Hartley, Fitzgibbon 2000, Bundle adjustment: a modern synthesis, eq. 11.
+        Triggs, McLauchlan, Hartley, Fitzgibbon 2000, Bundle adjustment: a modern synthesis, eq. 11.
+
+        Args:
+            residuals: (c, K).
+            J: (c, d, K).
+            starts: (m,).
         """
         rho = LOSSES[self.name]
         if rho is None:
-            return rows
-        lengths2 = self._lengths2(rows[-1:])[0]
-        _, slope, perturb = rho(lengths2 / self.scale**2)
-        curvature = 1.0 + 2.0 * lengths2 / self.scale**2 * perturb / slope
-        shrink = np.sqrt(np.maximum(curvature, LEAST_CURVATURE))  # 1 - α
-        vectors = rows.reshape(len(rows), -1, AXES)
-        away = vectors[-1] / np.sqrt(np.maximum(lengths2, np.finfo(np.float64).tiny))[:, None]
-        along = np.einsum("dma,ma->dm", vectors, away)
-        straight = vectors - ((1.0 - shrink) * along)[..., None] * away
-        straight[-1] = vectors[-1] / shrink[:, None]
-        found: Array = (np.sqrt(slope)[:, None] * straight).reshape(rows.shape)
-        return found
+            return residuals, J
+        _, slope, bend = rho(z := self._z(residuals, starts))
+        shrink = np.sqrt(np.maximum(1.0 + 2.0 * z * bend / slope, LEAST_CURVATURE))  # 1 - α
+        counts = np.diff(starts, append=residuals.shape[1])
 
-    def _lengths2(self, rows: Array) -> Array:
-        vectors = rows.reshape(len(rows), -1, AXES)
-        lengths2: Array = np.einsum("cma,cma->cm", vectors, vectors)
-        return lengths2
+        def of_numbers(of_rows: Array) -> Array:
+            return np.repeat(of_rows, counts, axis=-1)
+
+        length = np.sqrt(np.maximum(z, np.finfo(np.float64).tiny)) * self.scale
+        away = residuals / of_numbers(length)
+        along = np.add.reduceat(J * away[:, None], starts, axis=-1)
+        root = of_numbers(np.sqrt(slope))
+        straight = J - of_numbers((1.0 - shrink)[:, None] * along) * away[:, None]
+        return root * residuals / of_numbers(shrink), root[:, None] * straight
+
+    def _z(self, residuals: Array, starts: Ints) -> Array:
+        z: Array = np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
+        return z
+
+
+SQUARE = Loss()

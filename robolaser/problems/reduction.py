@@ -2,11 +2,66 @@
 
 from typing import Any, final
 
+import numpy as np
 from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
-from robolaser.estimation.reduction import Reduction
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Stage
+from robolaser.parameters import Parameters, Values
+from robolaser.problems.closed_form import SIMILARITY, solve_conditional
+
+AT_ONCE = 400_000  # candidates times rows: some tens of megabytes
+BREAKS_SCALE = (Stage.LIGHT, Stage.MOUNT)  # with effects here points do not grow with the baseline alone
+
+
+@final
+class Reduction:
+    """A model with the parameters left out that follow from the others.
+
+    Of a stripe scanner's fourteen, camera and tilt of the laser plane remain, six numbers with the focal length fixed.
+    Of a tracker and of sockets none remain. Parameters of effects come on top.
+
+    Attributes:
+        model: The whole.
+        parameters: What remains.
+    """
+
+    def __init__(self, model: Model) -> None:
+        sensor = model.sensor
+        self.model = model
+        similarity = SIMILARITY if isinstance(sensor, Stripe) else ()
+        self.parameters = model.parameters.without((*similarity, *sensor.derived, *sensor.fixed))
+
+    def completed(self, x: Array) -> Array:
+        """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.
+
+        Those that the gauge fixes are at their nominal values.
+        """
+        parts = max(1, -(-len(x) * len(self.model.dataset.points) // AT_ONCE))
+        return np.concatenate([self._completed(part) for part in np.array_split(x, parts)])
+
+    def _completed(self, x: Array) -> Array:
+        model, whole = self.model, self.model.parameters
+        values: Values = dict(zip(whole.names, np.tile(whole.nominal, (len(x), 1)).T, strict=True))
+        values = {**values, **_with_baseline(whole, len(x)), **self.parameters.values(x)}
+        sensor = model.sensor
+        if isinstance(sensor, Stripe):
+            for _ in range(2 if any(effect.kind.stage in BREAKS_SCALE for effect in model.effects) else 1):
+                values = {**values, **solve_conditional(model, sensor, values)}
+        else:
+            values = model.completed(values)
+        found = np.stack([values[name] for name in whole.names], axis=-1)
+        return np.asarray(np.clip(found, whole.lower, whole.upper))
+
+
+def _with_baseline(whole: Parameters, count: int) -> Values:
+    """A baseline other than zero, where there is one: points are taken at it."""
+    for item in whole.items:
+        if item.name == "b" and item.nominal == 0.0:
+            return {"b": np.full(count, max(item.lower, item.upper, key=abs) or 1.0)}
+    return {}
 
 
 @final

@@ -9,7 +9,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.jacobian import jacobian
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -57,8 +58,8 @@ class Judge:
 
     @cached_property
     def _fit(self) -> tuple[Array, float]:
-        polished = Box.of(self._model).polish(Residuals(self._model, self._noise), self._start, tol=TOL)
-        return polished.x, polished.cost
+        end = solve(Problem.of(self._model, self._noise), self._start[None], tol=TOL)
+        return end.x[0], float(end.cost[0])
 
     @property
     def misfit(self) -> float:
@@ -74,20 +75,19 @@ class Judge:
         """What is left once one effect of the library is fitted together with the ordinary parameters."""
         x, cost = self._fit
         model = Model(self.dataset, (candidate_effect,))
-        box = Box.of(model)
+        problem = Problem.of(model, self._noise)
         start = np.concatenate([x, candidate_effect.parameters.nominal])
         ordinary = len(x)
-        J = self._whitened(jacobian(model, start))[:, ~box.held]
+        J = self._whitened(jacobian(model, start))[:, ~problem.fixed]
         r = self._noise.whiten(self._model.residuals(x[None]))[0]
         step, *_ = np.linalg.lstsq(J / _lengths(J), -r, rcond=1e-10)
         promised = float(np.square(r + J / _lengths(J) @ step).sum())
         if promised > max(WORTH_A_FIT * AS_WELL, 0.3 * cost):
             return promised
         moved = start.copy()
-        moved[~box.held] += step / _lengths(J)
+        moved[~problem.fixed] += step / _lengths(J)
         moved[:ordinary] = x
-        polished = box.polish(Residuals(model, self._noise), np.clip(moved, box.lower, box.upper), tol=TOL)
-        return min(cost, polished.cost)
+        return min(cost, float(solve(problem, moved[None], tol=TOL).cost[0]))
 
     def rivals(self, effect: str, where: str) -> list[list[str]]:
         """What of the library, with no more parameters than the true effect, explains it as well."""

@@ -9,7 +9,7 @@ from robolaser.algorithms.algorithm_spec import Request
 from robolaser.algorithms.operator_specs import PARTS, settings_of_parts
 from robolaser.algorithms.rcga import RCGA
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
-from robolaser.calibration.initialization import start_of
+from robolaser.calibration.initialization import find_start
 from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import search
 from robolaser.errors import AlgorithmUnknown, SettingSenseless, SettingUnknown, WrongUsage
@@ -91,7 +91,7 @@ def test_operators_have_the_papers_settings() -> None:
 def test_a_calibrations_search_is_its_seed_also_where_pymoo_forgets_it(text: str) -> None:
     model = Model(paper(find_robot("scorbot_er7"), seed=1).dataset)
     plan = Plan(algorithm=text, polish=False, generations=5)
-    first, again = (start_of(model, plan, state=None, resume=False, progress=lambda *_: None) for _ in range(2))
+    first, again = (find_start(model, plan) for _ in range(2))
     assert np.array_equal(first.history.x, again.history.x)
 
 

@@ -294,5 +294,5 @@ def test_problems_it_cannot_search_are_refused():
 
 
 def test_the_polish_loads_without_pymoo():
-    code = "import sys, robolaser.estimation.gauss_newton; sys.exit('pymoo' in sys.modules)"
+    code = "import sys, robolaser.estimation.solver; sys.exit('pymoo' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -25,7 +25,7 @@ from robolaser.errors import (
     SettingsRefused,
     SettingUnknown,
 )
-from robolaser.estimation.multistart import optimum
+from robolaser.estimation.multistart import multistart
 from robolaser.model.forward_model import Model
 from robolaser.simulation import paper
 
@@ -201,7 +201,7 @@ def test_screening_is_told_of_in_the_course_with_what_all_rows_cost(paper_questi
     assert made.state == DONE
     assert len(made.course.costs) >= 1
     assert made.evaluations < 50_000
-    assert made.course.final == pytest.approx(optimum(paper_question.model, seed=1).cost, rel=1e-9)
+    assert made.course.final == pytest.approx(multistart(paper_question.model, seed=1).cost, rel=1e-9)
 
 
 def test_who_cannot_answer_says_why(paper_question: Question) -> None:

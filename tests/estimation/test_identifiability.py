@@ -3,17 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cells import TRUTH, Cell, board_cell, given, stripe_cell, tracker_cell
+from functions import FunctionProblem
 
 from robolaser.data.dataset import Noise
-from robolaser.estimation.gauss_newton import gauss_newton
-from robolaser.estimation.identifiability import (
-    Information,
-    covariance,
-    null_directions,
-    standard_errors,
-    unidentifiable,
-)
-from robolaser.estimation.jacobian import jacobian
+from robolaser.estimation.fisher_information import Information
+from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
+from robolaser.estimation.solver import solve
+from robolaser.model import derivatives
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
@@ -22,6 +18,17 @@ from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 
 TRIALS = 100
+
+
+def jacobian(model, x):
+    """Derivatives of all numbers of the rows, (K, d)."""
+    J = derivatives.jacobian(model, x[None])[0]
+    return J.reshape(len(J), -1).T
+
+
+def said(J, noise, **more):
+    """What rows of three numbers say by their derivatives (3m, d)."""
+    return Information.of(J.T.reshape(J.shape[1], -1, 3), noise, **more)
 
 
 def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: float) -> tuple[float, float]:
@@ -44,7 +51,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
         found = noise_from(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
         white = found.whiten(free.T).T * scale
         weighted = -scale * np.linalg.lstsq(white, found.whiten(e[None])[0])[0]
-        both = (standard_errors(Information.of(J, found, weights=way), held=held)[~held] for way in (None, found))
+        both = (standard_errors(said(J, found, weights=way), fixed=held)[~held] for way in (None, found))
         hits.append([np.abs(x) < 1.96 * std for x, std in zip((step, weighted), both, strict=True)])
     plain_share, weighted_share = np.mean(hits, axis=(0, 2))
     return float(plain_share), float(weighted_share)
@@ -95,11 +102,12 @@ def test_a_true_fit_to_real_errors_is_held_too():
         def residuals(x, shaken=shaken):
             return (model.residuals(x) + shaken).reshape(len(x), -1)
 
-        end = gauss_newton(residuals, truth, model.parameters.lower, model.parameters.upper, tol=1e-9)
-        J = jacobian(model, end.x)
-        noise = noise_from(model.dataset, sources, residuals(end.x[None]).reshape(-1, 3), J)
-        std = standard_errors(Information.of(J, noise), held=np.zeros(len(truth), dtype=bool))
-        hits.append(np.abs(end.x - truth) < 1.96 * std)
+        problem = FunctionProblem(residuals, truth, model.parameters.lower, model.parameters.upper, axes=3)
+        x = solve(problem, truth[None], tol=1e-9).x[0]
+        J = jacobian(model, x)
+        noise = noise_from(model.dataset, sources, residuals(x[None]).reshape(-1, 3), J)
+        std = standard_errors(said(J, noise), fixed=np.zeros(len(truth), dtype=bool))
+        hits.append(np.abs(x - truth) < 1.96 * std)
     assert 0.90 <= np.mean(hits) <= 0.98
 
 
@@ -118,9 +126,7 @@ def tracked():
 def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=3e-4)
-    plain, best = (
-        covariance(Information.of(J, noise, weights=weights), np.arange(len(x))) for weights in (None, noise)
-    )
+    plain, best = (said(J, noise, weights=weights).covariance(np.arange(len(x))) for weights in (None, noise))
     assert np.linalg.eigvalsh((plain - best) / model.parameters.width / model.parameters.width[:, None]).min() > -1e-9
     assert np.trace(best) < 0.9 * np.trace(plain)
 
@@ -128,9 +134,7 @@ def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
 def test_with_rows_alike_both_estimates_are_one(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
-    plain, best = (
-        covariance(Information.of(J, noise, weights=weights), np.arange(len(x))) for weights in (None, noise)
-    )
+    plain, best = (said(J, noise, weights=weights).covariance(np.arange(len(x))) for weights in (None, noise))
     np.testing.assert_allclose(plain, best, rtol=1e-6, atol=1e-12 * np.abs(best).max())
 
 
@@ -138,7 +142,7 @@ def test_errors_shared_by_a_pose_count_for_more_than_errors_of_rows(tracked):
     model, x, J = tracked
     base = [name.startswith("base.x") for name in model.parameters.names]
     alone, shared = (
-        covariance(Information.of(J, known_noise(model, x, **{name: 1e-4})), np.arange(len(x)))[base][:, base][0, 0]
+        said(J, known_noise(model, x, **{name: 1e-4})).covariance(np.arange(len(x)))[base][:, base][0, 0]
         for name in ("point", "probe")
     )
     assert shared > 2.0 * alone
@@ -148,8 +152,8 @@ def test_units_of_the_parameters_do_not_matter(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=1e-4)
     factor = 10.0 ** np.random.default_rng(24).uniform(-6, 6, J.shape[1])
-    std = standard_errors(Information.of(J, noise), held=np.zeros(len(x), dtype=bool))
-    scaled = standard_errors(Information.of(J / factor, noise), held=np.zeros(len(x), dtype=bool))
+    std = standard_errors(said(J, noise), fixed=np.zeros(len(x), dtype=bool))
+    scaled = standard_errors(said(J / factor, noise), fixed=np.zeros(len(x), dtype=bool))
     np.testing.assert_allclose(scaled, std * factor, rtol=1e-6)
 
 
@@ -159,9 +163,7 @@ def found_in(cell: Cell, *candidate_effects: CandidateEffect) -> list[tuple[str,
     noise = known_noise(model, x, pixel=0.1, target=3e-5, point=3e-5)
     return [
         each.parameters
-        for each in unidentifiable(
-            Information.of(jacobian(model, x), noise), model.parameters.names, model.parameters.width
-        )
+        for each in unidentifiable(said(jacobian(model, x), noise), model.parameters.names, model.parameters.width)
     ]
 
 
@@ -222,10 +224,10 @@ def test_zyz_angles_near_their_pole_are_named(phi):
     x = model.parameters.nominal
     noise = known_noise(model, x, pixel=0.1, target=3e-5)
     J = jacobian(model, x)
-    known = Information.of(J, noise)
+    known = said(J, noise)
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     assert ("w", "psi") in [each.parameters for each in found]
-    std = standard_errors(known, held=np.isin(model.parameters.names, ["f"]))
+    std = standard_errors(known, fixed=np.isin(model.parameters.names, ["f"]))
     angles = std[model.parameters.columns(["w", "psi"])]
     assert np.all(np.isnan(angles) | (angles > 0.1))
 
@@ -234,8 +236,8 @@ def test_no_parameter_of_a_null_direction_has_a_standard_error(tracked):
     model, x, J = tracked
     twin = np.column_stack([J, J[:, 0] + 2.0 * J[:, 1], np.zeros(len(J))])
     noise = known_noise(model, x, point=2e-5)
-    std = standard_errors(Information.of(twin, noise), held=np.zeros(twin.shape[1], dtype=bool))
-    alone = standard_errors(Information.of(J, noise), held=np.zeros(len(x), dtype=bool))
+    std = standard_errors(said(twin, noise), fixed=np.zeros(twin.shape[1], dtype=bool))
+    alone = standard_errors(said(J, noise), fixed=np.zeros(len(x), dtype=bool))
     assert np.isnan(std[[0, 1, -2, -1]]).all()
     np.testing.assert_allclose(std[2:-2], alone[2:], rtol=1e-6)
 
@@ -251,10 +253,10 @@ def test_held_parameters_are_known_and_those_on_a_bound_lie_anywhere_within_thei
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5)
     none, one = np.zeros(len(x), dtype=bool), np.arange(len(x)) == 3
-    known = Information.of(J, noise)
-    free = standard_errors(known, held=none)
-    held = standard_errors(known, held=one)
-    narrow, wide = (standard_errors(known, held=none, bounded=np.where(one, width, 0.0)) for width in (1e-12, 1.0))
+    known = said(J, noise)
+    free = standard_errors(known, fixed=none)
+    held = standard_errors(known, fixed=one)
+    narrow, wide = (standard_errors(known, fixed=none, bounded=np.where(one, width, 0.0)) for width in (1e-12, 1.0))
     assert np.isnan(held[3])
     assert np.isnan(narrow[3])
     assert np.all(held[~one] <= free[~one] * (1 + 1e-9))
@@ -270,7 +272,7 @@ def test_what_twenty_five_points_barely_see_is_named_with_its_size():
     model = cell.model()
     x = cell.truth(model)
     noise = known_noise(model, x, target=1e-3)
-    known = Information.of(jacobian(model, x), noise)
+    known = said(jacobian(model, x), noise)
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     weak = [each for each in found if each.parameters != GAUGE]
     assert weak
@@ -294,15 +296,15 @@ def test_what_parts_say_adds_up_to_what_all_rows_say(tracked):
     shares = np.random.default_rng(31).uniform(0.2, 1.0, len(J) // 3)
     half = model.dataset.points.pose < 5
     for weights in (None, noise):
-        whole = Information.of(J, noise, weights=weights, shares=shares)
+        whole = said(J, noise, weights=weights, row_weights=shares)
         parts = [
-            Information.of(
+            said(
                 J[np.repeat(rows, 3)],
                 noise.of_rows(np.flatnonzero(rows)),
                 weights=None if weights is None else noise.of_rows(np.flatnonzero(rows)),
-                shares=shares[rows],
+                row_weights=shares[rows],
             )
             for rows in (half, ~half)
         ]
         every = np.arange(len(x))
-        np.testing.assert_allclose(covariance(parts[0] + parts[1], every), covariance(whole, every), rtol=1e-6)
+        np.testing.assert_allclose((parts[0] + parts[1]).covariance(every), whole.covariance(every), rtol=1e-6)

@@ -6,8 +6,9 @@ import pytest
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.options import Plan
 from robolaser.data.dataset import Noise
-from robolaser.estimation.nonlinear_parameters import shaped, with_shapes
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.nonlinear_parameters import initialize_effects, with_several_shapes
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.scene import Scene
@@ -52,9 +53,9 @@ def test_waves_of_two_joints_are_not_taken_for_one_anothers() -> None:
     first, second = "transmission_error:joint_1", "transmission_error:joint_2"
     made = tracked({first: 6e-4, f"{first}.cycles": 47.0, second: 9e-4, f"{second}.cycles": 110.0})
     plain = Model(made.dataset)
-    x = Box.of(plain).polish(Residuals(plain), plain.parameters.nominal).x
-    sought = shaped(Model(made.dataset, candidate_effects([first, second], made.dataset)))
-    values = with_shapes(plain, x, sought)
+    x = solve(Problem.of(plain), plain.parameters.nominal[None]).x[0]
+    sought = with_several_shapes(Model(made.dataset, candidate_effects([first, second], made.dataset)))
+    values = initialize_effects(plain, x, sought)
     for joint, cycles in (("joint_1", 47.0), ("joint_2", 110.0)):
         near = values[f"transmission_error.{joint}.cycles"] / cycles
         assert near == pytest.approx(1.0, abs=0.02) or near == pytest.approx(0.5, abs=0.02)
@@ -64,7 +65,7 @@ def test_shapes_are_chosen_within_the_bounds_of_their_effects() -> None:
     made = tracked({"base_shift:base": 0.015, "base_shift:base.moment": 0.3})
     plain = Model(made.dataset)
     sought = candidate_effects(["base_shift", "transmission_error:joint_2", "backlash:joint_3"], made.dataset)
-    values = with_shapes(plain, plain.parameters.nominal, sought)
+    values = initialize_effects(plain, plain.parameters.nominal, sought)
     for candidate_effect in sought:
         for item in candidate_effect.parameters.items:
             assert item.lower <= values[item.name] <= item.upper

@@ -7,7 +7,7 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.options import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Noise
-from robolaser.errors import LossUnknown
+from robolaser.errors import UsageError
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -82,5 +82,5 @@ def test_loss_and_weights_by_noise_go_together(spoilt):
 
 
 def test_an_unknown_loss_is_refused(spoilt):
-    with pytest.raises(LossUnknown):
+    with pytest.raises(UsageError):
         calibrate(spoilt.dataset, Plan(algorithm="gauss-newton", loss="l1"))

@@ -6,9 +6,10 @@ import pytest
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.options import Plan
 from robolaser.data.dataset import Noise
-from robolaser.estimation.cross_validation import TOLERANCE, fold_of_rows, held_out
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
+from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
+from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -61,10 +62,10 @@ def test_a_row_in_a_block_is_as_far_off_as_among_all(dataset, small_blocks):
 def test_whitened_rows_are_the_same_in_blocks(dataset, small_blocks):
     model = Model(dataset)
     x = near(model, 2)
-    residuals = Residuals(model, noise_of(model, model.parameters.nominal))
-    whole = residuals(x).reshape(2, -1, 3)
-    for rows, block in residuals.blocks:
-        np.testing.assert_allclose(block(x).reshape(2, -1, 3), whole[:, rows], rtol=1e-6, atol=1e-6)
+    problem = Problem.of(model, noise_of(model, model.parameters.nominal))
+    whole = problem.residuals(x).reshape(2, -1, 3)
+    for rows, block in problem.blocks:
+        np.testing.assert_allclose(block.residuals(x).reshape(2, -1, 3), whole[:, rows], rtol=1e-6, atol=1e-6)
 
 
 def test_effects_that_look_around_keep_all_rows_together(small_blocks):
@@ -97,19 +98,14 @@ def test_so_they_are_with_another_loss(small_blocks):
 
 def check_held_out(dataset, loss):
     model = Model(dataset)
-    box = Box.of(model)
-    residuals = Residuals(model, None, residual_loss(model, box, loss))
-    x = box.polish(residuals, model.parameters.nominal).x
-    errors, _ = held_out(residuals, x, box, seed=1)
-    groups = fold_of_rows(dataset, seed=1)
-    for group in np.unique(groups):
-        out = groups == group
-        end = box.polish(residuals, x, tol=TOLERANCE / 10, kept=~out)
-        expected = model.residuals(end.x[None])[0, out]
+    plain = Problem.of(model)
+    x = solve(plain, model.parameters.nominal[None]).x
+    problem = plain.with_noise(None, Loss.fitting(loss, plain.residuals(x)[0], plain.starts))
+    x = solve(problem, x).x[0]
+    folds = assign_folds(model, seed=1)
+    errors = held_out(problem, x, folds).errors
+    for fold in range(folds.count):
+        out = folds.of_row == fold
+        end = solve(problem, x[None], tol=TOLERANCE / 10, kept=~out[None])
+        expected = model.residuals(end.x)[0, out]
         assert np.linalg.norm(errors[out] - expected) < 0.05 * np.linalg.norm(expected)
-
-
-def residual_loss(model, box, name):
-    plain = Residuals(model)
-    end = box.polish(plain, model.parameters.nominal)
-    return Loss.fitting(name, plain(end.x[None]).reshape(-1, 3))

@@ -9,7 +9,7 @@ from robolaser.algorithms.settings import Setting
 from robolaser.benchmark.evaluator import Watch
 from robolaser.benchmark.problem import Question
 from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.estimation.multistart import SoFar, optimum
+from robolaser.estimation.multistart import SoFar, multistart
 
 
 @final
@@ -46,5 +46,5 @@ class Screening(Contestant):
             note(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
 
         nowhere = np.empty((0, len(model.parameters)))
-        found = optimum(model, seed=seed, starts=nowhere, progress=look)
+        found = multistart(model, seed=seed, starts=nowhere, progress=look)
         note(found.evaluations, found.cost)

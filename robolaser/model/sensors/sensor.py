@@ -167,6 +167,15 @@ class Sensor(ABC):
         names = self.free + self.derived
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
+    @property
+    def held_out_groups(self) -> Ints | None:
+        """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
+        return None
+
+    def located_apart(self, errors: Array) -> Array:
+        """Errors of held-out rows (m, k) once what only they can locate is located from them."""
+        return errors
+
     def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
         """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
 

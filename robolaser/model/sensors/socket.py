@@ -96,3 +96,19 @@ class Socket(Sensor):
     def prefix_of(self, name: str) -> str | None:
         """A socket's place in the base frame."""
         return f"socket.{name}" if name in self._sockets else None
+
+    @property
+    def held_out_groups(self) -> Ints:
+        """Whole sockets, with those at known distances from them, (m,)."""
+        whole = {name: name for name in self._sockets}
+        for one, other, _ in self.dataset.distances_m:
+            old, new = whole.get(other, other), whole.get(one, one)
+            whole = {name: new if group == old else group for name, group in whole.items()}
+        order = {group: i for i, group in enumerate(dict.fromkeys(whole.values()))}
+        return np.array([order[whole[name]] for name in self.dataset.points.names], dtype=np.int64)
+
+    def located_apart(self, errors: Array) -> Array:
+        """From the mean of each socket's rows: one that was held out is located from its own poses."""
+        counts = np.bincount(self._socket)[:, None]
+        sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
+        return np.asarray(errors - (sums / counts)[self._socket])

@@ -1,0 +1,199 @@
+"""Cross-validation: poses in folds, each predicted by a fit of all the others. Every held-out error comes from here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.estimation.bounded_step import bounded_steps
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import LEAST_DAMPING, solve
+from robolaser.model.forward_model import Model
+
+FOLDS = 10
+FEWEST = 3
+"""Groups of poses; fewer cannot be held out, since what is left fits anything."""
+ALIKE = 1e-4
+"""[rad, m] Configurations that differ by less are copies of each other."""
+TOLERANCE = 1e-9
+"""Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
+CHORDS = 8
+"""Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Folds:
+    """Which rows are held out together.
+
+    Attributes:
+        of_row: Number of each row's fold, (m,).
+        whole: Whether folds are the sensor's groups of rows: whatever only these rows locate is located from them.
+        copies: How many poses repeat another pose's configuration.
+    """
+
+    of_row: Ints
+    whole: bool = False
+    copies: int = 0
+
+    @property
+    def count(self) -> int:
+        """How many folds there are."""
+        return int(self.of_row.max()) + 1
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know."""
+        if not self.copies:
+            return ()
+        return (
+            f"{self.copies} poses repeat the configuration of another pose. They are held out together with it, since "
+            "a pose says nothing about how well its own copy is predicted.",
+        )
+
+
+def assign_folds(model: Model, seed: int) -> Folds | None:
+    """Assign rows to folds, whole poses always; None where there are too few poses.
+
+    Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
+    sockets, with those at known distances from them), so does this.
+
+    Args:
+        model: Data and sensor.
+        seed: Shuffles the poses.
+    """
+    dataset = model.dataset
+    of_pose, groups = dataset.points.pose, model.sensor.held_out_groups
+    if groups is not None and groups.max() > 0:
+        return Folds(groups % FOLDS, whole=True)
+    number, copies = _configurations(dataset)
+    seen = np.unique(number[np.unique(of_pose)])
+    if len(seen) < FEWEST:
+        return None
+    fold = np.full(len(dataset.poses), -1, dtype=np.int64)
+    fold[np.random.default_rng(seed).permutation(seen)] = np.arange(len(seen)) % min(FOLDS, len(seen))
+    return Folds(fold[number[of_pose]], copies=copies)
+
+
+def _configurations(dataset: Dataset) -> tuple[Ints, int]:
+    """The first pose of each pose's configuration, (n,), and how many poses with points repeat an earlier one."""
+    poses = dataset.poses
+    values = dataset.flange().reshape(len(poses), -1) if poses.q is None else poses.q
+    _, first, number = np.unique((values / ALIKE).round(), axis=0, return_index=True, return_inverse=True)
+    first_of_pose: Ints = first[number.reshape(-1)]
+    seen = np.unique(dataset.points.pose)
+    return first_of_pose, len(seen) - len(np.unique(first_of_pose[seen]))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """What fits without each fold say.
+
+    Attributes:
+        errors: Residuals of each row by the fit without its fold, in the sensor's unit, (m, k).
+        x: The parameters of each of these fits, (f, d).
+        evaluations: Residual vectors evaluated.
+    """
+
+    errors: Array
+    x: Array
+    evaluations: int
+
+
+def held_out(problem: Problem, x: Array, folds: Folds) -> HeldOut:
+    """Predict each fold by a fit of all the others.
+
+    Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
+    step still promises something, the fit goes on by the solver.
+
+    Args:
+        problem: What was minimised.
+        x: Its optimum, (d,).
+        folds: Which rows are held out together.
+    """
+    fits, left, evaluations = _by_chords(problem, x, folds)
+    going = np.flatnonzero(left)
+    if len(going):
+        kept = folds.of_row != going[:, None]
+        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE)
+        fits[going], evaluations = ends.x, evaluations + ends.evaluations
+    errors: Array | None = None
+    for rows, block in problem.blocks:
+        for fold in np.unique(folds.of_row[rows]):
+            mine = folds.of_row[rows] == fold
+            e = block.plain(fits[[fold]])[0]
+            errors = np.empty((problem.rows, e.shape[1])) if errors is None else errors
+            errors[rows[mine]] = e[mine]
+    assert errors is not None  # a problem has at least one block
+    if folds.whole:
+        errors = problem.model.sensor.located_apart(errors)
+    return HeldOut(errors, fits, evaluations + folds.count)
+
+
+def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
+    """Derivatives of each block's numbers at x, (d, K); kept where they are few, else worked out when they are used."""
+
+    def of_block(i: int) -> Array:
+        return np.asarray(problem.blocks[i][1].jacobian(x[None])[0])
+
+    return cache(of_block) if len(problem.blocks) == 1 else of_block
+
+
+def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, int]:
+    """Fits without each fold (f, d), whether each still has some way to go (f,), and the evaluations."""
+    f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
+    others = 1.0 - np.eye(f)
+    extra = problem.extra_jacobian(x[None])[0]
+    A = np.einsum("gf,fij->gij", others, _normals(problem, x, folds, slopes_of)) + extra @ extra.T
+    lengths = np.sqrt(np.einsum("gii->gi", A))
+    unit = np.where(lengths > 0.0, lengths, 1.0)
+    A = A / unit[:, :, None] / unit[:, None, :] + LEAST_DAMPING * np.eye(d)
+    fits, cost, gradient = np.repeat(x[None], f, axis=0), np.full(f, np.inf), np.zeros((f, d))
+    going, evaluations = np.ones(f, dtype=bool), d + 1
+    trial = fits.copy()
+    for _ in range(CHORDS):
+        costs, gradients = _at(problem, trial, folds, slopes_of)
+        evaluations += f
+        better = going & (costs < cost)
+        fits[better], cost[better], gradient[better] = trial[better], costs[better], gradients[better]
+        room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
+        steps, gains = bounded_steps(A, gradient / unit, *room)
+        unfinished = gains > TOLERANCE * cost
+        going &= better & unfinished
+        if not going.any():
+            break
+        trial = np.clip(fits + problem.scale * (steps / unit), problem.lower, problem.upper)
+    return fits, unfinished, evaluations
+
+
+def _normals(problem: Problem, x: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> Array:
+    """JᵀJ of each fold's rows at x, (f, d, d)."""
+    A = np.zeros((folds.count, len(x), len(x)))
+    for i, (rows, block) in enumerate(problem.blocks):
+        _, J = block.loss.linearized(block.residuals(x[None]), slopes_of(i)[None], block.starts)
+        of_number = folds.of_row[rows][block.row_of_number]
+        for fold in np.unique(of_number):
+            part = J[0][:, of_number == fold]
+            A[fold] += part @ part.T
+    return A
+
+
+def _at(problem: Problem, fits: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> tuple[Array, Array]:
+    """Cost of the others at each fold's parameters, (f,), and its gradient by the given derivatives, (f, d)."""
+    extra = problem.extra_residuals(fits)
+    costs = np.square(extra).sum(axis=1)
+    gradients = (problem.extra_jacobian(fits) @ extra[..., None])[..., 0]
+    for i, (rows, block) in enumerate(problem.blocks):
+        of_number = folds.of_row[rows][block.row_of_number]
+        r = block.residuals(fits) * (of_number != np.arange(folds.count)[:, None])
+        costs = costs + block.loss.costs(r, block.starts)
+        if not block.loss.is_square:
+            weights = block.loss.weights(r, block.starts)
+            r = r * np.repeat(weights, np.diff(block.starts, append=r.shape[1]), axis=1)
+        gradients = gradients + r @ slopes_of(i).T
+    return costs, gradients

@@ -1,0 +1,161 @@
+"""A problem near a point: residuals and their derivatives there, and what follows from these alone."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.r_factor import triangle
+from robolaser.model.derivatives import differences
+from robolaser.model.effects.effect import CandidateEffect
+
+STEP = 1e-3
+"""Of a derivative by an effect's parameter, in units of its prior scale."""
+TOUCH = 1e-6
+"""Distance from a bound, as a share of the range, up to which a parameter stands on it."""
+RANK = 1e-12
+"""Singular values below this share of the largest belong to directions that move no row."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's.
+
+    Attributes:
+        problem: Of which.
+        x: Where, (d,).
+    """
+
+    problem: Problem
+    x: Array
+
+    @cached_property
+    def plain(self) -> Array:
+        """Residuals as the sensor has them, (m, k)."""
+        return np.asarray(self.problem.plain(self.x[None])[0])
+
+    @cached_property
+    def white(self) -> Array:
+        """Whitened residuals without the extra rows, (K,)."""
+        return np.asarray(self.problem.whitened(self.plain[None])[0])
+
+    @cached_property
+    def r(self) -> Array:
+        """Whitened residuals, the extra rows beneath, (K + e,)."""
+        return np.concatenate([self.white, self.problem.extra_residuals(self.x[None])[0]])
+
+    @cached_property
+    def cost(self) -> float:
+        """What the problem minimises; with squares the squared length of `r`."""
+        return float(self.problem.costs(self.x[None])[0])
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Derivatives of `white` by every parameter over its scale, those on a bound too, (K, d)."""
+        return np.asarray(self.problem.jacobian(self.x[None])[0].T)
+
+    @cached_property
+    def _every(self) -> Array:
+        """Derivatives of `r` by every parameter over its scale, (K + e, d)."""
+        return np.concatenate([self.slopes, self.problem.extra_jacobian(self.x[None])[0].T])
+
+    @cached_property
+    def pushed(self) -> Bools:
+        """Parameters on a bound that the cost would push beyond it, (d,)."""
+        problem, x = self.problem, self.x
+        gradient = self._every.T @ self.r
+        near = TOUCH * problem.scale
+        low, high = x <= problem.lower + near, x >= problem.upper - near
+        return np.asarray(~problem.fixed & ((low & (gradient > 0.0)) | (high & (gradient < 0.0))))
+
+    @cached_property
+    def free(self) -> Bools:
+        """Parameters that can move, (d,)."""
+        return np.asarray(~self.problem.fixed & ~self.pushed)
+
+    @cached_property
+    def J(self) -> Array:  # noqa: N802 - the letter that the field knows it by
+        """Derivatives of `r` by each parameter over its scale, zero for those that cannot move, (K + e, d)."""
+        return np.asarray(self._every * self.free)
+
+    @cached_property
+    def release(self) -> Array:
+        """Derivatives of `r` by those pushed against a bound, on their way back, (K + e, q)."""
+        middle = (self.problem.lower + self.problem.upper) / 2.0
+        ways = np.where(self.x < middle, 1.0, -1.0)[self.pushed]
+        return np.asarray(self._every[:, self.pushed] * ways)
+
+    @cached_property
+    def _svd(self) -> tuple[Array, Array]:
+        """Singular values (n,) and right vectors (n, d) of J, as far as it moves anything."""
+        _, s, Vt = np.linalg.svd(triangle(self.J), full_matrices=False)
+        seen = s > RANK * s.max(initial=0.0)
+        return s[seen], Vt[seen]
+
+    @cached_property
+    def Q(self) -> Array:  # noqa: N802 - likewise
+        """Orthonormal basis of what the parameters can do to `r`, (K + e, n)."""
+        s, Vt = self._svd
+        Q: Array = np.linalg.qr(self.J @ (Vt.T / s))[0]
+        return Q
+
+    def step(self, r: Array | None = None) -> Array:
+        """The undamped step against `r`, or against other residuals (K + e,), as changes of the parameters, (d,)."""
+        s, Vt = self._svd
+        moved: Array = -Vt.T @ ((Vt @ (self.J.T @ (self.r if r is None else r))) / s**2)
+        return moved * self.problem.scale
+
+    def project(self, columns: Array) -> Array:
+        """What of columns (K, q) or (K + e, q) no parameter can imitate, (K + e, q)."""
+        tall = np.zeros((len(self.J), columns.shape[1]))
+        tall[: len(columns)] = columns
+        return np.asarray(tall - self.Q @ (self.Q.T @ tall))
+
+    def score(self, columns: Array) -> float:
+        """By how much the cost would fall with further linear parameters, whose derivatives (K, q) are given.
+
+        The score statistic (Rao 1948): chi-squared with q degrees of freedom where they are not at work.
+        """
+        U, s, _ = np.linalg.svd(self.project(columns), full_matrices=False)
+        along = U[:, s > RANK * s.max(initial=0.0)].T @ self.r
+        return float(along @ along)
+
+    def columns(self, effect: CandidateEffect, shapes: Array | None = None) -> Array:
+        """Derivatives of `white` by the amplitudes of an effect that the model lacks, (g, K, q) per SI unit.
+
+        Args:
+            effect: Is zero here.
+            shapes: Values of its nonlinear parameters to try, (g, s); the nominal ones when absent.
+        """
+        problem, shapes = self.problem, np.atleast_2d(_nominal_shapes(effect) if shapes is None else shapes)
+        model = problem.model.with_effects((*problem.model.effects, effect))
+        step = STEP * np.array([scale for *_, scale in effect.kind.declared()])
+        q, d = len(step), len(self.x)
+        x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
+        everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
+
+        def residuals(candidates: Array) -> Array:
+            values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
+            return problem.whitened(model.residuals_at(values))
+
+        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere)
+        return np.swapaxes(J, 1, 2)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the parameters where whitened rows have unit variance, (d, d) in their units.
+
+        Zero for those that cannot move, and along directions that move no row.
+        """
+        s, Vt = self._svd
+        inverse = Vt.T / s
+        found: Array = self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
+        return found
+
+
+def _nominal_shapes(effect: CandidateEffect) -> Array:
+    return np.array([[nominal for *_, nominal in effect.kind.shapes()]])

@@ -1,0 +1,235 @@
+"""The least-squares solver: bounded Levenberg-Marquardt with geodesic acceleration, many candidates at once.
+
+Every fit of the package is this one: the descents of a multistart, the fit of a calibration, the fits without some
+poses, the refits of a diagnosis. Levenberg 1944, Marquardt 1963; damping by Nielsen 1999; acceleration by Transtrum
+and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, without which few poses leave long bent valleys.
+
+A candidate has converged when the best undamped step within the bounds promises to lower its cost by no more than a
+share `tol` of it, or by no more than rounding: the distance to go counts, not the length of the last step.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.bounded_step import EPS, bounded_steps
+from robolaser.estimation.least_squares import LeastSquares
+
+TOLERANCE = 1e-13
+MOST_STEPS = 3000
+"""Few points leave long bent valleys: 200 steps were needed along one, 20 are usual."""
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-14, 1e12
+"""In units of the squared length of each column; with the least, directions that move no row are not moved along."""
+PROBE = 0.1
+"""Share of a step at which the residuals' second derivative along it is measured."""
+ACCELERATED = 0.75
+"""Length of the acceleration, relative to the step, up to which it is applied."""
+KEPT = 4_000_000
+"""Numbers that derivatives may have to be kept, 32 MB. With more rows steps are not accelerated: they need not be."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where the solver ended, for each of c candidates.
+
+    Attributes:
+        x: The parameters, (c, d).
+        cost: Their cost, (c,); infinite where it is not finite at the start, which is then x.
+        to_go: By how much the best undamped step promises to lower the cost, (c,).
+        converged: Whether that is no more than the tolerance, or the rounding error, (c,).
+        iterations: Steps taken, (c,).
+        evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
+    """
+
+    x: Array
+    cost: Array
+    to_go: Array
+    converged: Bools
+    iterations: Ints
+    evaluations: int
+
+    @property
+    def best(self) -> int:
+        """The candidate of lowest cost."""
+        return int(np.argmin(self.cost))
+
+
+def solve(
+    problem: LeastSquares,
+    starts: Array,
+    *,
+    kept: Bools | None = None,
+    tol: float = TOLERANCE,
+    most_steps: int = MOST_STEPS,
+) -> Solution:
+    """Descend from each start to the optimum of its valley.
+
+    Residuals that are not finite are infinitely bad: steps shrink until they avoid them.
+
+    Args:
+        problem: What to minimise.
+        starts: (c, d); moved to the nearest point within the bounds.
+        kept: Rows that count, for each candidate, (c, m); all when absent.
+        tol: Share of the cost, see above.
+        most_steps: Stop after so many.
+    """
+    starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
+    if len(starts) == 0:
+        none = np.empty(0)
+        return Solution(starts, none, none, none > 0, none.astype(np.int64), 0)
+    numbers = max(1, problem.rows) * (len(problem.scale) + 1) * 3
+    at_once = max(1, KEPT // numbers)
+    parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
+    ends = [
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol).run(most_steps) for part in parts
+    ]
+    if len(ends) == 1:
+        return ends[0]
+    x, cost, to_go, converged, iterations = (
+        np.concatenate([getattr(end, name) for end in ends])
+        for name in ("x", "cost", "to_go", "converged", "iterations")
+    )
+    return Solution(x, cost, to_go, converged, iterations, sum(end.evaluations for end in ends))
+
+
+class _Descents:
+    """Candidates on their way down: what is known of each at its place.
+
+    Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far.
+    """
+
+    def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float) -> None:
+        c, d = x.shape
+        self._problem, self._kept, self._tol = problem, kept, tol
+        self._x, self._cost = x.copy(), np.empty(c)
+        self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
+        self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
+        self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
+        self._iterations = np.zeros(c, dtype=np.int64)
+        self._evaluations = c
+        blocks = problem.blocks
+        self._r = [self._of_block(i, x, np.arange(c)) for i in range(len(blocks))]
+        self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if self._keeps else []
+        self._cost = self._costs(x, self._r)
+
+    @property
+    def _keeps(self) -> bool:
+        return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
+
+    def run(self, most_steps: int) -> Solution:
+        """Go on until all candidates have come to rest."""
+        active = np.flatnonzero(np.isfinite(self._cost))
+        if len(active):
+            self._linearize(active)
+        for _ in range(4 * most_steps):
+            if not len(active):
+                break
+            active = self._advance(active)
+            active = active[self._iterations[active] < most_steps]
+        return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations)
+
+    def _of_block(self, block: int, x: Array, which: Ints) -> Array:
+        """Residuals of a block that count, (c, d) -> (c, K)."""
+        rows, part = self._problem.blocks[block]
+        r = part.residuals(x)
+        return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
+
+    def _costs(self, x: Array, residuals: list[Array]) -> Array:
+        """Cost of candidates (c, d) with their residuals, (c,)."""
+        costs: Array = np.square(self._problem.extra_residuals(x)).sum(axis=1)
+        for (_, part), r in zip(self._problem.blocks, residuals, strict=True):
+            costs = costs + part.loss.costs(r, part.starts)
+        return costs
+
+    def _linearize(self, which: Ints) -> None:
+        """Work out the quadratic model of candidates at their places."""
+        J = self._problem.extra_jacobian(self._x[which])
+        A = J @ np.swapaxes(J, 1, 2)
+        g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
+        for i, (rows, part) in enumerate(self._problem.blocks):
+            J = part.jacobian(self._x[which])
+            if self._kept is not None:
+                J *= self._kept[which][:, rows][:, None, part.row_of_number]
+            if self._J:
+                self._J[i][which] = J
+            r, J = part.loss.linearized(self._r[i][which], J, part.starts)
+            A += J @ np.swapaxes(J, 1, 2)
+            g += (J @ r[..., None])[..., 0]
+        self._A[which], self._g[which] = A, g
+        self._lengths[which] = np.maximum(self._lengths[which], np.sqrt(np.einsum("cii->ci", A)))
+        self._evaluations += len(which) * A.shape[1]
+
+    def _advance(self, active: Ints) -> Ints:
+        """Try a step of each candidate; those that have not come to rest."""
+        problem, c = self._problem, len(active)
+        x, cost, damping = self._x[active], self._cost[active], self._damping[active]
+        unit = np.where(self._lengths[active] > 0.0, self._lengths[active], 1.0)
+        A = self._A[active] / unit[:, :, None] / unit[:, None, :]
+        g = self._g[active] / unit
+        room = (problem.lower - x) / problem.scale * unit, (problem.upper - x) / problem.scale * unit
+        eye = np.eye(A.shape[1])
+
+        both = np.concatenate([np.full(c, LEAST_DAMPING), damping])
+        steps, gains = bounded_steps(
+            np.concatenate([A, A]) + both[:, None, None] * eye, *(np.concatenate([part, part]) for part in (g, *room))
+        )
+        gains += both * np.square(steps).sum(axis=1)
+        to_go, promised, step = gains[:c], gains[c:], steps[c:]
+        digits = EPS * np.abs(x / problem.scale)
+        enough = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
+        self._to_go[active] = to_go
+        self._converged[active] = (to_go <= enough) | ((promised <= enough) & (to_go <= np.sqrt(self._tol) * cost))
+        going = (to_go > enough) & (promised > enough) & (damping <= MOST_DAMPING)
+        if not going.all():
+            active, x, cost, damping, unit, A, g, step, promised, c = (
+                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, promised)),
+                int(going.sum()),
+            )
+            room = room[0][going], room[1][going]
+            if not c:
+                return active
+
+        if self._J:
+            pull = self._pull(active, x, step / unit) / unit
+            bent, _ = bounded_steps(A + damping[:, None, None] * eye, g + 0.5 * pull, *room)
+            near = 2.0 * np.linalg.norm(bent - step, axis=1) <= ACCELERATED * np.linalg.norm(step, axis=1)
+            step = np.where(near[:, None], bent, step)
+        trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
+        trial = np.where(step >= room[1], problem.upper, np.where(step <= room[0], problem.lower, trial))
+        residuals = [self._of_block(i, trial, active) for i in range(len(problem.blocks))]
+        there = self._costs(trial, residuals)
+        self._evaluations += c
+
+        better = there < cost
+        ratio = np.clip((cost - there) / promised, -1.0, 1.0, where=better, out=np.zeros(c))
+        easier = np.maximum(damping * np.maximum(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
+        self._damping[active] = np.where(better, easier, damping * self._growth[active])
+        self._growth[active] = np.where(better, 2.0, 2.0 * self._growth[active])
+        moved = active[better]
+        self._x[moved], self._cost[moved] = trial[better], there[better]
+        self._iterations[active] += 1
+        for mine, r in zip(self._r, residuals, strict=True):
+            mine[moved] = r[better]
+        if len(moved):
+            self._linearize(moved)
+        return active
+
+    def _pull(self, active: Ints, x: Array, step: Array) -> Array:
+        """Jᵀ r'' of the residuals' second derivative along each step, (c, d); zero where one is not finite."""
+        problem = self._problem
+        probe = np.clip(x + PROBE * problem.scale * step, problem.lower, problem.upper)
+        pull = np.zeros_like(step)
+        for i, (_, part) in enumerate(problem.blocks):
+            r, J = self._r[i][active], self._J[i][active]
+            second = self._of_block(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
+            second *= 2.0 / PROBE**2
+            if not part.loss.is_square:
+                counts = np.diff(part.starts, append=r.shape[1])
+                second *= np.repeat(part.loss.weights(r, part.starts), counts, axis=1)
+            with np.errstate(invalid="ignore"):
+                pull += (J @ second[..., None])[..., 0]
+        self._evaluations += len(active)
+        return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)

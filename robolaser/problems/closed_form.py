@@ -1,0 +1,115 @@
+"""Baseline, hand-eye and target of a stripe scanner given its camera and laser plane: a similarity, then clipped."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import apply, carry, from_quaternion, inverse, nearest_rotation
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.stages import Stage
+from robolaser.parameters import Parameter, Values
+
+SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
+ALTERNATIONS = 5
+"""Fits of the hand-eye and of an unplaced target in turn, from the linear solution."""
+
+
+def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
+    """The other parameters, within their bounds: points grow with the baseline, exactly where the plane is flat.
+
+    Args:
+        model: Data and effects; effects at the mount are taken as if the camera's frame were the flange's.
+        sensor: The model's.
+        values: All parameters, (c,) each; the baseline among them is the one at which points are taken.
+
+    Returns:
+        `SIMILARITY`, and `target.*` of an unplaced target, (c,) each; those of candidates at a pole as they were.
+    """
+    perturb, parameters = model.perturb(values), {item.name: item for item in model.parameters.items}
+    pose, T_base_flange = model.dataset.points.pose, model.flange(values, perturb)
+    moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
+    moved = np.broadcast_to(moved, (len(moved), len(model.dataset.poses), 4, 4))
+    seen = carry(moved, pose, sensor.in_camera(values, perturb))
+    good = np.asarray(np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3)))
+    seen = np.where(good[:, None, None], seen, 0.0)
+    T = T_base_flange[:, pose]
+    if model.dataset.placed:
+        known = apply(inverse(T), sensor.target(values, perturb))
+        found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, parameters), strict=True))
+    else:
+        known = _of_loop(seen, perturb(Stage.TARGET, sensor.target({**values, **_at_origin(values)}, perturb)), T)
+        found = {}
+        for _ in range(ALTERNATIONS):
+            found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, parameters), strict=True))
+            found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
+            known = apply(inverse(T), sensor.target({**values, **found}, perturb))
+    return {
+        name: np.where(good, np.clip(value, parameters[name].lower, parameters[name].upper), values[name])
+        for name, value in found.items()
+    }
+
+
+def _at_origin(values: Values) -> Values:
+    return {name: np.zeros_like(value) for name, value in values.items() if name.startswith("target.")}
+
+
+def _mounted(
+    sensor: Stripe, values: Values, seen: Array, known: Array, parameters: dict[str, Parameter]
+) -> tuple[Array, ...]:
+    """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange."""
+    middle_seen, middle_known = seen.mean(axis=1, keepdims=True), known.mean(axis=1, keepdims=True)
+    centred = seen - middle_seen
+    R, s = nearest_rotation(np.swapaxes(known - middle_known, 1, 2) @ centred)  # Umeyama 1991
+    size = np.maximum(np.square(centred).sum(axis=(1, 2)), np.finfo(np.float64).tiny)
+    reach = np.sort([bound / values["b"] for bound in (parameters["b"].lower, parameters["b"].upper)], axis=0)
+    scale = np.clip(s.sum(axis=-1) / size, *reach)
+    turn = from_quaternion(np.array(sensor.dataset.bracket_quat)).T @ R
+    angles = _angles_within(turn, sensor.dataset.angles, [parameters[name] for name in SIMILARITY[1:4]])
+    t = middle_known[:, 0] - scale[:, None] * (R @ middle_seen[:, 0, :, None])[..., 0]
+    return values["b"] * scale, *angles, *t.T
+
+
+def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]:
+    """Three angles of rotations (c, 3, 3), those of their two sets that keep nearer to the bounds; whole turns off."""
+    if order == "xyz":
+        phi = np.arcsin(np.clip(R[:, 0, 2], -1.0, 1.0))
+        first = [np.arctan2(-R[:, 1, 2], R[:, 2, 2]), phi, np.arctan2(-R[:, 0, 1], R[:, 0, 0])]
+        second = [first[0] + np.pi, np.pi - phi, first[2] + np.pi]
+    else:
+        phi = np.arccos(np.clip(R[:, 2, 2], -1.0, 1.0))
+        first = [np.arctan2(R[:, 1, 2], R[:, 0, 2]), phi, np.arctan2(R[:, 2, 1], -R[:, 2, 0])]
+        second = [first[0] + np.pi, -phi, first[2] + np.pi]
+    middles = [(item.lower + item.upper) / 2.0 for item in bounds]
+    sets = [
+        [(angle - middle + np.pi) % (2.0 * np.pi) - np.pi + middle for angle, middle in zip(some, middles, strict=True)]
+        for some in (first, second)
+    ]
+    beyond = [
+        sum(np.maximum(np.abs(angle - middle) - (item.upper - item.lower) / 2.0, 0.0)
+            for angle, middle, item in zip(some, middles, bounds, strict=True))
+        for some in sets
+    ]  # fmt: skip
+    return [np.where(beyond[0] <= beyond[1], one, other) for one, other in zip(*sets, strict=True)]
+
+
+def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
+    """Where an unplaced target's points lie on the flange, by the linear solution of AX = ZB, (c, m, 3) [m].
+
+    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n; then M is taken as a rotation times a scale.
+
+    Args:
+        seen: p in the camera frame, (c, m, 3).
+        target: q in the target's frame, (c or 1, m, 3).
+        T_base_flange: Of each row, (c or 1, m, 4, 4).
+    """
+    c, m, _ = seen.shape
+    target, T = np.broadcast_to(target, seen.shape), np.broadcast_to(T_base_flange, (c, m, 4, 4))
+    R, ones = T[..., :3, :3], np.ones((c, m, 1))
+    of_mount = np.einsum("cmij,cmk->cmijk", R, np.concatenate([seen, ones], axis=-1)).reshape(c, m, 3, 12)
+    of_target = np.einsum("ij,cmk->cmijk", -np.eye(3), np.concatenate([target, ones], axis=-1)).reshape(c, m, 3, 12)
+    rows = np.concatenate([of_mount, of_target], axis=-1).reshape(c, 3 * m, 24)
+    right = -np.swapaxes(rows, 1, 2) @ T[..., :3, 3].reshape(c, 3 * m, 1)
+    found = np.linalg.pinv(np.swapaxes(rows, 1, 2) @ rows, rcond=1e-12, hermitian=True) @ right
+    M = found[:, :12, 0].reshape(c, 3, 4)
+    turned, s = nearest_rotation(M[..., :3])
+    return np.asarray(s.mean(axis=-1)[:, None, None] * (seen @ np.swapaxes(turned, 1, 2)) + M[:, None, :, 3])
