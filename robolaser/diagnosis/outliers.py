@@ -31,7 +31,7 @@ def robust_fit(fit: Fit) -> Fit:
         problem = fit.problem
         loss = Loss.fitting("cauchy", problem.residuals(x[None])[0], problem.starts)
         problem = problem.with_noise(fit.noise, Loss("cauchy", max(loss.scale, TAIL)))
-        x = solve(problem, x[None], tol=TOLERANCE).x[0]
+        x = solve(problem, x[None], enough=TOLERANCE).x[0]
     return Fit(fit.problem, x)
 
 

@@ -105,7 +105,7 @@ class HeldOut:
     evaluations: int
 
 
-def held_out(problem: Problem, x: Array, folds: Folds) -> HeldOut:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> HeldOut:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
@@ -115,12 +115,13 @@ def held_out(problem: Problem, x: Array, folds: Folds) -> HeldOut:
         problem: What was minimised.
         x: Its optimum, (d,).
         folds: Which rows are held out together.
+        enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
     """
-    fits, left, evaluations = _by_chords(problem, x, folds)
+    fits, left, evaluations = _by_chords(problem, x, folds, enough)
     going = np.flatnonzero(left)
     if len(going):
         kept = folds.of_row != going[:, None]
-        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE)
+        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough)
         fits[going], evaluations = ends.x, evaluations + ends.evaluations
     errors: Array | None = None
     for rows, block in problem.blocks:
@@ -144,7 +145,7 @@ def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
     return cache(of_block) if len(problem.blocks) == 1 else of_block
 
 
-def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, int]:
+def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, Bools, int]:
     """Fits without each fold (f, d), whether each still has some way to go (f,), and the evaluations."""
     f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
     others = 1.0 - np.eye(f)
@@ -163,7 +164,7 @@ def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, 
         fits[better], cost[better], gradient[better] = trial[better], costs[better], gradients[better]
         room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
         steps, gains = bounded_steps(A, gradient / unit, *room)
-        unfinished = gains > TOLERANCE * cost
+        unfinished = gains > np.maximum(TOLERANCE * cost, enough)
         going &= better & unfinished
         if not going.any():
             break
