@@ -1,8 +1,9 @@
 # Two commands for a newcomer: `make demo` and `make test`. Everything stays in .venv, build/ and demo-result/.
 PYTHON ?= python3
+SHELL = /bin/bash
 PIP = .venv/bin/python -m pip --disable-pip-version-check
 
-.PHONY: demo test lint docs bench clean
+.PHONY: demo test lint matrix docs bench clean
 
 # Installed once, and again when the dependencies change.
 .venv/installed: pyproject.toml
@@ -11,7 +12,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check
 	$(PIP) install --quiet --editable .
 	touch $@
 
-.venv/developing: .venv/installed
+.venv/developing: .venv/installed requirements-dev.txt requirements-test.txt
 	$(PIP) install --quiet --editable '.[robots]' --requirement requirements-dev.txt
 	touch $@
 
@@ -21,15 +22,26 @@ demo: .venv/installed
 	.venv/bin/robolaser extract examples/etna-s2 --output demo-result/points
 	.venv/bin/robolaser calibrate demo-result/points --with laser_roll --output demo-result/calibration
 
-lint: .venv/developing
-	.venv/bin/ruff check .
-	.venv/bin/ruff format --check .
-	.venv/bin/mypy
-	.venv/bin/lint-imports
+# Exact versions in an environment of their own, so that nobody's release can break it.
+build/lint/installed: requirements-lint.txt
+	$(PYTHON) -m venv --clear build/lint
+	build/lint/bin/python -m pip --disable-pip-version-check install --quiet --requirement requirements-lint.txt
+	touch $@
 
-# Half of the time is waiting for arms, cameras and processes: two files at a time.
-test: lint
-	.venv/bin/pytest -n 2 --dist loadfile
+lint: build/lint/installed
+	build/lint/bin/ruff check .
+	build/lint/bin/ruff format --check .
+	build/lint/bin/mypy
+	build/lint/bin/lint-imports
+
+# Half of the time is waiting for arms, cameras and processes: two files at a time. build/durations.txt says what took long.
+test: lint .venv/developing
+	@mkdir -p build
+	set -o pipefail; .venv/bin/pytest -n 2 --dist loadfile --durations 25 --junitxml build/durations.xml | tee build/durations.txt
+
+# Python 3.11 to 3.13, newest and lowest declared versions, each from a built wheel in a fresh environment. Takes an hour.
+matrix: .venv/developing
+	.venv/bin/python .ci/matrix.py
 
 .venv/documenting: .venv/developing
 	$(PIP) install --quiet --requirement requirements-docs.txt

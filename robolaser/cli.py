@@ -6,7 +6,6 @@ import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib.metadata import version
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
@@ -27,6 +26,14 @@ from robolaser.errors import RobolaserError, UsageError
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
+
+def version() -> str:
+    """The program and its version."""
+    from importlib.metadata import version as version_of  # noqa: PLC0415 - a fifth of `--help`
+
+    return f"robolaser {version_of('robolaser')}"
+
+
 find = Group.create_ordered("Find what is wrong")
 data = Group.create_ordered("Get data")
 use = Group.create_ordered("Use the result")
@@ -37,7 +44,7 @@ app = App(
     help_epilogue="Exit 0: done. 1: the data or the robot said no. 2: wrong usage.",
     help_format="plaintext",
     version_format="plaintext",
-    version=lambda: f"robolaser {version('robolaser')}",
+    version=version,
     default_parameter=Parameter(negative=(), show_default=shown_default),
     group_commands=Group.create_ordered("More"),
     suppress_keyboard_interrupt=False,

@@ -7,12 +7,12 @@ import numpy as np
 from robolaser.calibration.pymoo_search import History
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.data.toml_schema import unit_of
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 
 NOMINAL = {
@@ -61,7 +61,7 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
         pixel=np.stack([along, across] if axis == "u" else [across, 0.7 * along], axis=-1),
         xyz=np.zeros((POSES * ROWS, 3)),
     )
-    parameters = {key: Parameter(key, unit_of(key), *map(float, three)) for key, three in NOMINAL.items()}
+    parameters = {key: Parameter(key, Stripe.format.unit_of(key), *map(float, three)) for key, three in NOMINAL.items()}
     parameters["k"] = replace(parameters["k"], nominal=k)
     dataset = Dataset(
         name=name,

@@ -7,12 +7,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Board, Dataset, Points, Poses
-from robolaser.data.toml_schema import unit_of
 from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import SCANNER
 from robolaser.parameters import Parameter
@@ -94,8 +94,8 @@ def given(names: tuple[str, ...], **nominal: float) -> dict[str, Parameter]:
     """Parameters as a data set gives them, within bounds wide enough to matter to no fit."""
     out = {}
     for name in names:
-        at, half = nominal.get(name, TRUTH[name]), WIDTH[unit_of(name)] / 2
-        out[name] = Parameter(name, unit_of(name), at, at - half, at + half)
+        at, half = nominal.get(name, TRUTH[name]), WIDTH[Stripe.format.unit_of(name)] / 2
+        out[name] = Parameter(name, Stripe.format.unit_of(name), at, at - half, at + half)
     return out
 
 

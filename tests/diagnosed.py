@@ -71,7 +71,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         not_testable={"latency": "no joint velocities in the data"},
         next_poses=tuple(dict.fromkeys(joints, 0.1 * (k + 1)) for k in range(2 if joints else 0)),
         limits=tuple(
-            DetectionLimit(one, one.kind.declared()[0][0], size, "rad")
+            DetectionLimit(one, one.effect.amplitudes()[0][0], size, "rad")
             for one, size in zip(free, (1e-4, None), strict=False)
         ),
         front=tuple(ParetoPoint(model.effects[:k], float(gap_m[k])) for k in range(len(gap_m))),

@@ -10,9 +10,10 @@ import pytest
 import robolaser.operators
 from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY
 from robolaser.cli import app
-from robolaser.data.toml_schema import UNITS
+from robolaser.data.sensor_format import POSE_UNITS
 from robolaser.geometry.robots import known_robots
 from robolaser.model.effects import EFFECTS
+from robolaser.model.sensors.formats import STRIPE
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}
@@ -78,8 +79,8 @@ def test_every_file_of_the_package_has_its_place_in_the_architecture() -> None:
 
 def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
     assert missing((effect.name for effect in EFFECTS), "effects.md") == []
-    assert missing((number for effect in EFFECTS for number, *_ in effect.declared()), "effects.md") == []
-    assert missing((number for effect in EFFECTS for number, *_ in effect.shapes()), "effects.md") == []
+    assert missing((number for effect in EFFECTS for number, *_ in effect.amplitudes()), "effects.md") == []
+    assert missing((number for effect in EFFECTS for number, *_ in effect.nonlinear_parameters()), "effects.md") == []
     assert missing(robolaser.operators.__all__, "operators.md") == []
     assert missing([*ALGORITHMS, POLISH_ONLY], "operators.md") == []
     assert missing((robot.name for robot in known_robots()), "your-robot.md") == []
@@ -87,4 +88,4 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
-    assert missing((name for name in UNITS if name not in "xyz"), "conventions.md") == []
+    assert missing((name for name in {**Stripe.format.units, **POSE_UNITS} if name not in "xyz"), "conventions.md") == []

@@ -49,7 +49,7 @@ def main() -> None:
             gap = found.gap
             mean = float(np.linalg.norm(found.after_m, axis=1).mean())
             effects = ", ".join(
-                f"{one.candidate_effect.kind.name} {one.candidate_effect.where}" for one in found.findings
+                f"{one.candidate_effect.effect.name} {one.candidate_effect.where}" for one in found.findings
             )
             print(
                 f"| {name} | {found.verdict} | {1e3 * gap.nominal_m:.3f} | {1e3 * gap.calibrated_m:.3f} "

@@ -71,7 +71,7 @@ def over_torque(joint: str) -> Draw:
     """Errors as turns of a joint, over what it bears."""
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
-        borne = Model(made.dataset).scene.gravity_torques[:, made.dataset.robot.joints.index(joint)]
+        borne = Model(made.dataset).run.gravity_torques[:, made.dataset.robot.joints.index(joint)]
         ax.scatter(borne, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
         ax.set_xlabel(f"torque of {joint} [Nm]")
         ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
@@ -84,7 +84,7 @@ def by_approach(joint: str) -> Draw:
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
         column = made.dataset.robot.joints.index(joint)
-        way = Model(made.dataset).scene.approach[:, column]
+        way = Model(made.dataset).run.approach[:, column]
         angle, turn = np.degrees(made.dataset.poses.q[:, column]), per_pose(made, as_angle(made, errors, joint))
         for sign, colour, word in ((1, BLUE, "came upwards"), (-1, RED, "came downwards")):
             ax.scatter(angle[way == sign], turn[way == sign], color=colour, label=word, **DOTS)
@@ -133,7 +133,7 @@ def along_stripe(component: int) -> Draw:
 
 def over_tilt(ax: Axes, made: Simulated, errors: Array) -> None:
     """Height errors over the tilt of the surface."""
-    ax.scatter(np.degrees(np.arctan(Model(made.dataset).scene.tilt)), errors[:, 2], color=BLUE, **DOTS)
+    ax.scatter(np.degrees(np.arctan(Model(made.dataset).run.tilt)), errors[:, 2], color=BLUE, **DOTS)
     ax.set_xlabel("tilt of the surface across the stripe [°]")
     ax.set_ylabel("error, height [mm]")
 

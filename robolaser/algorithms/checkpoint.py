@@ -15,7 +15,7 @@ from pymoo.util.sliding_window import SlidingWindow
 
 from robolaser.algorithms.population import Members
 from robolaser.algorithms.rcga import RCGA
-from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, FileUnwritable
+from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, unwritable
 
 FORMAT = "robolaser-checkpoint/1"
 
@@ -53,7 +53,7 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
 
     Raises:
         CheckpointImpossible: The first generation has not been evaluated yet.
-        FileUnwritable: The file cannot be written; an earlier one is unharmed.
+        OutputError: The file cannot be written; an earlier one is unharmed.
     """
     if not algorithm.is_initialized:
         raise CheckpointImpossible("the run has no evaluated generation yet. Call next() first")
@@ -158,7 +158,7 @@ def _replace(path: Path, **arrays: Any) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError as error:
-        raise FileUnwritable(path, error.strerror or str(error)) from error
+        raise unwritable(path, error.strerror or str(error)) from error
     finally:
         part.unlink(missing_ok=True)
 

@@ -28,7 +28,7 @@ def export(comparison: Comparison, folder: Path) -> None:
         folder: Created where it is not there; files of the same names are replaced.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        OutputError: The disk or the rights say no.
     """
     files: dict[Path, bytes] = {}
     for number, problem in enumerate(comparison.problems, start=1):

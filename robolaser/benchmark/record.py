@@ -17,7 +17,7 @@ from robolaser.benchmark.convergence import Course
 from robolaser.benchmark.plan import Contest, Key, key
 from robolaser.benchmark.result import Effort
 from robolaser.benchmark.single_run import FAILED, Run
-from robolaser.errors import ComparisonForeign, FileUnreadable, FileUnwritable, RecordUnreadable
+from robolaser.errors import ComparisonForeign, RecordUnreadable, unreadable, unwritable
 
 FORMAT = "robolaser-runs/1"
 PACKAGES = ("robolaser", "numpy", "numba", "scipy", "pymoo", "cma")
@@ -84,7 +84,7 @@ class Record:
 
         Raises:
             ComparisonForeign: The runs in the file were made on other terms.
-            FileUnwritable: The disk or the rights say no.
+            OutputError: The disk or the rights say no.
         """
         self._check(contest)
         self._terms = {
@@ -102,7 +102,7 @@ class Record:
         """Take in a run that was done so many seconds after the session began.
 
         Raises:
-            FileUnwritable: The disk or the rights say no.
+            OutputError: The disk or the rights say no.
         """
         self._append({"run": _as_json(run), "after_s": round(after_s, 3)})
         self._take(run, after_s)
@@ -135,14 +135,14 @@ class Record:
                 file.seek(self._size)
                 file.write(data)
         except OSError as error:
-            raise FileUnwritable(self._path, error.strerror or str(error)) from None
+            raise unwritable(self._path, error.strerror or str(error)) from None
         self._size += len(data)
 
     def _read(self) -> None:
         try:
             data = self._path.read_bytes()
         except OSError as error:
-            raise FileUnreadable(self._path, error.strerror or str(error)) from None
+            raise unreadable(self._path, error.strerror or str(error)) from None
         *lines, _ = data.split(b"\n")  # what comes after the last end of a line was cut off
         for number, line in enumerate(lines, start=1):
             try:

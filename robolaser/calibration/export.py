@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.errors import FrameExists, NoCamera
+from robolaser.errors import NoCamera
 from robolaser.geometry import camera as optics
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import exp_so3, pose
@@ -16,8 +16,6 @@ from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-IN_THE_JOINTS = ("joint_offset", "link_geometry")
-"""Effects that a URDF can say."""
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
 """The robot of a data set with measured flange poses."""
 GRID = 41  # lines across the image, edges included, on which the distortion is converted
@@ -39,17 +37,17 @@ def robot_urdf(calibration: Calibration) -> str:
 def corrected_urdf(calibration: Calibration) -> str | None:
     """As `robot_urdf`, with the joints' origins moved to where the calibration found them.
 
-    Offsets turn a joint's zero: its limits then count from the new one. None where the model has neither
-    `joint_offset` nor `link_geometry`.
+    Offsets turn a joint's zero: its limits then count from the new one. None where the model has no
+    effect that a URDF can hold.
     """
     model, robot = calibration.model, calibration.model.dataset.robot
     values = _values(calibration)
     written = tuple(
-        candidate_effect.at(values) for candidate_effect in model.effects if candidate_effect.kind.name in IN_THE_JOINTS
+        candidate_effect.at(values) for candidate_effect in model.effects if candidate_effect.effect.in_urdf
     )
     if robot is None or not written:
         return None
-    perturb = perturb_with(written, model.scene)
+    perturb = perturb_with(written, model.run)
     offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
     along = robot.axes * offset[:, None]
     turn = np.where(robot.prismatic[:, None], 0.0, along)
@@ -105,7 +103,7 @@ def plumb_bob(calibration: Calibration) -> tuple[Array, Array, float]:
     r2 = x**2 + y**2
     radial = [np.stack([x * r2**n, y * r2**n], axis=-1) for n in (1, 2, 3)]
     decentred = [np.stack([2 * x * y, r2 + 2 * y**2], axis=-1), np.stack([r2 + 2 * x**2, 2 * x * y], axis=-1)]
-    bent = any(candidate_effect.kind.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
+    bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
     columns = np.stack([focal_px * column for column in (radial + decentred if bent else radial)], axis=-1)
     A = columns.reshape(-1, columns.shape[-1])
     scale = np.linalg.norm(A, axis=0)
@@ -133,12 +131,10 @@ def _with_sensor(text: str, calibration: Calibration) -> str:
 
 
 def _with_frame(text: str, parent: str, name: str, T_parent_child: Array) -> str:
-    free, count = name, 2
-    while True:
-        try:
-            return urdf.with_fixed_frame(text, parent, free, T_parent_child)
-        except FrameExists:
-            free, count = f"{name}_{count}", count + 1
+    taken, free, count = urdf.parse(text).links, name, 2
+    while free in taken:
+        free, count = f"{name}_{count}", count + 1
+    return urdf.with_fixed_frame(text, parent, free, T_parent_child)
 
 
 def _frames(calibration: Calibration) -> Iterator[tuple[str, Array]]:

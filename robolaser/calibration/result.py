@@ -11,7 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.pymoo_search import History
 from robolaser.estimation.identifiability import Unidentifiable
-from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 
@@ -106,7 +106,7 @@ def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
                 "std": _number(calibration.std[i]),
                 "unit": parameter.unit,
             }
-        out.append({"effect": candidate_effect.kind.name, "where": candidate_effect.where, "parameters": numbers})
+        out.append({"effect": candidate_effect.effect.name, "where": candidate_effect.where, "parameters": numbers})
     return out
 
 
@@ -140,7 +140,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
         "model": description,
         "effects": _effect_entries(calibration),
-        "run": Run.of(dataset).as_json(),
+        "run": RunSummary.of(dataset).as_json(),
         "objective_m2": calibration.objective_m2,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.residuals, axis=-1).max()),

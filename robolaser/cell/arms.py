@@ -7,7 +7,8 @@ from typing import final
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import FILE, Cell
-from robolaser.errors import ArmUnknown, OutputMissing, SettingWrong
+from robolaser.data.toml_schema import wrong
+from robolaser.errors import ArmUnknown, OutputMissing
 
 
 @final
@@ -52,7 +53,7 @@ def language_of(cell: Cell) -> Language:
     Raises:
         ArmUnknown: No language of that name.
         OutputMissing: Its controller does not have the output that switches the laser.
-        SettingWrong: No port is named.
+        DataError: No port is named.
     """
     if cell.arm.kind not in ARMS:
         raise ArmUnknown(cell.arm.kind, ARMS)
@@ -60,7 +61,7 @@ def language_of(cell: Cell) -> Language:
     if output is not None and language.outputs is not None and output > language.outputs:
         raise OutputMissing(cell.arm.kind, output, language.outputs)
     if not cell.arm.port:
-        raise SettingWrong("[arm] port", cell.arm.port, "a device, or any URL that pyserial opens", FILE)
+        raise wrong(FILE, ("arm", "port"), cell.arm.port, "a device, or any URL that pyserial opens")
     return language
 
 
@@ -68,7 +69,7 @@ def open_arm(cell: Cell, clock: Clock) -> Arm:
     """Open the line to a cell's arm. Nothing moves.
 
     Raises:
-        ArmUnknown, OutputMissing, SettingWrong: See `language_of`.
+        ArmUnknown, OutputMissing, DataError: See `language_of`.
         ArmDiffers: dataset.toml has a robot with more joints than the controller moves.
         RobolaserError: The port, the line or the controller says no.
     """

@@ -25,11 +25,11 @@ from robolaser.data.csv_tables import read_text, write_together
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import (
     CellDiffers,
-    FileUnwritable,
     NothingToResume,
-    OutputExists,
     OutputIsCell,
     PlanDiffers,
+    output_exists,
+    unwritable,
 )
 from robolaser.geometry.kinematics import Robot
 
@@ -88,7 +88,7 @@ class Journal:
             force: Throw away a recording that is there.
 
         Raises:
-            OutputExists: There is one.
+            OutputError: There is one.
             OutputIsCell: What is there is a cell.
         """
         if (folder / CELL).exists():
@@ -96,7 +96,7 @@ class Journal:
         journal = cls(cell, robot, folder, visits, shots)
         there = [file for file in journal._files() if file.exists()]
         if there and not force:
-            raise OutputExists(there[0])
+            raise output_exists(there[0])
         return journal
 
     @classmethod
@@ -176,7 +176,7 @@ class Journal:
         """Write where the arm was: the images first, then the table that names them, all or nothing.
 
         Raises:
-            FileUnwritable: The disk is full; the recording is as it was before.
+            OutputError: The disk is full; the recording is as it was before.
         """
         described = self.begun and (self.folder / DATASET).exists()
         description = {} if described else self._description()
@@ -283,7 +283,7 @@ def _writing(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise FileUnwritable(folder, error.strerror or str(error)) from None
+        raise unwritable(folder, error.strerror or str(error)) from None
 
 
 def _ending(column: str) -> str:

@@ -1,15 +1,14 @@
 """What an earlier day has left of a recording, and whether it is whole."""
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robolaser.cell.quantization_noise import KEY, SECTION
 from robolaser.cell.route import Visit
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import read_text
-from robolaser.errors import CellDiffers, NotToml
+from robolaser.data.toml_schema import read_toml
+from robolaser.errors import CellDiffers
 
 MERE_WORDS = ("name", "source", "licence")
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
@@ -26,11 +25,7 @@ def see_same_cell(folder: Path, file: str, cell: Cell) -> None:
     Raises:
         CellDiffers: It is not.
     """
-    now = tomllib.loads(read_text(cell.folder / file))
-    try:
-        then = tomllib.loads(read_text(folder / file))
-    except tomllib.TOMLDecodeError as error:
-        raise NotToml(folder / file, str(error)) from None
+    now, then = read_toml(cell.folder / file), read_toml(folder / file)
     if KEY not in now.get(SECTION, {}):
         then.get(SECTION, {}).pop(KEY, None)
     differing = [key for key in {**then, **now} if key not in MERE_WORDS and then.get(key, {}) != now.get(key, {})]

@@ -11,8 +11,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import Table, read_table, read_text
-from robolaser.errors import BadCell, FileUnreadable, PoseFar, PosesUnusable, RowTwice
+from robolaser.data.csv_tables import bad_cell, read_table, read_text
+from robolaser.data.pose_table import all_different
+from robolaser.errors import PoseFar, PosesUnusable, unreadable
 from robolaser.geometry.kinematics import Robot
 
 FAR = 1.0
@@ -67,7 +68,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
     visits = numbered(q)
     if "pose" in table:
         names = table.texts("pose")
-        _see_different(table, names)
+        all_different(table, names, "pose")
         visits = tuple(Visit(name, row) for name, row in zip(names, q, strict=True))
     images = table.columns.get("image", ())
     if any(images):
@@ -81,7 +82,7 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
     """The poses that a diagnosis asks for next.
 
     Raises:
-        FileUnreadable: No JSON.
+        DataError: No JSON.
         PosesUnusable: It asks for none, or for those of another robot.
     """
     try:
@@ -89,7 +90,7 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
         wanted = said["next_poses"]
         q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
     except json.JSONDecodeError as error:
-        raise FileUnreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
+        raise unreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
     except KeyError as error:
         raise PosesUnusable(path.name, f"it does not say {error}") from None
     except (TypeError, ValueError):
@@ -147,8 +148,8 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
     names, kinds, shots = table.texts("pose"), table.texts("kind"), table.numbers(["shots"])[:, 0]
     for line, kind in zip(table.lines, kinds, strict=True):
         if kind not in KINDS:
-            raise BadCell(table.file, line, "kind", kind, " or ".join(KINDS))
-    _see_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)])
+            raise bad_cell(table.file, line, "kind", kind, " or ".join(KINDS))
+    all_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)], "pose")
     visits: list[Visit] = []
     approach: Array | None = None
     wanted = float(shots.max(initial=0))
@@ -156,19 +157,13 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
         line = table.lines[i]
         if kind == "approach":
             if names[i + 1 : i + 2] != (name,):
-                raise BadCell(table.file, line, "pose", name, "the name of the pose in the next row")
+                raise bad_cell(table.file, line, "pose", name, "the name of the pose in the next row")
             approach = row
             continue
         if shots[i] != wanted or wanted < 1 or wanted % 1:
-            raise BadCell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
+            raise bad_cell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
         visits.append(Visit(name, row, approach))
         approach = None
     if not visits:
         raise PosesUnusable(path.name, "it has no row of kind 'pose'")
     return tuple(visits), int(wanted)
-
-
-def _see_different(table: Table, names: Sequence[str]) -> None:
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            raise RowTwice(table.file, table.lines[i], table.lines[names.index(name)], f"pose {name}")

@@ -18,12 +18,12 @@ from robolaser.cell.route import Visit, way
 from robolaser.data.cell_config import Cell
 from robolaser.errors import (
     ArmRestarted,
-    FileUnwritable,
     MovedMeanwhile,
     PlanUnsafe,
     RecordingStopped,
     Restless,
     RobolaserError,
+    unwritable,
 )
 from robolaser.geometry.kinematics import Robot
 
@@ -181,7 +181,7 @@ class Session:
         if isinstance(error, KeyboardInterrupt):
             cause = "Stopped by hand."
         elif isinstance(error, OSError):
-            cause = str(FileUnwritable(self._journal.folder, error.strerror or str(error)))
+            cause = str(unwritable(self._journal.folder, error.strerror or str(error)))
         elif isinstance(error, RobolaserError):
             cause = str(error)
         else:

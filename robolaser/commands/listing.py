@@ -40,9 +40,7 @@ def _effects() -> Iterable[tuple[str, ...]]:
     from robolaser.model.effects import EFFECTS, outliers
 
     for effect in EFFECTS:
-        declared = [(name, unit) for name, unit, *_ in effect.declared()]
-        shapes = [(name, unit) for name, unit, *_ in effect.shapes()]
-        numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in declared + shapes)
+        numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in effect.units().items())
         yield effect.name, effect.title, numbers
     yield outliers.NAME, outliers.TITLE, "share of the points"
 
@@ -57,10 +55,10 @@ def _algorithms() -> Iterable[tuple[str, ...]]:
 
 
 def _sensors() -> Iterable[tuple[str, ...]]:
-    from robolaser.model.sensors import SENSORS
+    from robolaser.model.sensors import sensors
 
-    for sensor in SENSORS:
-        yield sensor.kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
+    for kind, sensor in sensors().items():
+        yield kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
 
 
 FAMILIES = {

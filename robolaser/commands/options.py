@@ -21,4 +21,6 @@ Typed = Annotated[str, Parameter(parse=False)]
 
 def shown_default(value: object) -> str | None:
     """What the help says of a default: nothing of an option that is off or empty."""
-    return None if value is None or value is False or value == () else f"{value}"
+    if value is None or value is False or value == ():
+        return None
+    return f"{value:g}" if isinstance(value, float) else f"{value}"

@@ -1,6 +1,5 @@
 """Folders and files that a command writes: usable before any work is done, and never overwritten silently."""
 
-import tempfile
 from pathlib import Path
 
 from robolaser.errors import OutputError
@@ -22,6 +21,8 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: It cannot be created or written to.
     """
+    import tempfile
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

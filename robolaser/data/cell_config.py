@@ -2,20 +2,21 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import Annotated, Literal, final
 
-from robolaser.data.dataset import Dataset
-from robolaser.data.loading import describe
-from robolaser.data.toml_schema import Settings, read_settings
-from robolaser.errors import CellWithoutRobot, FormatUnknown, NotACell, SettingWrong
+from msgspec import Meta
+
+from robolaser.data.dataset import Dataset, Positive
+from robolaser.data.dataset_file import Text, check_format, describe
+from robolaser.data.toml_schema import read_toml, typed, wrong
+from robolaser.errors import CellWithoutRobot, DataError
 from robolaser.geometry.kinematics import Robot
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
 USUAL_BAUD = 9600
 USUAL_SETTLE_S = 0.3
-ADDRESSES = range(254)
-"""Of servos; 254 is everybody's."""
+Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -35,11 +36,11 @@ class ArmLine:
         home: Whether it searches its home before it measures.
     """
 
-    kind: str
-    port: str
-    baud: int = USUAL_BAUD
-    flow: str = "none"
-    ids: tuple[int, ...] = ()
+    kind: Text
+    port: Text
+    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD
+    flow: Literal["none", "xonxoff"] = "none"
+    ids: tuple[Address, ...] = ()
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
@@ -57,10 +58,10 @@ class CameraLine:
         settle_s: Wait between the arm's rest, or the laser's switching, and the shot [s].
     """
 
-    source: str | int
+    source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None
     gain: float | None = None
-    settle_s: float = USUAL_SETTLE_S
+    settle_s: Positive = USUAL_SETTLE_S
 
 
 @final
@@ -80,7 +81,31 @@ class Limits:
 
     floor_m: float | None = None
     reach_m: float | None = None
-    speed_rad_s: float = USUAL_SPEED_RAD_S
+    speed_rad_s: Positive = USUAL_SPEED_RAD_S
+
+
+@final
+@dataclass(frozen=True)
+class LaserLine:
+    """The laser.
+
+    Attributes:
+        output: The controller's output that switches it; None: it is always on.
+    """
+
+    output: Annotated[int, Meta(ge=1)] | None = None
+
+
+@final
+@dataclass(frozen=True)
+class CellFile:
+    """cell.toml."""
+
+    format: str
+    arm: ArmLine
+    camera: CameraLine
+    laser: LaserLine = LaserLine()
+    limits: Limits = Limits()
 
 
 @final
@@ -126,69 +151,44 @@ def load_cell(folder: str | Path) -> Cell:
 
     Raises:
         CellWithoutRobot: There is no arm in it.
-        RobolaserError: With file and key of what is wrong.
+        DataError: With file and key of what is wrong.
+        RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
     if not (folder / FILE).is_file():
-        raise NotACell(folder)
-    settings = read_settings(folder / FILE)
-    found = settings.text("format")
-    if found != FORMAT:
-        raise FormatUnknown(FILE, found, FORMAT)
+        what = "is not there" if not folder.exists() else f"has no {FILE}"
+        raise DataError(
+            f"{folder} {what}. A cell is a folder with dataset.toml, cell.toml and the robot's URDF.",
+            file=folder / FILE,
+        )
+    contents = read_toml(folder / FILE)
+    check_format(contents, FORMAT, FILE)
+    read = typed(contents, CellFile, file=FILE)
     description = describe(folder)
     if description.robot is None:
         raise CellWithoutRobot(folder)
-    joints = len(description.robot.joints)
-    limits, laser = settings.section("limits"), settings.section("laser")
+    _check_arm(read.arm, len(description.robot.joints))
     return Cell(
         description=description,
-        arm=_arm(settings.section("arm"), joints),
-        camera=_camera(settings.section("camera")),
-        laser_output=laser.count("output", least=1) if "output" in laser else None,
-        limits=Limits(
-            floor_m=_maybe(limits, "floor_m"),
-            reach_m=_maybe(limits, "reach_m"),
-            speed_rad_s=limits.number("speed_rad_s", positive=True, default=USUAL_SPEED_RAD_S),
-        ),
-        warnings=(*description.warnings, *settings.passed_over(), *_unlimited(limits)),
+        arm=read.arm,
+        camera=read.camera,
+        laser_output=read.laser.output,
+        limits=read.limits,
+        warnings=(*description.warnings, *_unlimited(read.limits)),
     )
 
 
-def _unlimited(limits: Settings) -> list[str]:
+def _unlimited(limits: Limits) -> list[str]:
     kept = {"floor_m": "no part of the arm is kept from the floor", "reach_m": "the arm may stretch as far as it goes"}
-    return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if key not in limits]
+    return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if getattr(limits, key) is None]
 
 
-def _arm(said: Settings, joints: int) -> ArmLine:
-    def each(key: str) -> tuple[float, ...]:
-        return said.numbers(key, joints, default=()) if key in said else ()
-
-    direction, ids = each("direction"), each("ids")
-    if not set(direction) <= {-1.0, 1.0}:
-        raise SettingWrong(said.key("direction"), list(direction), "+1 or -1 for each joint", FILE)
-    if len(set(ids)) < len(ids) or not set(ids) <= set(ADDRESSES):
-        expected = f"different whole numbers from {ADDRESSES[0]} to {ADDRESSES[-1]}"
-        raise SettingWrong(said.key("ids"), list(ids), expected, FILE)
-    return ArmLine(
-        kind=said.text("kind"),
-        port=said.text("port"),
-        baud=said.count("baud", least=1, default=USUAL_BAUD),
-        flow=said.text("flow", default="none", one_of=("none", "xonxoff")),
-        ids=tuple(int(number) for number in ids),
-        reference_rad=each("reference_rad"),
-        direction=direction,
-        home=said.flag("home", default=False),
-    )
-
-
-def _camera(said: Settings) -> CameraLine:
-    return CameraLine(
-        source=said.text_or_count("source"),
-        exposure=_maybe(said, "exposure"),
-        gain=_maybe(said, "gain"),
-        settle_s=said.number("settle_s", positive=True, default=USUAL_SETTLE_S),
-    )
-
-
-def _maybe(said: Settings, key: str) -> float | None:
-    return said.number(key) if key in said else None
+def _check_arm(arm: ArmLine, joints: int) -> None:
+    for name in ("ids", "reference_rad", "direction"):
+        values = getattr(arm, name)
+        if values and len(values) != joints:
+            raise wrong(FILE, ("arm", name), list(values), f"a list of {joints}: one for each joint")
+    if not set(arm.direction) <= {-1.0, 1.0}:
+        raise wrong(FILE, ("arm", "direction"), list(arm.direction), "+1 or -1 for each joint")
+    if len(set(arm.ids)) < len(arm.ids):
+        raise wrong(FILE, ("arm", "ids"), list(arm.ids), "different whole numbers from 0 to 253")

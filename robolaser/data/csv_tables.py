@@ -7,45 +7,36 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, final
+from typing import BinaryIO, TextIO, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import (
-    BadCell,
-    ColumnMissing,
-    ColumnTwice,
-    FileUnreadable,
-    FileUnwritable,
-    RowLength,
-    TableEmpty,
-)
+from robolaser.errors import DataError, near, unreadable, unwritable
 
-HEADER_ROWS = 1
-CHUNK = 1 << 17  # characters of a table that are taken apart at a time: their cells fit the processor's cache
+BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
 
 
 @final
 @dataclass(frozen=True)
 class Table:
-    """A CSV file as texts, and as numbers where that was all there is to a column.
+    """A CSV file, column by column.
 
     Attributes:
         file: Its name, for messages.
         header: The names of all columns.
-        columns: The cells of each column.
+        columns: The cells of each column that was read as text.
         lines: Line of the file at which each row starts, counted from one.
-        known: Columns that are finite numbers and nothing else, (rows,) each; they have no cells in `columns`.
+        known: The columns that were read as numbers, (rows,) each.
     """
 
     file: str
     header: Sequence[str]
     columns: Mapping[str, tuple[str, ...]]
     lines: Sequence[int]
-    known: Mapping[str, Array] = field(default_factory=dict)
+    known: Mapping[str, Array]
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -55,26 +46,27 @@ class Table:
 
     def texts(self, column: str) -> tuple[str, ...]:
         """The cells of a column that must be there, none of them empty."""
-        if column not in self.columns:
-            raise ColumnMissing(self.file, column, self.header)
-        cells = self.columns[column]
+        cells = self.columns[self._there(column)]
         if not all(cells):
-            raise BadCell(self.file, self.lines[cells.index("")], column, "", "some text")
+            raise bad_cell(self.file, self.lines[cells.index("")], column, "", "some text")
         return cells
 
     def numbers(self, columns: Sequence[str]) -> Array:
         """Columns that must be there, as finite numbers, (rows, columns)."""
         out = np.empty((len(self), len(columns)))
         for j, column in enumerate(columns):
-            if column in self.known:
+            if self._there(column) in self.known:
                 out[:, j] = self.known[column]
-                continue
-            if column not in self.columns:
-                raise ColumnMissing(self.file, column, self.header)
-            out[:, j] = [finite(cell) for cell in self.columns[column]]
-            for i in np.flatnonzero(~np.isfinite(out[:, j]))[:1]:
-                raise BadCell(self.file, self.lines[i], column, self.columns[column][i], "a finite number")
+            else:
+                out[:, j] = _numbers(self.file, column, self.columns[column], self.lines)
         return out
+
+    def _there(self, column: str) -> str:
+        if column not in self.header:
+            raise DataError(
+                f"{self.file} has no column '{column}'.{near(column, self.header)}", file=self.file, column=column
+            )
+        return column
 
 
 def finite(cell: str) -> float:
@@ -85,20 +77,43 @@ def finite(cell: str) -> float:
         return np.nan
 
 
+def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> DataError:
+    """The error of a cell that holds something else than it should."""
+    shown = repr(cell) if cell else "empty"
+    return DataError(
+        f"{file}, row {line}, column {column}: {shown}, expected {expected}.", file=file, row=line, column=column
+    )
+
+
 def read_text(path: Path) -> str:
     """A text file, its byte order mark taken off.
 
     Raises:
-        FileUnreadable: It is not there, no plain file (a pipe would never end), or not UTF-8.
+        DataError: It is not there, no plain file (a pipe would never end), or not UTF-8.
     """
+    with _opened(path) as file:
+        return file.read()
+
+
+@contextmanager
+def _opened(path: Path, newline: str | None = None) -> Iterator[TextIO]:
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise FileUnreadable(path, "it is no plain file")
-        return path.read_text(encoding="utf-8-sig")
+            raise unreadable(path, "it is no plain file")
+        with path.open(encoding="utf-8-sig", newline=newline) as file:
+            yield file
     except OSError as error:
-        raise FileUnreadable(path, error.strerror or str(error)) from None
+        raise unreadable(path, error.strerror or str(error)) from None
+    except UnicodeDecodeError:
+        raise unreadable(path, f"byte {_undecodable(path)} is not UTF-8 text") from None
+
+
+def _undecodable(path: Path) -> int:
+    try:
+        path.read_bytes().decode()
     except UnicodeDecodeError as error:
-        raise FileUnreadable(path, f"byte {error.start} is not UTF-8 text") from None
+        return error.start
+    return 0
 
 
 def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
@@ -106,47 +121,65 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
 
     Args:
         path: The file.
-        numbers: Columns of which nobody will want the texts, where all is well with them.
+        numbers: Columns that hold finite numbers, where they are there at all.
 
     Raises:
-        FileUnreadable: It is not there or not text.
-        TableEmpty: It has no header.
-        ColumnTwice: Two columns share a name.
-        RowLength: A row has more or fewer cells than the header.
+        DataError: The file is not there or not text, it has no header, two columns share a name, a row has more or
+            fewer cells than the header, or a cell is no number.
     """
-    return _plain_table(path, numbers) or _any_table(path)
-
-
-def _plain_table(path: Path, numbers: Sequence[str]) -> Table | None:
-    """A table with nothing unusual in it, taken apart quickly; None for any other, which needs a closer look."""
-    if not path.is_file():
-        return None
-    texts: dict[str, list[str]] = {}
+    header: list[str] = []
+    texts: list[list[str]] = []
     known: dict[str, list[Array]] = {}
+    lines: list[int] = []
     bare = _Bare()
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            header = [name.strip() for name in next(csv.reader([file.readline()], strict=True), [])]
-            if len(set(header)) < len(header) or not set(header) & set(numbers):
-                return None
-            texts |= {name: [] for name in header if name not in numbers}
-            known |= {name: [np.empty(0)] for name in header if name in numbers}
-            text = file.read(CHUNK) + file.readline()
-            while text:
-                following = file.read(CHUNK) + file.readline()
-                columns = _columns(text if following else text.rstrip("\r\n"), len(header))
-                for name, cells in zip(header, columns, strict=True):
-                    if name in known:
-                        known[name].append(_numbers(cells))
-                    else:
-                        texts[name] += map(bare.__getitem__, cells)
-                text = following
-    except (OSError, ValueError, csv.Error):
-        return None
-    found = {name: np.concatenate(parts) for name, parts in known.items()}
-    rows = len(next(iter(found.values())))
-    lines = range(1 + HEADER_ROWS, 1 + HEADER_ROWS + rows)
-    return Table(path.name, header, {name: tuple(cells) for name, cells in texts.items()}, lines, found)
+    for rows, starts in _blocks(path):
+        if not header:
+            header = [name.strip() for name in rows.pop(0)]
+            starts.pop(0)
+            _check_header(path.name, header)
+            texts = [[] for _ in header]
+            known = {name: [np.empty(0)] for name in header if name in numbers}
+        for row, line in zip(rows, starts, strict=True):
+            if len(row) != len(header):
+                raise DataError(
+                    f"{path.name}, row {line}: {len(row)} cells, but the header names {len(header)} columns.",
+                    file=path.name,
+                    row=line,
+                )
+        for name, column, cells in zip(header, texts, zip(*rows, strict=True), strict=False):
+            if name in known:
+                known[name].append(_numbers(path.name, name, cells, starts))
+            else:
+                column.extend(map(bare.__getitem__, cells))
+        lines += starts
+    if not header:
+        raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)
+    columns = {name: tuple(column) for name, column in zip(header, texts, strict=True) if name not in known}
+    return Table(
+        path.name, header, columns, tuple(lines), {name: np.concatenate(parts) for name, parts in known.items()}
+    )
+
+
+def _blocks(path: Path) -> Iterator[tuple[list[list[str]], list[int]]]:
+    """Rows that are not blank, some at a time, and the line at which each starts."""
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    line = 0
+    with _opened(path, newline="") as file:
+        reader = csv.reader(file, strict=True)
+        try:
+            for row in reader:
+                if row and (row[0].strip() or any(map(str.strip, row))):
+                    rows.append(row)
+                    lines.append(line + 1)
+                    if len(rows) == BLOCK_ROWS:
+                        yield rows, lines
+                        rows, lines = [], []
+                line = reader.line_num
+        except csv.Error as error:
+            raise unreadable(path, f"line {line + 1}: {error}") from None
+    if rows:
+        yield rows, lines
 
 
 @final
@@ -159,59 +192,26 @@ class _Bare(dict[str, str]):
         return found
 
 
-def _columns(text: str, width: int) -> list[list[str]]:
-    """Cells of each column of a piece of a table.
-
-    Raises:
-        ValueError: A row is blank, has another length or more than one line.
-    """
-    text = text.replace("\r\n", "\n").removesuffix("\n")
-    rows = text.count("\n") + 1
-    cells: list[str]
-    if '"' in text:
-        cells = [cell for row in csv.reader(io.StringIO(text, newline=""), strict=True) for cell in (*row, "\n")]
-    else:
-        cells = [*text.replace("\n", ",\n,").split(","), "\n"]
-    ends = cells[width :: width + 1]
-    if len(cells) != rows * (width + 1) or ends.count("\n") < rows or "\r" in text:
-        raise ValueError
-    return [cells[j :: width + 1] for j in range(width)]
-
-
-def _numbers(cells: list[str]) -> Array:
-    whole = "".join(cells)
-    if "_" in whole or not whole.isascii():  # as in `finite`
-        raise ValueError
-    values = np.fromiter(map(float, cells), np.float64, len(cells))
-    if not np.isfinite(values).all():
-        raise ValueError
-    return values
-
-
-def _any_table(path: Path) -> Table:
-    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
-    rows: list[list[str]] = []
-    lines: list[int] = []
-    start = 1
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append([cell.strip() for cell in row])
-                lines.append(start)
-            start = reader.line_num + 1
-    except csv.Error as error:
-        raise FileUnreadable(path, f"line {start}: {error}") from None
-    if not rows:
-        raise TableEmpty(path.name)
-    header = rows[0]
+def _check_header(file: str, header: Sequence[str]) -> None:
     for name in header:
         if header.count(name) > 1:
-            raise ColumnTwice(path.name, name)
-    for row, line in zip(rows[HEADER_ROWS:], lines[HEADER_ROWS:], strict=True):
-        if len(row) != len(header):
-            raise RowLength(path.name, line, len(row), len(header))
-    cells = list(zip(*rows[HEADER_ROWS:], strict=True)) or [() for _ in header]
-    return Table(path.name, header, dict(zip(header, cells, strict=True)), tuple(lines[HEADER_ROWS:]))
+            raise DataError(f"{file} has two columns '{name}'; rename or delete one.", file=file, row=1, column=name)
+
+
+def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int]) -> Array:
+    """Cells as finite numbers, (n,)."""
+    whole = "".join(cells)
+    if "_" not in whole and whole.isascii():
+        try:
+            values = np.fromiter(map(float, cells), np.float64, len(cells))
+        except ValueError:
+            values = np.full(len(cells), np.nan)
+        if np.isfinite(values).all():
+            return values
+    for cell, line in zip(cells, lines, strict=True):
+        if not np.isfinite(finite(cell)):
+            raise bad_cell(file, line, column, cell.strip(), "a finite number")
+    raise AssertionError  # one of them was not
 
 
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -228,7 +228,7 @@ def write_text(path: Path, text: str) -> None:
     """Write a file whole or not at all: a full disk or a power cut leaves what was there before.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        OutputError: The disk or the rights say no.
     """
     write_bytes(path, text.encode())
 
@@ -242,7 +242,7 @@ def write_together(files: Mapping[Path, bytes]) -> None:
     """Write files that belong together: all, or none where the disk has no room for them.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        OutputError: The disk or the rights say no.
     """
     with ExitStack() as open_files:
         staged = {path: open_files.enter_context(_beside(path)) for path in files}
@@ -262,7 +262,7 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
     What was there before stays until then.
 
     Raises:
-        FileUnwritable: The disk or the rights say no.
+        OutputError: The disk or the rights say no.
     """
     with _beside(path) as file, _naming(path):
         yield file
@@ -275,7 +275,7 @@ def _naming(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise FileUnwritable(path, error.strerror or str(error)) from None
+        raise unwritable(path, error.strerror or str(error)) from None
 
 
 @contextmanager

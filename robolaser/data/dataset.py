@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, final
+from typing import Annotated, Any, Literal, final
 
 import numpy as np
+from msgspec import Meta
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import finite
@@ -15,6 +16,8 @@ from robolaser.data.subsampling import some_of_each
 from robolaser.errors import DataError, RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.parameters import Parameter
+
+Positive = Annotated[float, Meta(gt=0)]
 
 
 @final
@@ -155,9 +158,10 @@ class Points:
 class Board:
     """A checkerboard: inner corners along x and y, and the side of a square [m]."""
 
-    columns: int
-    rows: int
-    square_m: float
+    columns: Annotated[int, Meta(ge=3)]
+    rows: Annotated[int, Meta(ge=3)]
+    square_m: Positive
+    kind: Literal["checkerboard"] = "checkerboard"
 
 
 @final
@@ -173,11 +177,11 @@ class Noise:
         distance_m: Of the known distances.
     """
 
-    pixel_px: float | None = None
-    target_m: float | None = None
-    joint_rad: float | None = None
-    point_m: float | None = None
-    distance_m: float | None = None
+    pixel_px: Positive | None = None
+    target_m: Positive | None = None
+    joint_rad: Positive | None = None
+    point_m: Positive | None = None
+    distance_m: Positive | None = None
 
 
 @final

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import final
 
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.loading import inside
+from robolaser.data.dataset_file import inside
 from robolaser.errors import ImageUnnamed
 
 LIT = "image"
@@ -50,7 +50,7 @@ def shots_of(recording: Dataset) -> list[Shots]:
 
     Raises:
         ImageUnnamed: A pose has other images, but not the first.
-        PathLeaves: A path points out of the recording's folder.
+        DataError: A path points out of the recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.data.csv_tables import written_whole
-from robolaser.errors import OutputExists
+from robolaser.errors import output_exists
 
 
 def write_streamed(
@@ -26,11 +26,10 @@ def write_streamed(
         How many records were written.
 
     Raises:
-        OutputExists: There is a file.
-        FileUnwritable: The disk or the rights say no.
+        OutputError: There is a file, or the disk or its rights refuse.
     """
     if path.exists() and not overwrite:
-        raise OutputExists(path)
+        raise output_exists(path)
     with written_whole(path) as file:
         file.write(head(0))
         count = 0

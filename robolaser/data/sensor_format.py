@@ -70,7 +70,7 @@ def register_format(declared: SensorFormat) -> None:
 
 def sensor_kinds() -> tuple[str, ...]:
     """The kinds that can be read."""
-    import_module(SENSORS)
+    import_module(SENSORS).sensors()
     return tuple(_registered)
 
 

@@ -15,7 +15,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from robolaser.data.record_stream import write_streamed
-from robolaser.errors import FileUnreadable, StripesForeign
+from robolaser.errors import StripesForeign, unreadable
 
 FILE = "stripes.npy"
 """Its name in the recording's folder."""
@@ -30,23 +30,23 @@ def open_stripes(path: Path) -> Stripes:
     """Map a file of stripes into memory, to be read piece by piece, (n,) of STRIPE.
 
     Raises:
-        FileUnreadable: It is missing, cut off or no file of NumPy's.
+        DataError: It is missing, cut off or no file of NumPy's.
         StripesForeign: It holds another kind of array.
     """
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise FileUnreadable(path, "it is no plain file")
+            raise unreadable(path, "it is no plain file")
         with path.open("rb") as file:
             shape, dtype = _header(file)
             start = file.tell()
     except OSError as error:
-        raise FileUnreadable(path, error.strerror or str(error)) from None
+        raise unreadable(path, error.strerror or str(error)) from None
     except ValueError as error:
-        raise FileUnreadable(path, str(error)) from None
+        raise unreadable(path, str(error)) from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
         raise StripesForeign(path, f"{dtype} {shape}", f"{STRIPE} (n,)")
     if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
-        raise FileUnreadable(path, f"it is cut off: its header promises {shape[0]} middles")
+        raise unreadable(path, f"it is cut off: its header promises {shape[0]} middles")
     if shape[0] == 0:
         return np.empty(0, STRIPE)
     return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)
@@ -64,8 +64,7 @@ def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = Fa
         How many middles were written.
 
     Raises:
-        OutputExists: There is a file.
-        FileUnwritable: The disk or the rights say no.
+        OutputError: There is a file, or the disk or its rights refuse.
     """
     same = (np.asarray(block, STRIPE) for block in blocks)
     return write_streamed(path, _announced, same, overwrite=overwrite)

@@ -1,222 +1,193 @@
-"""dataset.toml and cell.toml: their values, each checked for presence and kind."""
+"""TOML files read against dataclasses: a value of every declared type, or a sentence about the first that is wrong."""
 
-import sys
+import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, final
+from typing import Any, TypeVar
 
-import numpy as np
+import msgspec
+from msgspec import inspect
 
 from robolaser.data.csv_tables import read_text
-from robolaser.errors import AngleTooLarge, BoundsWrong, NotPositive, NotToml, SettingMissing, SettingWrong, meant
-from robolaser.parameters import Parameter
+from robolaser.errors import DataError, meant, near
 
-UNITS = {
-    "f": "m", "s_u": "m/px", "s_v": "m/px", "u_0": "px", "v_0": "px", "k": "1/m²", "b": "m", "theta": "rad",
-    "w": "rad", "phi": "rad", "psi": "rad", "t_x": "m", "t_y": "m", "t_z": "m",
-    "x": "m", "y": "m", "z": "m",
-}  # fmt: skip
-"""Unit of a parameter by its name, or by the last part of a dotted name."""
-POSITIVE = ("f", "s_u", "s_v")
-"""Lengths that a camera has; b and theta may be negative."""
-LARGEST = sys.float_info.max
-BOUNDS = ("nominal", "lower", "upper")
+T = TypeVar("T")
+Key = tuple[str | int, ...]
 
-
-KNOWN = {
-    "": ("format", "name", "source", "licence", "robot", "sensor", "scanner", "image", "board", "target", "noise",
-         "parameters", "arm", "camera", "laser", "limits"),
-    "robot": ("urdf", "flange", "joints", "gravity", "time", "path"),
-    "sensor": ("kind", "stripe_axis"),
-    "scanner": ("bracket_quat", "angles"),
-    "image": ("width_px", "height_px"),
-    "board": ("columns", "rows", "square_m"),
-    "target": ("placed", "distances_m"),
-    "noise": ("pixel_px", "target_m", "joint_rad", "point_m", "distance_m"),
-    "arm": ("kind", "port", "baud", "flow", "ids", "reference_rad", "direction", "home"),
-    "camera": ("source", "exposure", "gain", "settle_s"),
-    "laser": ("output",),
-    "limits": ("floor_m", "reach_m", "speed_rad_s"),
-}  # fmt: skip
-"""Keys of each section; what else is there is passed over."""
+DEEPEST = 50
+_CHAIN = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
+"""A dotted key of so many parts: tomllib's time grows with the cube of their number."""
+_FAULT = re.compile(r"(?:.*missing required field `(?P<missing>[^`]*)`|.*?)(?: - at `\$(?P<at>.*)`)?")
+_STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
+LARGEST = 2**63 - 1
+MOST_SHOWN = 80
 
 
-def unit_of(name: str) -> str:
-    """The SI unit of a sensor's parameter."""
-    return UNITS.get(name.rsplit(".", 1)[-1], "")
-
-
-@final
-class Settings:
-    """One section of a file of settings.
-
-    Raises (every method): SettingMissing, SettingWrong, each naming file, section and key.
-    """
-
-    def __init__(self, section: str, values: Mapping[str, Any], file: str = "dataset.toml") -> None:
-        self._section = section
-        self._values = values
-        self._file = file
-
-    def __contains__(self, key: str) -> bool:
-        return key in self._values
-
-    def key(self, key: str) -> str:
-        """How messages name a key."""
-        return f"[{self._section}] {key}" if self._section else key
-
-    def section(self, name: str) -> "Settings":
-        """A section below this one; empty when absent."""
-        values = self._values.get(name, {})
-        if not isinstance(values, dict):
-            raise self._wrong(name, values, f"a section [{name}]")
-        return Settings(name, values, self._file)
-
-    def passed_over(self) -> list[str]:
-        """A sentence for each key, here and in the sections below, that nothing reads: it may be misspelt."""
-        known = KNOWN.get(self._section, self._values)
-        here = [
-            f"{self._file}, {self.key(key)} is not known and was passed over.{meant(key, known)}"
-            for key in self._values
-            if key not in known
-        ]
-        below = [self.section(key) for key, value in self._values.items() if key in KNOWN and isinstance(value, dict)]
-        return [*here, *(sentence for section in below for sentence in section.passed_over())]
-
-    def text(self, key: str, *, default: str | None = None, one_of: Sequence[str] = ()) -> str:
-        """A text, from a list where one is given."""
-        value = self._get(key, default, "a text")
-        if not isinstance(value, str) or (one_of and value not in one_of):
-            raise self._wrong(self.key(key), value, " or ".join(f'"{x}"' for x in one_of) or "a text")
-        return value
-
-    def text_or_count(self, key: str) -> str | int:
-        """A text or a whole number from 0, which must be there."""
-        value = self._get(key, None, "a text or a whole number from 0")
-        if isinstance(value, bool) or not isinstance(value, str | int) or value == "":
-            raise self._wrong(self.key(key), value, "a text or a whole number from 0")
-        return value if isinstance(value, str) else self.count(key, least=0)
-
-    def flag(self, key: str, *, default: bool) -> bool:
-        """True or false."""
-        value = self._get(key, default, "true or false")
-        if not isinstance(value, bool):
-            raise self._wrong(self.key(key), value, "true or false")
-        return value
-
-    def number(self, key: str, *, positive: bool = False, default: float | None = None) -> float:
-        """A finite number, which must be there if it has no default."""
-        expected = "a positive number" if positive else "a finite number"
-        value = self._get(key, default, expected)
-        if not _is_number(value) or (positive and value <= 0):
-            raise self._wrong(self.key(key), value, expected)
-        return float(value)
-
-    def count(self, key: str, *, least: int, default: int | None = None) -> int:
-        """A whole number, which must be there if it has no default."""
-        value = self._get(key, default, f"a whole number from {least}")
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise self._wrong(self.key(key), value, f"a whole number from {least}")
-        return value
-
-    def numbers(self, key: str, length: int, *, default: Sequence[float]) -> tuple[float, ...]:
-        """A list of finite numbers."""
-        value = self._get(key, list(default), f"a list of {length} numbers")
-        if not isinstance(value, list) or len(value) != length or not all(_is_number(x) for x in value):
-            raise self._wrong(self.key(key), value, f"a list of {length} finite numbers")
-        return tuple(float(x) for x in value)
-
-    def texts(self, key: str) -> tuple[str, ...] | None:
-        """A list of different texts; None when absent."""
-        value = self._values.get(key)
-        if value is None:
-            return None
-        good = isinstance(value, list) and value and all(isinstance(x, str) and x for x in value)
-        if not good or len(set(value)) < len(value):
-            raise self._wrong(self.key(key), value, "a list of different names")
-        return tuple(value)
-
-    def distances(self, key: str, known: Sequence[str]) -> tuple[tuple[str, str, float], ...]:
-        """Triples (socket, socket, distance in m) between known sockets."""
-        out = []
-        for triple in self._get(key, [], "a list of triples"):
-            good = isinstance(triple, list) and len(triple) == 3 and _is_number(triple[2]) and triple[2] > 0
-            if not good or triple[0] not in known or triple[1] not in known or triple[0] == triple[1]:
-                expected = f"[socket, another socket, distance in m], sockets among: {', '.join(known)}"
-                raise self._wrong(self.key(key), triple, expected)
-            out.append((str(triple[0]), str(triple[1]), float(triple[2])))
-        return tuple(out)
-
-    def parameters(self) -> dict[str, Parameter]:
-        """Every key as a parameter with nominal value and bounds; `target.x = ...` and `"target.x" = ...` are one.
-
-        Raises:
-            BoundsWrong: Bounds are swapped, or exclude the nominal value.
-            AngleTooLarge: An angle is beyond a full turn.
-            NotPositive: A length of the camera may become zero.
-        """
-        out = {}
-        for name, given in _leaves(self._values):
-            if not isinstance(given, dict):
-                raise self._wrong(self.key(name), given, "{ nominal = ..., lower = ..., upper = ... }")
-            numbers = []
-            for part in BOUNDS:
-                if part not in given:
-                    raise self._missing(f"{self.key(name)}.{part}", "a finite number")
-                if not _is_number(given[part]):
-                    raise self._wrong(f"{self.key(name)}.{part}", given[part], "a finite number")
-                numbers.append(float(given[part]))
-            nominal, lower, upper = numbers
-            if not lower < upper or not lower <= nominal <= upper:
-                raise BoundsWrong(name, nominal, lower, upper)
-            if name in POSITIVE and lower <= 0:
-                raise NotPositive(name, lower)
-            unit = unit_of(name)
-            largest = max(numbers, key=abs)
-            if unit == "rad" and abs(largest) > 2 * np.pi:
-                raise AngleTooLarge(name, largest)
-            out[name] = Parameter(name, unit, nominal, lower, upper)
-        return out
-
-    def _missing(self, key: str, expected: str) -> SettingMissing:
-        return SettingMissing(key, expected, self._file)
-
-    def _wrong(self, key: str, value: object, expected: str) -> SettingWrong:
-        return SettingWrong(key, value, expected, self._file)
-
-    def _get(self, key: str, default: Any, expected: str) -> Any:
-        value = self._values.get(key, default)
-        if value is None:
-            raise self._missing(self.key(key), expected)
-        return value
-
-
-def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
-    for name, given in values.items():
-        if isinstance(given, dict) and given and not given.keys() & set(BOUNDS) and _all_tables(given):
-            yield from ((f"{name}.{rest}", value) for rest, value in _leaves(given))
-        else:
-            yield name, given
-
-
-def _all_tables(values: Mapping[str, Any]) -> bool:
-    return all(isinstance(value, dict) for value in values.values())
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
-
-
-def read_settings(path: Path) -> Settings:
-    """Parse a file of settings.
+def read_toml(path: Path) -> dict[str, Any]:
+    """Parse a TOML file.
 
     Raises:
-        FileUnreadable: It is not there or not text.
-        NotToml: It is not TOML.
+        DataError: It is not there, not text or not TOML, or is nested more deeply than any such file.
     """
+    text = read_text(path)
     try:
-        return Settings("", tomllib.loads(read_text(path)), path.name)
-    except tomllib.TOMLDecodeError as error:
-        raise NotToml(path, str(error)) from None
+        if _CHAIN.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
+    except RecursionError:
+        reason = "it is nested too deeply"
+    except ValueError as error:  # tomllib's own, and Python's for integers of thousands of digits
+        reason = str(error)
+    raise DataError(f"{path} is not valid TOML: {reason}.", file=path)
+
+
+def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: Sequence[str] = ()) -> T:
+    """Values of a TOML file as a dataclass, nested ones included.
+
+    Args:
+        values: The file's contents, or a part of them.
+        type_: A dataclass; its annotations are the schema, with bounds by `msgspec.Meta`.
+        file: The file's name, for messages.
+        at: Key of that part, for messages.
+        planned: Dotted keys that the format has, but this version does not read.
+
+    Raises:
+        DataError: A key is missing or unknown, or a value is not what the schema declares.
+    """
+    schema = inspect.type_info(type_)
+    for key, known in _unknown(values, schema):
+        if ".".join(map(str, key)) in planned:
+            why = "this version of robolaser does not support it yet"
+        else:
+            why = f"this key is not known.{near(str(key[-1]), known)}".removesuffix(".")
+        raise DataError(f"{file}, {_name(at + key)}: {why}.", file=file, column=_name(at + key))
+    for key, value in _numbers(values):
+        if not (abs(value) <= LARGEST if isinstance(value, int) else math.isfinite(value)):
+            raise wrong(file, at + key, value, _expected(_part(schema, key), key[-1], "a finite number"))
+    try:
+        return msgspec.convert(values, type_)
+    except msgspec.ValidationError as fault:
+        found = _FAULT.fullmatch(str(fault))
+        assert found is not None  # the pattern takes any text
+        key = tuple(name or int(number) for name, number in _STEP.findall(found["at"] or ""))
+        if found["missing"]:
+            key = (*key, found["missing"])
+            expected = _expected(_part(schema, key), key[-1])
+            name = _name(at + key)
+            raise DataError(f"{file} lacks {name}: expected {expected}.", file=file, column=name) from None
+        part = _part(schema, key)
+        raise wrong(file, at + key, _value(values, key), _expected(part, key[-1]), _choices(part)) from None
+
+
+def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
+    """The error of a value that is not what is expected.
+
+    Args:
+        file: Of the value.
+        key: Its tables and its name.
+        value: What stands there.
+        expected: What should.
+        choices: The texts that could have been meant.
+    """
+    shown = repr(value) if len(repr(value)) <= MOST_SHOWN else f"{repr(value)[:MOST_SHOWN]}..."
+    guess = meant(value, choices) if isinstance(value, str) else ""
+    return DataError(f"{file}, {_name(key)}: {shown}, expected {expected}.{guess}", file=file, column=_name(key))
+
+
+def _name(key: Key) -> str:
+    """How messages name a key: "[target] distances_m, entry 2"; "[[sphere]] radius_m, entry 1"."""
+    words = [part for part in key if isinstance(part, str)]
+    entries = "".join(f", entry {part + 1}" for part in key if isinstance(part, int))
+    table = "" if len(words) == 1 else f"[[{words[0]}]] " if isinstance(key[1], int) else f"[{words[0]}] "
+    return f"{table}{'.'.join(words[1:] or words)}{entries}"
+
+
+def _unknown(values: object, schema: inspect.Type, at: Key = ()) -> Iterator[tuple[Key, list[str]]]:
+    """Keys that no dataclass of the schema has, and those that are there."""
+    for part in _alternatives(schema):
+        if isinstance(part, inspect.DataclassType) and isinstance(values, Mapping):
+            fields = {field.name: field.type for field in part.fields}
+            for key, value in values.items():
+                if key not in fields:
+                    yield (*at, key), list(fields)
+                else:
+                    yield from _unknown(value, fields[key], (*at, key))
+        elif isinstance(part, inspect.VarTupleType) and isinstance(values, list):
+            for number, value in enumerate(values):
+                yield from _unknown(value, part.item_type, (*at, number))
+
+
+def _numbers(values: object, at: Key = ()) -> Iterator[tuple[Key, float]]:
+    if isinstance(values, Mapping):
+        for key, value in values.items():
+            yield from _numbers(value, (*at, key))
+    elif isinstance(values, list):
+        for number, value in enumerate(values):
+            yield from _numbers(value, (*at, number))
+    elif isinstance(values, float | int):
+        yield at, values
+
+
+def _value(values: Any, key: Key) -> object:
+    for part in key:
+        values = values[part]
+    return values
+
+
+def _part(schema: inspect.Type, key: Key) -> inspect.Type | None:
+    """The schema of a key."""
+    if not key:
+        return schema
+    for part in _alternatives(schema):
+        if isinstance(part, inspect.DataclassType):
+            for field in part.fields:
+                if field.name == key[0]:
+                    return _part(field.type, key[1:])
+        elif isinstance(part, inspect.VarTupleType):
+            return _part(part.item_type, key[1:])
+        elif isinstance(part, inspect.TupleType) and isinstance(key[0], int):
+            return _part(part.item_types[key[0]], key[1:])
+    return None
+
+
+def _alternatives(schema: inspect.Type) -> tuple[inspect.Type, ...]:
+    types = schema.types if isinstance(schema, inspect.UnionType) else (schema,)
+    return tuple(part for part in types if not isinstance(part, inspect.NoneType))
+
+
+def _choices(schema: inspect.Type | None) -> list[str]:
+    return [str(value) for value in schema.values] if isinstance(schema, inspect.LiteralType) else []
+
+
+def _expected(schema: inspect.Type | None, name: str | int, otherwise: str = "another value") -> str:
+    """What a schema asks for under a name, in words."""
+    words = [] if schema is None else [_in_words(part, name) for part in _alternatives(schema)]
+    return " or ".join(filter(None, words)) or otherwise
+
+
+def _in_words(schema: inspect.Type, name: str | int) -> str:
+    match schema:
+        case inspect.IntType(ge=int(least), le=most):
+            words = f"a whole number from {least}" + ("" if most is None else f" to {most}")
+        case inspect.FloatType(gt=least, ge=from_):
+            words = "a positive number" if least == 0 else "a number, 0 or more" if from_ == 0 else "a finite number"
+        case inspect.StrType(min_length=least):
+            words = "a text that is not empty" if least else "a text"
+        case inspect.BoolType():
+            words = "true or false"
+        case inspect.LiteralType():
+            words = " or ".join(f'"{value}"' for value in schema.values)
+        case inspect.TupleType():
+            parts = [_in_words(part, name) for part in schema.item_types]
+            words = f"a list of {len(parts)}: {', '.join(parts) if len(set(parts)) > 1 else f'each {parts[0]}'}"
+        case inspect.VarTupleType(item_type=inspect.DataclassType()):
+            words = f"sections [[{name}]]"
+        case inspect.VarTupleType():
+            words = f"a list, each {_in_words(schema.item_type, name)}"
+        case inspect.DataclassType() | inspect.DictType():
+            words = f"a section [{name}]"
+        case _:
+            words = ""
+    return words

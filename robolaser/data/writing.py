@@ -2,13 +2,15 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import write_table, write_text
 from robolaser.data.dataset import Dataset
-from robolaser.data.loading import AT_THE_POSE, FLANGE_COLUMNS, FORMAT, GRAVITY
-from robolaser.errors import FileUnwritable, OutputExists
+from robolaser.data.dataset_file import FORMAT, GRAVITY
+from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.errors import output_exists, unwritable
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
@@ -25,17 +27,16 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         overwrite: Replace a data set that is there.
 
     Raises:
-        OutputExists: There is one.
-        FileUnwritable: The disk or the rights say no.
+        OutputError: There is one, or the disk or its rights refuse.
     """
     folder = Path(folder)
     for file in FILES:
         if not overwrite and (folder / file).exists():
-            raise OutputExists(folder / file)
+            raise output_exists(folder / file)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileUnwritable(folder, error.strerror or str(error)) from None
+        raise unwritable(folder, error.strerror or str(error)) from None
     if dataset.robot is not None:
         write_text(folder / "robot.urdf", dataset.robot.urdf)
     _write_columns(folder / "poses.csv", dict(_poses(dataset)))
@@ -79,12 +80,7 @@ def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
         yield from _spread(FLANGE_COLUMNS[3:], to_quaternion(T[:, :3, :3]))
     if poses.image is not None:
         yield "image", poses.image
-    for column in AT_THE_POSE:
-        values = getattr(poses, column)
-        if values is not None:
-            yield column, _digits(values)
-    for column in AT_THE_POSE:
-        values = getattr(poses, column)
+    for column, values in (("payload_kg", poses.payload_kg), ("temperature_c", poses.temperature_c)):
         if values is not None:
             yield column, _digits(values)
     yield from poses.extra.items()
@@ -101,49 +97,47 @@ def _points(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
 
 
 def _settings(dataset: Dataset) -> Iterator[str]:
-    yield f"format = {_text(FORMAT)}"
-    yield f"name = {_text(dataset.name)}"
-    for key, said in (("source", dataset.source), ("licence", dataset.licence)):
-        if said:
-            yield f"{key} = {_text(said)}"
-    yield from _robot(dataset)
-    yield from ("", "[sensor]", f"kind = {_text(dataset.kind)}")
-    if dataset.kind == "stripe":
-        yield f"stripe_axis = {_text(dataset.stripe_axis)}"
-        yield from ("", "[scanner]", f"bracket_quat = {_numbers(dataset.bracket_quat)}")
-        yield f"angles = {_text(dataset.angles)}"
-    if dataset.image_px is not None:
-        width, height = dataset.image_px
-        yield from ("", "[image]", f"width_px = {width}", f"height_px = {height}")
-    if dataset.board is not None:
-        yield from ("", "[board]", f"columns = {dataset.board.columns}", f"rows = {dataset.board.rows}")
-        yield f"square_m = {_number(dataset.board.square_m)}"
-    yield from ("", "[target]", f"placed = {'true' if dataset.placed else 'false'}")
-    if dataset.distances_m:
-        triples = (f"[{_text(a)}, {_text(b)}, {_number(distance)}]" for a, b, distance in dataset.distances_m)
-        yield f"distances_m = [{', '.join(triples)}]"
-    known = {key: value for key, value in vars(dataset.noise).items() if value is not None}
-    if known:
-        yield from ("", "[noise]", *(f"{key} = {_number(value)}" for key, value in known.items()))
+    tables: dict[str, dict[str, object]] = {
+        "": {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence},
+        "robot": _robot(dataset),
+        "sensor": {"kind": dataset.kind},
+        "scanner": {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles},
+        "image": dict(zip(("width_px", "height_px"), dataset.image_px or (), strict=False)),
+        "board": {} if dataset.board is None else asdict(dataset.board),
+        "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
+        "noise": asdict(dataset.noise),
+    }
+    if "scanner" not in dataset.format.tables:
+        tables["scanner"] = {}
+    elif dataset.options is None:
+        tables["sensor"] |= {"stripe_axis": dataset.stripe_axis}
+    if dataset.options is not None:
+        tables["sensor"] |= asdict(dataset.options)
+    for table, values in tables.items():
+        lines = [
+            f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", ())
+        ]
+        if lines:
+            yield from ("", f"[{table}]", *lines) if table else lines
     if dataset.parameters:
         yield from ("", "[parameters]")
         for name, item in dataset.parameters.items():
-            bounds = f"lower = {_number(item.lower)}, upper = {_number(item.upper)}"
-            yield f"{_key(name)} = {{ nominal = {_number(item.nominal)}, {bounds} }}"
+            bounds = f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
+            yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
 
 
-def _robot(dataset: Dataset) -> Iterator[str]:
+def _robot(dataset: Dataset) -> dict[str, object]:
     robot = dataset.robot
     if robot is None:
-        return
-    yield from ("", "[robot]", 'urdf = "robot.urdf"', f"flange = {_text(robot.flange)}")
-    yield f"joints = [{', '.join(map(_text, robot.joints))}]"
-    if robot.gravity != GRAVITY:
-        yield f"gravity = {_numbers(robot.gravity)}"
-    if dataset.time_is_order:
-        yield 'time = "order"'
-    if not dataset.path_known:
-        yield 'path = "unknown"'
+        return {}
+    return {
+        "urdf": "robot.urdf",
+        "flange": robot.flange,
+        "joints": robot.joints,
+        "gravity": None if robot.gravity == GRAVITY else robot.gravity,
+        "time": "order" if dataset.time_is_order else None,
+        "path": None if dataset.path_known else "unknown",
+    }
 
 
 def _key(name: str) -> str:
@@ -155,9 +149,11 @@ def _text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _number(value: float) -> str:
-    return repr(float(value))
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return f"[{', '.join(map(_number, values))}]"
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value) if isinstance(value, int) else repr(float(value))  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
-from robolaser.model.effects.places import moving_joints
+from robolaser.model.effects.joints import moving_joints
 from robolaser.model.stages import Stage
 
 DENT, DENTS = 0.08, 80
@@ -44,7 +44,7 @@ class Site:
 def sites(fit: Fit) -> Iterator[Site]:
     """Every site that the data set has, with every coordinate that it may depend on there."""
     dataset = fit.model.dataset
-    derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.scene)
+    derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
@@ -58,7 +58,7 @@ def sites(fit: Fit) -> Iterator[Site]:
 
 
 def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
-    joints = moving_joints(fit.model.dataset)
+    joints = moving_joints(fit.model.dataset.robot)
     if not joints:
         return
     robot, _ = fit.model.dataset.arm
@@ -98,7 +98,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
     along = 0 if dataset.stripe_axis == "u" else 1
     yield Site("laser", "position along the stripe", _over_rows(fit, plane, smooth(pixel[:, [along]])))
     yield Site("laser", "place on the laser plane", _over_rows(fit, plane, _over_plane(on_plane[:, 1:])))
-    tilt = fit.model.scene.tilt
+    tilt = fit.model.run.tilt
     if np.ptp(tilt) > 0:
         yield Site("laser", "tilt of the surface", _over_rows(fit, seen[:, [1 - along]], smooth(tilt[:, None])))
     for coordinate, basis in coordinates.run():
@@ -111,7 +111,7 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
         return
     given = derivatives.target()
-    height = given @ fit.model.scene.target.axes[:, 2:]
+    height = given @ fit.model.run.target.axes[:, 2:]
     yield Site("target", "place on the target", _over_rows(fit, given, smooth(points.xyz)))
     yield Site("target", "place on the target", _over_rows(fit, height, smooth(points.xyz, DENT, most=DENTS)))
 

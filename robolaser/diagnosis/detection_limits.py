@@ -22,10 +22,10 @@ def detection_limits(tests: Iterable[ScoreTest], spread: float) -> tuple[Detecti
     """
     limits = []
     for test in tests:
-        name, unit, *_ = test.candidate_effect.kind.declared()[0]
+        name, unit, *_ = test.candidate_effect.effect.amplitudes()[0]
         length = float(np.linalg.norm(test.columns[:, 0]))
         imitated = length**2 < NEGLIGIBLE * max(float((test.white[:, 0] ** 2).sum()), 1e-12)
         needed = (np.sqrt(penalty(test)) + DETECTION_SIGMA) * np.sqrt(spread)
         size = None if imitated else float(needed / length * prior_scales(test.candidate_effect)[0])
         limits.append(DetectionLimit(test.candidate_effect, name, size, unit))
-    return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.kind.name, limit.candidate_effect.where)))
+    return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

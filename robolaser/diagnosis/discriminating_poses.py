@@ -37,7 +37,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     """
     dataset = one.model.dataset
     robot, q = dataset.robot, dataset.poses.q
-    if robot is None or q is None or dataset.kind == "socket":
+    if robot is None or q is None or dataset.points.xyz is None:
         return ()
     rng = np.random.default_rng(seed)
     lower, upper = limits(robot)
@@ -73,7 +73,7 @@ def _prediction(fitted: Fit, extended: Dataset) -> Array:
 def _with(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Dataset, Ints, Array]:
     """The data set with postures (k, j) after its last pose; rows of each, (k', r); and those that see the target."""
     points = dataset.points
-    if dataset.kind == "stripe":
+    if dataset.points.pixel is not None:
         pixel, xyz, good = _stripes(dataset, q, fitted)
         q, pixel, xyz = q[good], pixel[good], xyz[good]
         names = tuple(str(i) for i in range(pixel.shape[1])) * len(q)

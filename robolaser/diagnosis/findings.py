@@ -10,9 +10,9 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import noise_without_pose_errors
 from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.thresholds import MIN_POSES
@@ -75,7 +75,8 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Esti
     names = fit.problem.parameters.names
     columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
     return {
-        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(fit.deviations[i]), item.unit) for item, i in columns
+        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(fit.deviations[i]), item.unit)
+        for item, i in columns
     }
 
 
@@ -87,9 +88,9 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
     found: dict[str, Localization] = {}
     for one in evidence:
-        kind, site = one.candidate_effect.kind, one.candidate_effect.where
+        kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = float(chdtrc(len(kind.declared()) + len(kind.shapes()), one.explained))
+        p_value = float(chdtrc(len(kind.units()), one.explained))
         found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
 
@@ -104,7 +105,7 @@ def not_testable(
     imitated: dict[str, list[str]] = {}
     for one in limits:
         if one.size is None:
-            imitated.setdefault(one.candidate_effect.kind.name, []).append(one.candidate_effect.where)
+            imitated.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in imitated.items():
         reason = f"at {', '.join(locations)} these poses cannot tell it from the ordinary parameters"
         reasons.setdefault(name, reason)

@@ -34,7 +34,7 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
         sensor: The sensor's parameters, those of all rows where the model holds some of them.
     """
     parameters = sensor + model.effect_parameters
-    nonlinear = [one.key(name) for one in model.effects for name, *_ in one.kind.shapes()]
+    nonlinear = [one.key(name) for one in model.effects for name, *_ in one.effect.nonlinear_parameters()]
     prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
     return Problem.of(model, noise, prior=prior, parameters=parameters)
 
@@ -134,7 +134,7 @@ class Fit:
 
     def size_of(self, noise: NoiseModel) -> float:
         """Root-mean-square 3-D error of a row by noise alone [m]."""
-        roots = np.linalg.cholesky(noise.covariances)
+        roots = np.asarray(np.linalg.cholesky(noise.covariances), dtype=np.float64)
         squares = [np.square(self.in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
         return float(np.sqrt(np.sum(squares, axis=0).mean()))
 

@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.run import Run
 
 SMOOTH = 0.35
 """Length over which a smooth function keeps its value, as a share of the coordinate's range."""
@@ -63,7 +63,7 @@ class OfPoses:
         scene: The same as effects see it.
     """
 
-    def __init__(self, dataset: Dataset, scene: Scene) -> None:
+    def __init__(self, dataset: Dataset, scene: Run) -> None:
         self._dataset, self._scene = dataset, scene
         self._angles: dict[int, Array] = {}
 

@@ -6,10 +6,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.fit import TOLERANCE, Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.folds import assign_folds, held_out
 
 RESAMPLES = 2000
+TOLERANCE = 0.3
+"""Chi-squared that a fit without one fold may be above its optimum: a third of what noise alone adds for one residual."""
 
 
 @final
@@ -35,7 +37,11 @@ class HeldOut:
     def errors(self, fit: Fit) -> Array:
         """Of each row, (m, j) [m]."""
         if id(fit) not in self._known:
-            rows = fit.at.plain if self._folds is None else held_out(fit.problem, fit.x, self._folds, enough=TOLERANCE).errors
+            rows = (
+                fit.at.plain
+                if self._folds is None
+                else held_out(fit.problem, fit.x, self._folds, enough=TOLERANCE).errors
+            )
             self._known[id(fit)] = fit, fit.in_metres(rows)
         return self._known[id(fit)][1]
 

@@ -80,7 +80,7 @@ def _scale(rows: Array) -> float:
     """Standard deviation of white rows (m, k) by their median length, at least 1: gross errors do not move it."""
     numbers = max(1.0, rows.shape[1] - UNUSED)
     median2 = 2.0 * float(gammaincinv(0.5 * numbers, 0.5))  # of chi-squared
-    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1))) / np.sqrt(median2))
+    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(median2)))
 
 
 def _roots(fit: Fit) -> Array:

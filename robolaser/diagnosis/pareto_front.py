@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import ScoreTest

@@ -14,10 +14,10 @@ from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, nested_fits, not_testable
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import pareto_front
-from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
@@ -27,8 +27,7 @@ from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
 from robolaser.diagnosis.verdict import Evidence, judge
-from robolaser.errors import EffectUnknown
-from robolaser.model.effects import EFFECTS
+from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 Progress = Callable[[str, float], None]
@@ -71,7 +70,7 @@ def examine(
         progress: Is called with what is going on, and what share of the work is done.
 
     Raises:
-        EffectUnknown: There is no such effect to take out.
+        UsageError: There is no such effect to take out.
         DataError: The data set holds nothing to judge.
     """
     began = time.perf_counter()
@@ -83,15 +82,13 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
     kinds = list(EFFECTS if effects is None else effects)
     for name in without:
         if name not in {kind.name for kind in kinds}:
-            raise EffectUnknown(name, {kind.name: kind for kind in kinds})
+            raise unknown_effect(name, [kind.name for kind in kinds])
     return [kind for kind in kinds if kind.name not in without]
 
 
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
     enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
-    data, refits, selected, outliers = _selected(
-        dataset, library(kinds, dataset) if enough else [], seed, progress
-    )
+    data, refits, selected, outliers = _selected(dataset, library(kinds, dataset) if enough else [], seed, progress)
     start = refits.start
 
     progress("weighing the evidence", 0.6)

@@ -32,8 +32,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     own = plain.slopes / fit.problem.scale
     parts = [plain.slopes * UNIFORM]
     for one in effects:
-        bounds = np.array([bound for _, _, bound, _ in one.kind.declared()])
-        grid = one.kind.grid(fit.model.dataset, one.where)[:1]
+        bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
+        grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(plain.columns(one, grid)[0] * (2.0 * UNIFORM * bounds))
     every = np.hstack(parts)
     if len(every) < MIN_RESIDUALS * every.shape[1]:

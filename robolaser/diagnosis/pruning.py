@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_CREDIBILITY
 from robolaser.model.effects.effect import CandidateEffect

@@ -6,8 +6,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
 from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
@@ -33,6 +33,9 @@ class Refits:
     _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._fits[frozenset(self.start.effects)] = self.start
 
     def refit(self, near: Fit, added: Sequence[ScoreTest] = (), removed: CandidateEffect | None = None) -> Fit:
         """Fit the effects of another fit with some added and one removed, from where the linear model puts them."""
@@ -63,7 +66,7 @@ class Refits:
     def with_new_shapes(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
         for one in fit.effects[:-1]:
-            if one.kind.shapes() and len(fit.effects) > 1:
+            if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
                 less = self.refit(fit, removed=one)
                 again = self.refit(less, score_tests(less, [one], self._columns))
                 fit = min(fit, again, key=lambda option: option.chi2)
@@ -120,8 +123,8 @@ class Refits:
 
 def penalty(test: ScoreTest) -> float:
     """The complexity penalty of an effect, its nonlinear parameters chosen from those that were tried."""
-    kind = test.candidate_effect.kind
-    return complexity_penalty(len(kind.declared()) + len(kind.shapes()), test.tried)
+    kind = test.candidate_effect.effect
+    return complexity_penalty(len(kind.units()), test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

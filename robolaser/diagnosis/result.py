@@ -193,11 +193,11 @@ def _mm(metres: float) -> float:
 
 
 def _place(candidate_effect: CandidateEffect) -> dict[str, str]:
-    return {"effect": candidate_effect.kind.name, "where": candidate_effect.where}
+    return {"effect": candidate_effect.effect.name, "where": candidate_effect.where}
 
 
 def _pair(candidate_effect: CandidateEffect) -> list[str]:
-    return [candidate_effect.kind.name, candidate_effect.where]
+    return [candidate_effect.effect.name, candidate_effect.where]
 
 
 def _finding(found: Finding) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.effect import CandidateEffect, Effect, perturb_with
+from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 
 DENSE_GRID = 40
@@ -46,7 +47,7 @@ class ScoreTest:
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """What it tests: effect, location and nonlinear parameters."""
-        return self.candidate_effect.kind.name, self.candidate_effect.where, self.shapes
+        return self.candidate_effect.effect.name, self.candidate_effect.where, self.shapes
 
     @cached_property
     def basis(self) -> Array:
@@ -73,7 +74,7 @@ class ScoreTest:
 
 def prior_scales(candidate_effect: CandidateEffect) -> Array:
     """Prior scales of an effect's linear parameters, in their units, (a,)."""
-    return np.array([scale for *_, scale in candidate_effect.kind.declared()])
+    return np.array([scale for *_, scale in candidate_effect.effect.amplitudes()])
 
 
 @final
@@ -92,9 +93,21 @@ class Columns:
         """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (K, g a)."""
         key = candidate_effect, grid.tobytes()
         if key not in self._by_effect:
-            columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
-            self._by_effect[key] = np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
+            if candidate_effect.effect.stage is Stage.JOINTS:
+                self._by_effect[key] = self._by_joints(fit, candidate_effect, grid)
+            else:
+                columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
+                self._by_effect[key] = np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
         return self._by_effect[key]
+
+    def _by_joints(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """By the chain rule: an effect moves joints, and joints move each row of their own pose."""
+        moves = joint_moves(fit.model, candidate_effect, grid)
+        robot, _ = fit.model.dataset.arm
+        columns = np.zeros((len(fit.pose_of_number), len(moves)))
+        for i in np.flatnonzero(moves.any(axis=(0, 1))):
+            columns += moves[:, fit.pose_of_number, i].T * self.by_joint(fit, robot.joints[i])[:, None]
+        return columns
 
     def by_joint(self, fit: Fit, joint: str) -> Array:
         """By the joint's value in each row's own pose, (K,)."""
@@ -117,9 +130,9 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
     for one in effects:
         if one in fit.effects:
             continue
-        grid = one.kind.grid(fit.model.dataset, one.where)
+        grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
-        if tried > DENSE_GRID and one.kind.stage is Stage.JOINTS:
+        if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
             grid = motions.best_shapes(one, grid)
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
@@ -155,6 +168,22 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
     return max(options, key=lambda option: option.gain)
 
 
+def joint_moves(model: Model, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    """Moves of the joints by an effect's amplitudes, each at its prior scale, (g a, n, j) [rad or m].
+
+    Args:
+        model: Whose joints.
+        candidate_effect: Sits at the joints.
+        grid: Values of its nonlinear parameters, (g, s).
+    """
+    _, q = model.dataset.arm
+    scales = prior_scales(candidate_effect)
+    parameters = np.hstack([np.tile(np.diag(scales), (len(grid), 1)), np.repeat(grid, len(scales), axis=0)])
+    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, parameters.T, strict=True)))
+    moved: Array = perturb_with((effect,), model.run)(Stage.JOINTS, q[None]) - q
+    return moved
+
+
 @final
 class JointMotions:
     """Free small motions of each joint, one for each pose: every perturbation of a joint is a sum of them."""
@@ -183,18 +212,11 @@ class JointMotions:
     def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
         gradient, own, shared = self._normal_equations(candidate_effect.where)
-        scene = self._fit.model.scene
-        assert scene.poses.q is not None
-        assert scene.robot is not None
-        q = scene.poses.q[None]
-        scales, column = prior_scales(candidate_effect), scene.robot.joints.index(candidate_effect.where)
-        a = len(scales)
+        robot, q = self._fit.model.dataset.arm
+        a, column = len(prior_scales(candidate_effect)), robot.joints.index(candidate_effect.where)
         gains = []
         for part in np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE)):
-            numbers = np.hstack([np.tile(np.diag(scales), (len(part), 1)), np.repeat(part, a, axis=0)])
-            effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, numbers.T, strict=True)))
-            moved = perturb_with((effect,), scene)(Stage.JOINTS, q)
-            F = (moved - q)[:, :, column].reshape(len(part), a, -1)
+            F = joint_moves(self._fit.model, candidate_effect, part)[:, :, column].reshape(len(part), a, -1)
             b = F @ gradient
             imitated = F @ shared
             A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)
@@ -206,4 +228,4 @@ class JointMotions:
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
     """Every effect at every location that the data set has for it."""
-    return [CandidateEffect(kind, where) for kind in kinds for where in kind.places(dataset)]
+    return [CandidateEffect(kind, where) for kind in kinds for where in kind.locations(dataset)]

@@ -5,8 +5,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import (
@@ -106,7 +106,7 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
     if begin is not None or refits.start.has_optics:
         return selection.stepwise(begin or refits.start)
     few = selection.stepwise(refits.start, MAX_SEPARATE_EFFECTS)
-    geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.kind is LinkGeometry]
+    geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
     enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
     if enough or not geometry:
         return few

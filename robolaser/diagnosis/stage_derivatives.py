@@ -40,7 +40,9 @@ class StageDerivatives:
         """Derivatives by moves, given a step (q,) ahead and behind; (K, q)."""
 
         def nudge(value: Array) -> Array:
-            moves = np.stack([*ahead, *behind]).reshape(2 * len(step), *(1,) * (value.ndim - ahead[0].ndim - 1), *ahead[0].shape)
+            moves = np.stack([*ahead, *behind]).reshape(
+                2 * len(step), *(1,) * (value.ndim - ahead[0].ndim - 1), *ahead[0].shape
+            )
             if stage in (Stage.FLANGE, Stage.LINKS):
                 return moves @ value if left else value @ moves
             return value + moves
@@ -89,7 +91,11 @@ class StageDerivatives:
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
         ahead, behind, step = _twists()
         return self._by(
-            Stage.FLANGE, [there @ move @ back for move in ahead], [there @ move @ back for move in behind], step, left=True
+            Stage.FLANGE,
+            [there @ move @ back for move in ahead],
+            [there @ move @ back for move in behind],
+            step,
+            left=True,
         )
 
     def tool(self) -> Array:

@@ -1,6 +1,6 @@
 """The verdict in a sentence or two, for a person who works with the robot."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from robolaser.arrays import Ints
 from robolaser.diagnosis.localization import Localization
@@ -11,29 +11,6 @@ NAMED = 3
 """Effects that a sentence names; the rest are counted."""
 EVEN = 0.5
 """Probability below which an effect is said to be perhaps the cause."""
-
-SAID: Mapping[str, str] = {
-    "joint_offset": "the zero of {where} is off",
-    "link_geometry": "{where} does not sit where the model has it",
-    "joint_compliance": "{where} gives way under gravity",
-    "backlash": "{where} has lost motion",
-    "transmission_error": "the gear of {where} errs periodically",
-    "encoder_scale": "the reading of {where} has a wrong gain",
-    "encoder_eccentricity": "the reading of {where} errs once a turn",
-    "base_shift": "robot or target was moved during the run",
-    "thermal_drift": "the link before {where} grows as the arm warms up",
-    "hand_eye_drift": "the scanner's bracket creeps during the run",
-    "latency": "exposure and joint reading are not simultaneous",
-    "radial_distortion": "the lens has more radial distortion than the model",
-    "tangential_distortion": "the lens is decentred",
-    "laser_curvature": "the light sheet is not flat",
-    "laser_roll": "the light sheet is rolled against the image",
-    "laser_drift": "the projector drifts as it warms up",
-    "stripe_bias": "the stripe's middle is biased where the surface is tilted",
-    "target_scale": "the target is printed to a wrong scale",
-    "target_warp": "the target is not flat",
-}
-"""Effects as clauses; one that is not here is said by its title."""
 
 
 def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
@@ -55,16 +32,6 @@ def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localiza
         else f"{len(gross)} rows of points.csv are gross errors"
     )
     return f"{said} {rows}, listed and left out."
-
-
-def clause(candidate_effect: CandidateEffect) -> str:
-    """An effect at a place, as a clause."""
-    said = SAID.get(candidate_effect.kind.name)
-    return (
-        said.format(where=candidate_effect.where)
-        if said
-        else f"{candidate_effect.where}: {candidate_effect.kind.title}"
-    )
 
 
 def millimetres(length_m: float) -> str:
@@ -101,7 +68,7 @@ def _shrinks(gap: Gap) -> str:
 
 
 def _causes(findings: Sequence[Finding]) -> str:
-    clauses = [_perhaps(found) + clause(found.candidate_effect) for found in findings[:NAMED]]
+    clauses = [_perhaps(found) + found.candidate_effect.clause for found in findings[:NAMED]]
     more = len(findings) - len(clauses)
     if more:
         clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
@@ -129,4 +96,4 @@ def _one_of(rivals: Sequence[CandidateEffect]) -> str:
 
 
 def _at(candidate_effect: CandidateEffect) -> str:
-    return f"{candidate_effect.kind.name} at {candidate_effect.where}"
+    return str(candidate_effect)

@@ -5,11 +5,9 @@ from robolaser.errors.cells import *  # noqa: F403
 from robolaser.errors.challenges import *  # noqa: F403
 from robolaser.errors.comparisons import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
-from robolaser.errors.effects import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
 from robolaser.errors.images import *  # noqa: F403
-from robolaser.errors.robots import *  # noqa: F403
 from robolaser.errors.scans import *  # noqa: F403
 from robolaser.errors.searches import *  # noqa: F403
 from robolaser.errors.types import (

@@ -12,10 +12,18 @@ class WrongUsage(RobolaserError):
     """What was typed has no meaning, whatever the data."""
 
 
-def near(name: str, known: Iterable[str]) -> str:
-    """Name the likeliest meant and all there are: " Did you mean 'tool0'? It has: base, tool0."."""
+def near(name: str, known: Iterable[str], most: int | None = None) -> str:
+    """Name the likeliest meant and what there is: " Did you mean 'tool0'? There are: base, tool0.".
+
+    Args:
+        name: What was written.
+        known: What could have been.
+        most: How many are listed, the nearest; None: all.
+    """
     names = list(known)
-    return f"{meant(name, names)} There are: {', '.join(names) if names else 'none'}."
+    few = names if most is None or len(names) <= most else difflib.get_close_matches(name[:100], names, most, 0.0)
+    more = f", and {len(names) - len(few)} more" if len(few) < len(names) else ""
+    return f"{meant(name[:100], names)} There are: {', '.join(few) if few else 'none'}{more}."
 
 
 def meant(name: str, known: Iterable[str]) -> str:

@@ -133,17 +133,19 @@ class Linearization:
         """
         problem, shapes = self.problem, np.atleast_2d(_nominal_shapes(effect) if shapes is None else shapes)
         model = problem.model.with_effects((*problem.model.effects, effect))
-        step = STEP * np.array([scale for *_, scale in effect.kind.declared()])
+        step = STEP * np.array([amplitude.prior_scale for amplitude in effect.effect.amplitudes()])
         q, d = len(step), len(self.x)
         x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
         everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
 
         def residuals(candidates: Array) -> Array:
             values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
-            return problem.whitened(model.residuals_at(values))
+            return model.residuals_at(values).reshape(len(candidates), -1)
 
-        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere)
-        return np.swapaxes(J, 1, 2)
+        middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
+        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
+        white = problem.whitened(J.reshape(-1, *self.plain.shape))
+        return np.swapaxes(white.reshape(len(shapes), q, -1), 1, 2)
 
     @cached_property
     def covariance(self) -> Array:
@@ -158,4 +160,4 @@ class Linearization:
 
 
 def _nominal_shapes(effect: CandidateEffect) -> Array:
-    return np.array([[nominal for *_, nominal in effect.kind.shapes()]])
+    return np.array([[one.nominal for one in effect.effect.nonlinear_parameters()]])

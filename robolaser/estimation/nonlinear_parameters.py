@@ -46,7 +46,7 @@ class Choice:
 
 def with_several_shapes(model: Model) -> tuple[CandidateEffect, ...]:
     """The effects in a model with more than one value of their nonlinear parameters to try."""
-    return tuple(one for one in model.effects if len(one.kind.grid(model.dataset, one.where)) > 1)
+    return tuple(one for one in model.effects if len(one.effect.grid(model.dataset, one.where)) > 1)
 
 
 def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect]) -> dict[str, float]:
@@ -77,15 +77,15 @@ def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect
 
 def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> Choice:
     """The value of the grid that lowers the cost most, beside what a basis (K, n) of known columns explains."""
-    grid = effect.kind.grid(at.problem.model.dataset, effect.where)
+    grid = effect.effect.grid(at.problem.model.dataset, effect.where)
     rest = at.white - Q @ (Q.T @ at.white)
-    parts = np.array_split(grid, -(-len(grid) * len(effect.kind.declared()) // CANDIDATES))
+    parts = np.array_split(grid, -(-len(grid) * len(effect.effect.amplitudes()) // CANDIDATES))
     choices = [_best_of(at.columns(effect, part), part, effect, rest, Q) for part in parts]
     return max(choices, key=lambda choice: choice.gain)
 
 
 def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
-    bound = np.array([bound for _, _, bound, _ in effect.kind.declared()])
+    bound = np.array([amplitude.bound for amplitude in effect.effect.amplitudes()])
     scaled = columns * bound
     imitated = Q.T @ scaled
     whole = np.swapaxes(scaled, 1, 2) @ scaled

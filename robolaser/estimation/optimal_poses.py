@@ -119,7 +119,7 @@ def planned(
     Raises:
         CannotPlan, TargetPlaceUnknown: Something is not said.
         TooFewSights: The arm sees the board from too few postures where it may stand.
-        EffectUnknown, EffectSenseless, PlaceUnknown: The effects cannot be.
+        UsageError, EffectError: The effects cannot be.
     """
     sight = _sight(description)
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))

@@ -98,7 +98,7 @@ class Problem:
 
     @cached_property
     def _axes(self) -> int:
-        return len(self.model.sensor.units)
+        return self.model.sensor.format.numbers
 
     def plain(self, x: Array) -> Array:
         """Residuals as the sensor has them, (c, d) -> (c, m, k)."""

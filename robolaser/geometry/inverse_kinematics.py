@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.errors import NothingReached
+from robolaser.errors import RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import PATCH, SPARE, anywhere, apart, limits
@@ -65,7 +65,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
         Postures (≥ wanted, j), and the goal of each.
 
     Raises:
-        NothingReached: A goal is reached too seldom.
+        RobotError: A goal is reached too seldom.
     """
     each = -(-wanted // len(goals))
     of_goal = []
@@ -78,7 +78,11 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
             if len(found) >= each or not len(found):
                 break
         if len(found) < each:
-            raise NothingReached(robot.name, goal.tolist(), each, tried, len(found))
+            at = ", ".join(f"{part:.3f}" for part in goal.tolist())
+            raise RobotError(
+                f"{robot.name}: from {tried} starts within the joint limits, {len(found)} configurations reach the"
+                f" socket at ({at}) m, but {each} are needed. Ask for fewer poses, or take another seed."
+            )
         of_goal.append(found[apart(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
     deep = min(len(q) for q in of_goal)
     return np.stack([q[:deep] for q in of_goal], axis=1).reshape(-1, len(robot.joints)), np.tile(

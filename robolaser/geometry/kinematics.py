@@ -9,12 +9,13 @@ from typing import Any, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownJoint, UrdfJointKind, UrdfTooLarge
+from robolaser.errors import RobotError
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
-from robolaser.geometry.urdf.tree import MOVING, Joint, Tree
+from robolaser.geometry.urdf.markup import too_large
+from robolaser.geometry.urdf.parsing import joint_kind
+from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
 
-"""That a thread works out at a time: below a tenth of a millisecond a second one does not pay."""
 _DOWN = (0.0, 0.0, -9.81)
 
 
@@ -70,28 +71,30 @@ class Robot:
             source: What error messages call the URDF.
 
         Raises:
-            UrdfError: The text is no robot.
-            UnknownFrame: There is no such flange.
-            UnknownJoint: There is no such moving joint.
-            RepeatedJoint: A joint is listed twice.
-            NothingMoves: None of the joints moves the flange.
-            FollowerNotListed: A mimic joint on the way to the flange follows a listed one.
+            RobotError: The text is no robot; there is no such flange or no such moving joint; a joint is listed twice;
+                none of the joints moves the flange; or a mimic joint on the way to the flange follows a listed one.
         """
         tree = urdf.parse(text, source=source)
         path = tree.path(flange)
         for joint in path:
             if joint.kind in ("floating", "planar"):
-                raise UrdfJointKind(source, joint.name, joint.kind, (*MOVING, "fixed"))
+                raise joint_kind(source, joint.name, joint.kind, (*MOVING, "fixed"))
         listed = _listed(tree, path, joints)
         if len(listed) > urdf.MOST_JOINTS:
-            raise UrdfTooLarge(source, "moving joints in use", urdf.MOST_JOINTS)
+            raise too_large(source, "moving joints in use", urdf.MOST_JOINTS)
         index = {joint.name: i for i, joint in enumerate(listed)}
         chain = tuple(index[joint.name] for joint in path if joint.name in index)
         if not chain:
-            raise NothingMoves(source, flange, [joint.name for joint in path if joint.moves])
+            moving = ", ".join(joint.name for joint in path if joint.moves)
+            raise RobotError(
+                f"{source}: none of the listed joints moves the flange '{flange}'. Joints that do: {moving or 'none'}."
+            )
         for joint in path:
             if joint.name not in index and joint.follows in index:
-                raise FollowerNotListed(source, joint.name, joint.follows)
+                raise RobotError(
+                    f"{source}: on the way to the flange, joint '{joint.name}' follows '{joint.follows}' (mimic), which"
+                    f" robolaser does not compute. List '{joint.name}' among the joints and give its angle too."
+                )
         x, y, z = (float(g) for g in gravity)
         return cls(
             name=tree.name,
@@ -232,9 +235,9 @@ def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[
         return [joint for joint in path if joint.moves and joint.follows is None]
     for i, name in enumerate(names):
         if name not in tree.joints or not tree.joints[name].moves:
-            raise UnknownJoint(tree.source, name, [j.name for j in tree.joints.values() if j.moves])
+            raise unknown_joint(tree.source, name, [j.name for j in tree.joints.values() if j.moves])
         if name in names[:i]:
-            raise RepeatedJoint(tree.source, name)
+            raise RobotError(f"Joint '{name}' of {tree.source} is listed twice. List each joint once.")
     return [tree.joints[name] for name in names]
 
 

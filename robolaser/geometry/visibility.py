@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.errors import TargetOutOfSight
+from robolaser.errors import RobotError
 from robolaser.geometry import camera as optics
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
@@ -128,7 +128,7 @@ def looking_down(
         Postures (`wanted` and some more, j), and the level.
 
     Raises:
-        TargetOutOfSight: Not enough are found.
+        RobotError: Not enough are found.
     """
     foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
     kept_q, kept_T = np.empty((0, len(robot.joints))), np.empty((0, 4, 4))
@@ -149,7 +149,12 @@ def looking_down(
         kept_q, kept_T = np.concatenate([kept_q, q[good]]), np.concatenate([kept_T, T[good]])
         seeing = _patch(_focus(kept_T, view)[:, :2], PATCH * reach)
     if len(seeing) < wanted:
-        raise TargetOutOfSight(robot.name, wanted, tried, down, len(seeing), level or 0.0)
+        raise RobotError(
+            f"{robot.name}: {wanted} poses that see the target are needed, {len(seeing)} found. Of {tried} random"
+            f" configurations within the joint limits, {down} look down; the others of these miss the level"
+            f" z = {level or 0.0:.3g} m of the base frame or show the stripe outside the image. Ask for fewer poses, or"
+            " for another level of the target or rotation of the camera on the flange (bracket_quat)."
+        )
     seeing = rng.permutation(seeing)[:enough]
     order = apart(_features(kept_T[seeing], view, PATCH * reach))
     return kept_q[seeing[order]], float(level or 0.0)

@@ -90,7 +90,7 @@ def jacobian(model: Model, x: Array) -> Array:
     values = model.parameters.values(x)
     perturb = model.perturb(values)
     known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
-    m, k = len(model.dataset.points), len(model.sensor.units)
+    m, k = len(model.dataset.points), model.sensor.format.numbers
     J = np.empty((*x.shape, m, k))
     analytic = 0 if known is None else known.shape[-1]
     if known is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import NoPoints, NothingSeen
-from robolaser.model.effects.effect import CandidateEffect, Scene, perturb_with
+from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
@@ -43,14 +43,14 @@ class Model:
         return sensor_of(self.dataset)
 
     @cached_property
-    def scene(self) -> Scene:
+    def run(self) -> Run:
         """What effects may look at."""
-        return Scene.of(self.dataset)
+        return Run(self.dataset)
 
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
         other = Model(self.dataset, candidate_effects)
-        other.__dict__.update(sensor=self.sensor, scene=self.scene, _nominal_flange=self._nominal_flange)
+        other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
         return other
 
     @cached_property
@@ -67,7 +67,7 @@ class Model:
 
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""
-        return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.scene)
+        return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.run)
 
     @cached_property
     def _nominal_flange(self) -> Array:
@@ -75,7 +75,7 @@ class Model:
 
     @cached_property
     def _robot_bends(self) -> bool:
-        return any(candidate_effect.kind.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
+        return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
     def flange(self, values: Values, perturb: Perturbation | None = None) -> Array:
         """T_base_flange at every pose, (c or 1, n, 4, 4)."""
@@ -97,7 +97,7 @@ class Model:
             x: Candidates in the order of `parameters`, (c, d).
 
         Returns:
-            (c, m, k) [`sensor.units`]; not finite at the model's poles.
+            (c, m, k) [`sensor.format.unit`]; not finite at the model's poles.
         """
         parts = [self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)

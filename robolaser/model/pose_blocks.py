@@ -38,7 +38,7 @@ def blocks_of(model: Model) -> tuple[Block, ...]:
 
 def depends_on_trajectory(model: Model) -> bool:
     """Whether rows of a model depend on other poses than their own."""
-    return any(candidate_effect.kind.depends_on_trajectory for candidate_effect in model.effects)
+    return any(candidate_effect.effect.depends_on_trajectory for candidate_effect in model.effects)
 
 
 def with_rows(model: Model, rows: Ints) -> Model:

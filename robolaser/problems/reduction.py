@@ -48,7 +48,7 @@ class Reduction:
         values = {**values, **_with_baseline(whole, len(x)), **self.parameters.values(x)}
         sensor = model.sensor
         if isinstance(sensor, Stripe):
-            for _ in range(2 if any(effect.kind.stage in BREAKS_SCALE for effect in model.effects) else 1):
+            for _ in range(2 if any(effect.effect.stage in BREAKS_SCALE for effect in model.effects) else 1):
                 values = {**values, **solve_conditional(model, sensor, values)}
         else:
             values = model.completed(values)

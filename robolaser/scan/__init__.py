@@ -6,9 +6,9 @@ from typing import final
 from robolaser.data.dataset import Dataset
 from robolaser.data.stripe_file import FILE
 from robolaser.scan.calibrated import Calibrated, read_calibration
+from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
 from robolaser.scan.sources import newer_images, probe, source_of
-from robolaser.scan.transferred import carried_over
 
 __all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
 
@@ -48,8 +48,8 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
         ScannerDiffers: They are not of one scanner.
         NothingToScan: The recording has neither stripes nor points nor images.
         NoMiddles: Its stripes.npy holds none.
-        ImageUnnamed, PathLeaves: Its poses.csv names images as it must not.
-        StripesStray, FileUnreadable, StripesForeign: Its stripes.npy is broken.
+        ImageUnnamed, DataError: Its poses.csv names images as it must not.
+        StripesStray, DataError, StripesForeign: Its stripes.npy is broken.
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px

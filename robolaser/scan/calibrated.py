@@ -11,13 +11,13 @@ import numpy as np
 from robolaser.calibration.result import FORMAT
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.loading import GRAVITY, QUATERNION_SLACK, inside
-from robolaser.data.toml_schema import POSITIVE, unit_of
-from robolaser.errors import CalibrationUnreadable, FormatUnknown, ScannerDiffers
+from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
+from robolaser.errors import CalibrationUnreadable, ScannerDiffers
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter, Values
 from robolaser.scan.entries import Entries
 from robolaser.scan.found import effects_in_file
@@ -58,7 +58,7 @@ class Calibrated:
     image_px: tuple[int, int]
     noise: Mapping[str, float]
     rms_m: float | None
-    run: Run | None
+    run: RunSummary | None
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -114,9 +114,9 @@ def read_calibration(path: Path) -> Calibrated:
 
     Raises:
         CalibrationUnreadable: It lacks something, something in it is impossible, or it is of no stripe scanner.
-        FormatUnknown: It is of another format.
+        DataError: It is of another format.
         EffectForeign: An effect is not known here.
-        FileUnreadable, UrdfError: It or the robot beside it cannot be read.
+        DataError, RobotError: It or the robot beside it cannot be read.
     """
     path = path / FILE if path.is_dir() else path
     try:
@@ -124,9 +124,7 @@ def read_calibration(path: Path) -> Calibrated:
     except (ValueError, RecursionError) as error:
         raise CalibrationUnreadable(path, f"it is no JSON ({error})") from None
     file = Entries(path, "", whole)
-    found = file.text("format")
-    if found != FORMAT:
-        raise FormatUnknown(path.name, found, FORMAT)
+    check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")
     if model.text("sensor") != "stripe":
         raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
@@ -160,7 +158,7 @@ def read_calibration(path: Path) -> Calibrated:
 
 def _parameter(name: str, part: Entries) -> Parameter:
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
-    return Parameter(name, unit_of(name), nominal, lower, upper)
+    return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
 
 
 def _robot(path: Path, model: Entries) -> Robot | None:
@@ -177,17 +175,17 @@ def _robot(path: Path, model: Entries) -> Robot | None:
 
 
 def _value(name: str, part: Entries) -> float:
-    return part.positive("value") if name in POSITIVE else part.number("value")
+    return part.positive("value") if name in Stripe.format.positive else part.number("value")
 
 
 def _noise(part: Entries) -> dict[str, float]:
     return {key: part.number(key, least=0.0) for key in part.keys}
 
 
-def _run(part: Entries) -> Run:
+def _run(part: Entries) -> RunSummary:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
-    return Run(
+    return RunSummary(
         poses=part.count("poses"),
         sha256=part.text("sha256"),
         middle_m=(x, y, z),

@@ -21,8 +21,8 @@ from robolaser.compiled import Loops, cores, share_out
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.errors import NoMiddles, NothingMet
 from robolaser.geometry.rigid_motion import apply
+from robolaser.model.effects.effect import Run
 from robolaser.model.stages import Stage
-from robolaser.scan.bent_sheets import bent
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.scanner_model import FARTHEST_M, Sight
@@ -97,16 +97,23 @@ class Cloud:
     def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:
         stripes = read()
         check_poses(stripes, self.sight.dataset)
-        whole = self.source.points is not None or self._bent is None
+        whole = self.source.points is not None or self._terms is None
         loops = None if whole else _LOOPS.after(len(stripes))
         found[place] = len(stripes), self._compiled(stripes, loops) if loops else self._in_numpy(stripes)
 
     @cached_property
-    def _bent(self) -> tuple[Array, Array] | None:
-        return bent(self.sight.effects, self.sight.dataset)
+    def _terms(self) -> tuple[Array, Array] | None:
+        """`lens` and `light` of the compiled loop; None where it lacks a term for an effect on single points."""
+        run = Run(self.sight.dataset)
+        pointwise = [one for one in self.sight.effects if one.stage in (Stage.PIXELS, Stage.IMAGE, Stage.LIGHT)]
+        terms = [(effect.stage, effect.compiled_terms(run)) for effect in pointwise]
+        if any(term is None for _, term in terms):
+            return None
+        lens, light = ([term for at, term in terms if at is stage] for stage in (Stage.IMAGE, Stage.LIGHT))
+        return np.array(lens, dtype=np.float64).reshape(-1, 3), np.array(light, dtype=np.float64).reshape(-1, 4)
 
     def _compiled(self, stripes: Stripes, loops: Any) -> Vertices:
-        assert self._bent is not None  # else it would be done in NumPy
+        assert self._terms is not None  # else it would be done in NumPy
         n, stripes = len(stripes), np.ascontiguousarray(stripes)
         out = np.empty(n, VERTEX)
         count = loops.vertices(
@@ -117,7 +124,7 @@ class Cloud:
             self.sight.sheet,
             self.sight.camera,
             self.arm,
-            *self._bent,
+            *self._terms,
             FARTHEST_M,
             out.view("<f4").reshape(n, VERTEX.itemsize // 4),
             out.view("<u4").reshape(n, VERTEX.itemsize // 4),

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.compiled.decorators import compiled
-from robolaser.scan.lens_kinds import RADIAL
+from robolaser.model.effects.compiled_terms import RADIAL
 
 
 @compiled

@@ -33,8 +33,8 @@ def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *
         How many vertices were written.
 
     Raises:
-        OutputExists: There is a file.
-        FileUnwritable: The disk or the rights say no.
+        OutputError: There is a file.
+        OutputError: The disk or the rights say no.
     """
     return write_streamed(path, lambda count: _header(count, comments), pieces, overwrite=overwrite)
 

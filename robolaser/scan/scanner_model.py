@@ -1,9 +1,8 @@
 """What a calibrated scanner sees: where camera and sheet stand at each pose, and where in the cell a pixel points."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -11,7 +10,8 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply
-from robolaser.model.effects.effect import Effect, Scene, perturb_with
+from robolaser.model.effects.effect import Effect, Run, perturb_with
+from robolaser.model.effects.run import Course
 from robolaser.model.sensors.scanner_geometry import in_camera, mount
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -29,19 +29,17 @@ class Sight:
         dataset: The recording, with the calibrated scanner and its arm.
         values: The fourteen parameters, (1,) each.
         effects: Those that perturb what passes, in their order.
-        course: What the effects' scene is to say of the run instead of what the recording says, by name.
+        course: How far the run had come at each pose, where the recording does not count from its own beginning.
     """
 
     dataset: Dataset
     values: Values
     effects: tuple[Effect, ...] = ()
-    course: Mapping[str, Any] = field(default_factory=dict)
+    course: Course | None = None
 
     def perturb(self, points: Points) -> Perturbation:
         """The effects as they act on some points of the recording."""
-        scene = Scene.of(replace(self.dataset, points=points))
-        scene.__dict__.update(self.course)
-        return perturb_with(self.effects, scene)
+        return perturb_with(self.effects, Run(replace(self.dataset, points=points), self.course))
 
     @cached_property
     def at_poses(self) -> Points:
@@ -77,10 +75,6 @@ class Sight:
         """The light sheet at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
         bent = self.perturb(self.at_poses)(Stage.SHEET, optics.sheet(self.values))[0]
         return np.ascontiguousarray(np.broadcast_to(bent, (len(self.dataset.poses), 4)))
-
-    def bends(self, *stages: Stage) -> bool:
-        """Whether any effect sits at one of these stages."""
-        return any(effect.stage in stages for effect in self.effects)
 
     def in_camera(self, points: Points) -> Array:
         """Where the pixels of some points show the sheet, in the camera frame, (m, 3) [m].

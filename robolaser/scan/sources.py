@@ -13,7 +13,7 @@ from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import Shots, shots_of
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
-from robolaser.errors import FileUnreadable, NoMiddles, NothingToScan, StripesStray
+from robolaser.errors import NoMiddles, NothingToScan, StripesStray, unreadable
 
 AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
 PROBES = 2000  # middles by which the sizes of doubts are told
@@ -46,8 +46,8 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
     Raises:
         NothingToScan: There is none of them.
         NoMiddles: stripes.npy holds none.
-        FileUnreadable, StripesForeign: stripes.npy is broken.
-        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
+        DataError, StripesForeign: stripes.npy is broken.
+        ImageUnnamed, DataError: poses.csv names images as it must not.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():
@@ -131,9 +131,9 @@ def _read(path: Path, start: int, first: int, count: int) -> Stripes:
         with path.open("rb", buffering=0) as file:
             piece = os.pread(file.fileno(), count * STRIPE.itemsize, start + first * STRIPE.itemsize)
     except OSError as error:
-        raise FileUnreadable(path, error.strerror or str(error)) from None
+        raise unreadable(path, error.strerror or str(error)) from None
     if len(piece) < count * STRIPE.itemsize:
-        raise FileUnreadable(path, "it became shorter while it was read")
+        raise unreadable(path, "it became shorter while it was read")
     return np.frombuffer(piece, STRIPE)
 
 

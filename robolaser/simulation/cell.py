@@ -8,18 +8,18 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.errors import BentOutOfSight, DemandSenseless
+from robolaser.data.sensor_format import sensor_kinds
+from robolaser.errors import EffectError
 from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
 from robolaser.geometry.visibility import View, anywhere, limits, looking_down
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.sensors import SENSORS
 from robolaser.model.sensors.sensor import SIX
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.exact import seated, stripe_points, tracker_points
 from robolaser.simulation.nominal import IMAGE_PX, Quaternion, built, facing_outward, scanner
-from robolaser.simulation.outliers import share_of, spoil
+from robolaser.simulation.outliers import impossible, share_of, spoil
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
@@ -124,11 +124,9 @@ def simulate(
         seed: Same seed, same data set.
 
     Raises:
-        TargetOutOfSight: The arm cannot look at a target often enough.
-        NothingReached: The arm cannot reach a socket often enough.
-        BentOutOfSight: With the effects it no longer can.
-        DemandSenseless: Numbers or words that mean nothing here.
-        EffectUnknown, EffectSenseless, PlaceUnknown, EffectTooLarge, ShapeOutside: The effects cannot be.
+        RobotError: The arm cannot look at a target or reach a socket often enough.
+        EffectError: With the effects it no longer can, or they are not possible.
+        UsageError: Numbers or words that have no meaning here.
     """
     points = (STRIPE_POINTS if kind == "stripe" else OTHER_POINTS) if points is None else points
     noise = noise or Noise()
@@ -189,19 +187,19 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
 
 
 def _demand(kind: str, poses: int, points: int, repeats: int, noise: Noise) -> None:
-    kinds = [sensor.kind for sensor in SENSORS]
+    kinds = sensor_kinds()
     if kind not in kinds:
-        raise DemandSenseless("sensor kind", kind, " or ".join(kinds))
+        raise impossible("sensor kind", kind, " or ".join(kinds))
     for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):
         if count < 1:
-            raise DemandSenseless(f"number of {what}", count, "1 or more")
+            raise impossible(f"number of {what}", count, "1 or more")
     for what, sigma in vars(noise).items():
         if sigma is not None and not 0 < sigma < np.inf:
-            raise DemandSenseless(f"noise {what} of", sigma, "a positive number, or nothing for none")
+            raise impossible(f"noise {what} of", sigma, "a positive number, or nothing for none")
     if kind == "socket" and repeats > 1:
-        raise DemandSenseless("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
+        raise impossible("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
     if kind == "socket" and poses < points:
-        raise DemandSenseless("number of poses", poses, f"at least one for each of {points} sockets")
+        raise impossible("number of poses", poses, f"at least one for each of {points} sockets")
 
 
 def _stripe(blank: Dataset, points: int, level: float | None, chances: _Chances) -> _World:
@@ -283,7 +281,10 @@ def _settled(
         if not len(bad):
             return dataset
         if spare + len(bad) > len(candidates):
-            raise BentOutOfSight(_arm(moving).name, n, spare, n - len(bad))
+            raise EffectError(
+                f"{_arm(moving).name}: {n} poses are needed, but of {spare} planned ones only {n - len(bad)} still see"
+                " the target or reach the socket with the effects in place. Take smaller effects, or fewer poses."
+            )
         chosen[bad] = np.arange(spare, spare + len(bad))
         spare += len(bad)
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.errors import EffectSizeUnclear, EffectTooLarge, PlaceUnknown, ShapeOutside
-from robolaser.model.effects import candidate_effects
+from robolaser.errors import EffectError, UsageError
+from robolaser.model.effects import candidate_effects, unknown_location
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 
@@ -14,7 +14,7 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
     """Read `NAME[:WHERE]=SIZE`, the size in SI units.
 
     Raises:
-        EffectSizeUnclear: There is no size, or it is not a finite number.
+        UsageError: There is no size, or it is not a finite number.
     """
     sizes = {}
     for text in texts:
@@ -22,11 +22,18 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
         try:
             value = float(size)
         except ValueError:
-            raise EffectSizeUnclear(text) from None
+            raise _unclear(text) from None
         if not name or not np.isfinite(value):
-            raise EffectSizeUnclear(text)
+            raise _unclear(text)
         sizes[name] = value
     return sizes
+
+
+def _unclear(text: str) -> UsageError:
+    return UsageError(
+        f"'{text}' does not state an effect and its size: expected NAME[:WHERE]=SIZE in SI units, such as"
+        " joint_offset:joint_2=0.002."
+    )
 
 
 def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
@@ -37,24 +44,24 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
         dataset: The cell, with poses and without points.
 
     Raises:
-        EffectUnknown, EffectSenseless, PlaceUnknown: The cell cannot have the effect.
-        EffectTooLarge, ShapeOutside: It cannot have this size.
+        UsageError: There is no such effect.
+        EffectError: The cell cannot have the effect, or not in this size.
     """
     chosen: dict[CandidateEffect, None] = {}
     numbers: dict[str, float] = {}
     for key, size in sizes.items():
         name, _, where = key.partition(":")
         everywhere = candidate_effects([name], dataset)
-        kind = everywhere[0].kind
-        known = [number for number, *_ in kind.declared()] + [number for number, *_ in kind.shapes()]
+        effect = everywhere[0].effect
+        known = list(effect.units())
         number = known[0]
         if where not in {candidate_effect.where for candidate_effect in everywhere}:
             place, _, last = where.rpartition(".")
             where, number = (place, last) if place and last in known else (where, number)
         there = [candidate_effect for candidate_effect in everywhere if not where or candidate_effect.where == where]
         if not there:
-            raise PlaceUnknown(name, where, [candidate_effect.where for candidate_effect in everywhere])
-        _check(kind, number, size)
+            raise unknown_location(name, where, [candidate_effect.where for candidate_effect in everywhere])
+        _check(effect, number, size)
         for candidate_effect in there:
             if candidate_effect not in chosen:
                 chosen[candidate_effect] = None
@@ -63,10 +70,17 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
     return tuple(chosen), numbers
 
 
-def _check(kind: type[Effect], number: str, size: float) -> None:
-    for name, unit, bound, _ in kind.declared():
-        if name == number and not abs(size) <= bound:
-            raise EffectTooLarge(kind.name, number, size, bound, unit)
-    for name, unit, lower, upper, _ in kind.shapes():
-        if name == number and not lower <= size <= upper:
-            raise ShapeOutside(kind.name, number, size, lower, upper, unit)
+def _check(effect: type[Effect], name: str, size: float) -> None:
+    for each in effect.amplitudes():
+        if each.name == name and not abs(size) <= each.bound:
+            hint = {"rad": " Are these degrees?", "m": " Are these millimetres?"}.get(each.unit, "")
+            raise EffectError(
+                f"{effect.name}: {name} is {size:g} {each.unit}, but its bounds are ±{each.bound:g} {each.unit}.{hint}"
+            )
+    for inner in effect.nonlinear_parameters():
+        if inner.name == name and not inner.lower <= size <= inner.upper:
+            unit = f" {inner.unit}" if inner.unit else ""
+            raise EffectError(
+                f"{effect.name}: {name} is {size:g}{unit}, but it lies between {inner.lower:g} and"
+                f" {inner.upper:g}{unit}."
+            )

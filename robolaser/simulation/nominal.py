@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.toml_schema import unit_of
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 
 Quaternion = tuple[float, float, float, float]
@@ -53,7 +53,9 @@ def scanner(bracket_quat: Quaternion) -> dict[str, Parameter]:
     corners = np.array(list(product(*shifts[:, ::2]))) @ R.T
     turned = np.stack([corners.min(axis=0), R @ shifts[:, 1], corners.max(axis=0)], axis=1).round(12)
     drawn = DRAWN | {f"t_{axis}": tuple(turned[i].tolist()) for i, axis in enumerate("xyz")}
-    return {name: Parameter(name, unit_of(name), mid, low, high) for name, (low, mid, high) in drawn.items()}
+    return {
+        name: Parameter(name, Stripe.format.unit_of(name), mid, low, high) for name, (low, mid, high) in drawn.items()
+    }
 
 
 def built(drawn: Mapping[str, Parameter], rng: np.random.Generator) -> dict[str, float]:

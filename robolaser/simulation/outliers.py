@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.errors import DemandSenseless
+from robolaser.errors import UsageError
 from robolaser.model.effects.outliers import NAME, WHERE
 
 MOST = 0.5  # of the rows: beyond, the gross ones are the rule
@@ -19,12 +19,17 @@ def share_of(sizes: dict[str, float]) -> float:
     """Take the share of gross errors out of the effects asked for; 0 where there is none.
 
     Raises:
-        DemandSenseless: It is no share, or more than half.
+        UsageError: It is no share, or more than half.
     """
     share = sizes.pop(f"{NAME}:{WHERE}", 0.0) or sizes.pop(NAME, 0.0)
     if not 0 <= share <= MOST:
-        raise DemandSenseless(f"share of {NAME}", share, f"a number from 0 to {MOST:g}")
+        raise impossible(f"share of {NAME}", share, f"a number from 0 to {MOST:g}")
     return share
+
+
+def impossible(what: str, value: object, expected: str) -> UsageError:
+    """A simulated cell cannot have this."""
+    return UsageError(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
 
 
 def spoil(dataset: Dataset, share: float, rng: np.random.Generator) -> tuple[Dataset, Ints]:

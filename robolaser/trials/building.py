@@ -81,7 +81,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         moving: Whether the arm moves at the exposures.
 
     Raises:
-        TargetOutOfSight: The arm cannot look at a target often enough.
+        RobotError: The arm cannot look at a target often enough.
     """
     drawing = scanner(facing_outward(robot))
     quat = facing_outward(robot)

@@ -91,13 +91,13 @@ class Judge:
 
     def rivals(self, effect: str, where: str) -> list[list[str]]:
         """What of the library, with no more parameters than the true effect, explains it as well."""
-        sizes = {kind.name: len(kind.declared()) for kind in EFFECTS}
+        sizes = {kind.name: len(kind.amplitudes()) for kind in EFFECTS}
         most = max(AT_LEAST, sizes.get(effect, 0))
         return [
             [kind.name, place]
             for kind in EFFECTS
             if sizes[kind.name] <= most
-            for place in kind.places(self.dataset)
+            for place in kind.locations(self.dataset)
             if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
         ]
 

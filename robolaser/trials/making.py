@@ -57,7 +57,7 @@ def make(source: Robot | Model, kind: str, *, seed: int, name: str = "blind", ra
         ranges: What is left to chance.
 
     Raises:
-        TargetOutOfSight: The arm cannot look at a target often enough.
+        RobotError: The arm cannot look at a target often enough.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_arm(source).encode()]))
     moving = bool(rng.random() < MOVING)

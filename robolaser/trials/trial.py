@@ -14,7 +14,7 @@ from robolaser.data.csv_tables import write_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import DiagnosisUnreadable, KindUnknown, OutputExists
+from robolaser.errors import DiagnosisUnreadable, KindUnknown, output_exists
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import KINDS, make
@@ -64,13 +64,13 @@ def new(
     Raises:
         KindUnknown: Not one of `KINDS`.
         NotToImitate: A data set with another sensor, without joint angles, or without a placed target.
-        OutputExists: There is a trial.
+        OutputError: There is a trial.
     """
     for kind in kinds:
         if kind not in KINDS:
             raise KindUnknown(kind, KINDS)
     if (folder / TRUTH).exists() and not overwrite:
-        raise OutputExists(folder / TRUTH)
+        raise output_exists(folder / TRUTH)
     rng = np.random.default_rng(seed)
     patterns = [model_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)

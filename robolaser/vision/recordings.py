@@ -33,7 +33,7 @@ def points_from_images(
 
     Raises:
         NotARecording: It says nothing of board or images.
-        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
+        ImageUnnamed, DataError: poses.csv names images as it must not.
         ImageUnreadable, ImageSize: An image is missing, broken or of another size.
         NothingExtracted: No image gave a point.
     """
@@ -84,7 +84,7 @@ def stripes_from_images(
 
     Raises:
         NotARecording: It says nothing of images.
-        ImageUnnamed, PathLeaves: poses.csv names images as it must not.
+        ImageUnnamed, DataError: poses.csv names images as it must not.
         ImageUnreadable, ImageSize: An image is missing, broken or of another size.
         NoStripes: No image shows a stripe.
     """

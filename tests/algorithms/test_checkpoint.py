@@ -13,7 +13,7 @@ from robolaser.errors import (
     CheckpointForeign,
     CheckpointImpossible,
     CheckpointUnreadable,
-    FileUnwritable,
+    OutputError,
 )
 
 PROBLEM = get_problem("rastrigin", n_var=3)
@@ -145,14 +145,14 @@ def test_a_failed_write_leaves_the_last_checkpoint(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(np, "savez", full)
-    with pytest.raises(FileUnwritable, match="No space left on device"):
+    with pytest.raises(OutputError, match="No space left on device"):
         save(algorithm, path)
     assert path.read_bytes() == whole
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_missing_folder_is_said(tmp_path):
-    with pytest.raises(FileUnwritable, match="No such file or directory"):
+    with pytest.raises(OutputError, match="No such file or directory"):
         save(started(1), tmp_path / "nowhere" / "run.npz")
 
 

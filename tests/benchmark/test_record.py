@@ -11,7 +11,7 @@ from robolaser.benchmark.plan import Contest, key
 from robolaser.benchmark.problem_specs import sources
 from robolaser.benchmark.record import Record
 from robolaser.benchmark.solvers import find
-from robolaser.errors import ComparisonForeign, FileUnwritable, RecordUnreadable
+from robolaser.errors import ComparisonForeign, OutputError, RecordUnreadable
 
 
 def contest(*problems: str, **changed) -> Contest:
@@ -133,5 +133,5 @@ def test_a_run_that_found_nothing_is_kept_too(record, path):
 
 
 def test_a_record_that_cannot_be_written_says_so(tmp_path):
-    with pytest.raises(FileUnwritable):
+    with pytest.raises(OutputError):
         Record(tmp_path / "nowhere" / "runs.jsonl").begin(contest(), engine="", workers=1)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from robolaser.cli import main
-from robolaser.data.loading import describe, load
+from robolaser.data.dataset_file import describe
+from robolaser.data.loading import load
 from robolaser.emulator.serving import Emulated
 from robolaser.emulator.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration

@@ -18,16 +18,12 @@ from robolaser.cell.recording_writer import Journal, Stay
 from robolaser.cell.route import Visit, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
 from robolaser.data.cell_config import Cell
 from robolaser.errors import (
-    BadCell,
-    ColumnMissing,
-    FileUnreadable,
-    FileUnwritable,
+    DataError,
     NothingToResume,
-    OutputExists,
+    OutputError,
     PlanDiffers,
     PosesUnusable,
     RobolaserError,
-    RowTwice,
 )
 from robolaser.geometry.kinematics import Robot
 
@@ -104,7 +100,7 @@ def test_a_full_disk_leaves_the_recording_as_it_was(
 
     monkeypatch.setattr(os, "fsync", fills)
     if at < 4:
-        with pytest.raises(FileUnwritable, match="No space left"):
+        with pytest.raises(OutputError, match="No space left"):
             journal.add([stay(journal.visits[2], 3.0)])
         assert {file: file.read_bytes() for file in (tmp_path / "out").rglob("*") if file.is_file()} == before
         monkeypatch.undo()
@@ -114,7 +110,7 @@ def test_a_full_disk_leaves_the_recording_as_it_was(
 
 def test_a_recording_that_is_there_is_not_overwritten(cell: Cell, robot: Robot, tmp_path: Path) -> None:
     with_two_poses(cell, tmp_path / "out")
-    with pytest.raises(OutputExists):
+    with pytest.raises(OutputError):
         bench.begun(cell, tmp_path / "out", numbered(Q))
     (tmp_path / "out" / "points.csv").write_text("pose,point\n")
     anew = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=True)
@@ -226,10 +222,10 @@ HEADER = "pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n"
     [
         ("", RobolaserError),
         (HEADER, PosesUnusable),
-        (HEADER.replace("_5", "_6") + "a,0,0,0,0,0\n", ColumnMissing),
-        (HEADER + "a,0,0,0,0,x\n", BadCell),
-        (HEADER + "a,0,0,0,0,nan\n", BadCell),
-        (HEADER + "a,0,0,0,0,0\na,0,0,0,0,0\n", RowTwice),
+        (HEADER.replace("_5", "_6") + "a,0,0,0,0,0\n", DataError),
+        (HEADER + "a,0,0,0,0,x\n", DataError),
+        (HEADER + "a,0,0,0,0,nan\n", DataError),
+        (HEADER + "a,0,0,0,0,0\na,0,0,0,0,0\n", DataError),
     ],
 )
 def test_poses_that_cannot_be_gone_to_are_named(
@@ -243,7 +239,7 @@ def test_poses_that_cannot_be_gone_to_are_named(
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("", FileUnreadable),
+        ("", DataError),
         ("[]", PosesUnusable),
         ("{}", PosesUnusable),
         ('{"next_poses": []}', PosesUnusable),

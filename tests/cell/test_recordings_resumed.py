@@ -12,15 +12,13 @@ from robolaser.cell.recording_writer import Journal, Stay
 from robolaser.cell.route import numbered, read_route, route_text
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.errors import (
-    BadCell,
     CellDiffers,
-    FileUnreadable,
+    DataError,
     MovedMeanwhile,
     OutputIsCell,
     PosesUnusable,
     RecordingStopped,
     RobolaserError,
-    RowTwice,
 )
 
 Q = np.random.default_rng(4).uniform(-0.5, 0.5, (3, 5))
@@ -58,7 +56,7 @@ def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begu
     before = files(begun)
     journal = Journal.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
     (cell.folder / "dataset.toml").unlink()
-    with pytest.raises(FileUnreadable):
+    with pytest.raises(DataError):
         journal.add([Stay("start", 0.0, Q[0])])
     assert files(begun) == before
 
@@ -109,12 +107,12 @@ def test_a_cell_by_another_name_is_the_same_cell(cell: Cell, begun: Path) -> Non
 @pytest.mark.parametrize(
     ("before", "after", "error"),
     [
-        ("p001,pose", "p001,psoe", BadCell),
-        ("p001,pose,2", "p001,pose,1.5", BadCell),
-        ("p001,pose,2", "p001,pose,0", BadCell),
-        ("p001,pose,2", "p001,pose,3", BadCell),
-        ("p001,pose", "p002,pose", RowTwice),
-        ("p001,pose", "p001,approach", BadCell),
+        ("p001,pose", "p001,psoe", DataError),
+        ("p001,pose,2", "p001,pose,1.5", DataError),
+        ("p001,pose,2", "p001,pose,0", DataError),
+        ("p001,pose,2", "p001,pose,3", DataError),
+        ("p001,pose", "p002,pose", DataError),
+        ("p001,pose", "p001,approach", DataError),
         ("shots", "shts", RobolaserError),
         ("pose,2", "approach,0", RobolaserError),
     ],

@@ -1,6 +1,7 @@
 """Every mistake in a data set gets a sentence that says what is wrong, where, and what was expected."""
 
 import os
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +14,7 @@ from robolaser.calibration.options import Plan
 from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import RobolaserError
+from robolaser.errors import DataError, RobolaserError
 from robolaser.geometry.robots import find_robot
 from robolaser.simulation import paper, simulate
 
@@ -84,6 +85,14 @@ def as_pipe(file: str) -> Callable[[Path], None]:
     return change
 
 
+def as_folder(file: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        (folder / file).unlink()
+        (folder / file).mkdir()
+
+    return change
+
+
 def all_rows_as_the_first(file: str) -> Callable[[Path], None]:
     def change(folder: Path) -> None:
         header, first, *rest = (folder / file).read_text().splitlines()
@@ -109,6 +118,16 @@ MISTAKES = {
     "no format": (replaced("dataset.toml", "format", "fromat"), ["lacks format"]),
     "wrong kind": (replaced("dataset.toml", '"stripe"', '"laser"'), ["[sensor] kind", "'laser'", '"socket"']),
     "wrong axis": (replaced("dataset.toml", 'axis = "u"', 'axis = "x"'), ["stripe_axis", '"u" or "v"']),
+    "width beyond all images": (
+        replaced("dataset.toml", "width_px = 640", f"width_px = 1{'0' * 400}"),
+        ["[image] width_px: 1000", "whole number from 1 to 100000"],
+    ),
+    "points.csv a folder": (as_folder("points.csv"), ["points.csv", "no plain file"]),
+    "points.csv a pipe": (as_pipe("points.csv"), ["points.csv", "no plain file"]),
+    "repeat beyond all numbers": (
+        written("points.csv", "pose,point,repeat,u_px,v_px,x_m,y_m,z_m\n0,1,1e308,1,1,1,1,1\n"),
+        ["points.csv, row 2, column repeat: '1e+308'", "whole number"],
+    ),
     "width a text": (
         replaced("dataset.toml", "width_px = 640", 'width_px = "640"'),
         ["[image] width_px", "whole number"],
@@ -238,22 +257,74 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
     made = simulate(find_robot("scorbot_er7"), kind="socket", poses=8, seed=1).dataset
     save(replace(made, distances_m=()), tmp_path / "s")
     replaced("dataset.toml", "[target]", '[target]\ndistances_m = [["nowhere", "elsewhere", 0.05]]')(tmp_path / "s")
-    with pytest.raises(RobolaserError, match=r"distances_m.*nowhere.*another socket"):
+    with pytest.raises(RobolaserError, match=r"distances_m.*nowhere.*another point"):
         load(tmp_path / "s")
 
 
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("placed = true", "plcaed = true", "[target] plcaed is not known and was passed over. Did you mean 'placed'?"),
-        ("[scanner]", "[scaner]", "scaner is not known and was passed over. Did you mean 'scanner'?"),
+        ("placed = true", "plcaed = true", "[target] plcaed: this key is not known. Did you mean 'placed'?"),
+        ("[scanner]", "[scaner]", "scaner: this key is not known. Did you mean 'scanner'?"),
+        ("stripe_axis", "stripe_axes", "[sensor] stripe_axes: this key is not known. Did you mean 'stripe_axis'?"),
+        ("[scanner]", "[[sensors]]\n[scanner]", "sensors: this version of robolaser does not support it yet."),
+        ("lower = 0.006", "lowr = 0.006", "[parameters] f.lowr: this key is not known. Did you mean 'lower'?"),
     ],
 )
-def test_a_misspelt_setting_is_not_passed_over_in_silence(folder: Path, old: str, new: str, expected: str) -> None:
+def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, expected: str) -> None:
     assert load(folder).warnings == ()
     replaced("dataset.toml", old, new)(folder)
-    (warning,) = load(folder).warnings
-    assert warning == f"dataset.toml, {expected}"
+    with pytest.raises(DataError, match=re.escape(f"dataset.toml, {expected}")) as caught:
+        load(folder)
+    assert caught.value.file == "dataset.toml"
+    assert caught.value.column == expected.partition(":")[0]
+
+
+@pytest.mark.parametrize("column", ["payload_kg", "temperature_c"])
+@pytest.mark.parametrize(("value", "shown"), [("2,5", "'2,5'"), ("", "empty"), ("warm", "'warm'")])
+def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
+    folder: Path, column: str, value: str, shown: str
+) -> None:
+    rows = (folder / "poses.csv").read_text().splitlines()
+    cells = [column, "2.5", f'"{value}"', *["2.5"] * (len(rows) - 3)]
+    (folder / "poses.csv").write_text("\n".join(f"{row},{cell}" for row, cell in zip(rows, cells, strict=True)))
+    with pytest.raises(
+        DataError, match=rf"poses\.csv, row 3, column {column}: {shown}, expected a finite number"
+    ) as caught:
+        load(folder)
+    assert (caught.value.file, caught.value.row, caught.value.column) == ("poses.csv", 3, column)
+
+
+def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning(folder: Path) -> None:
+    rows = (folder / "poses.csv").read_text().splitlines()
+    added = ["height,operator,empty", *(f"{i},{'Ann' if i else 3}," for i in range(len(rows) - 1))]
+    (folder / "poses.csv").write_text("\n".join(f"{row},{cell}" for row, cell in zip(rows, added, strict=True)))
+    dataset = load(folder)
+    assert list(dataset.poses.coordinates) == ["height"]
+    (warning,) = dataset.warnings
+    assert "column operator is not a number in every row (row 3)" in warning
+
+
+def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
+    for file in ("poses.csv", "points.csv"):
+        header, *rows = (folder / file).read_text().splitlines()
+        again = [f"again{row}" for row in rows if row.startswith(("0,", "2,"))]
+        (folder / file).write_text("\n".join([header, *rows, *again]))
+    dataset = load(folder)
+    (warning,) = dataset.warnings
+    assert warning.startswith(
+        "2 of 7 poses are copies of others, readings and points alike: again0 (of 0), again2 (of 2)"
+    )
+    configuration = dataset.poses.configuration
+    assert configuration[5] == configuration[0]
+    assert len(set(configuration.tolist())) == 5
+
+
+@pytest.mark.parametrize("text", ["x = " + "[" * 5000, "a." * 20_000 + "b = 1", "f = " + "9" * 5001, "a={b=" * 3000])
+def test_toml_that_would_not_end_is_refused_at_once(folder: Path, text: str) -> None:
+    added("dataset.toml", f"\n{text}\n")(folder)
+    with pytest.raises(DataError, match="not valid TOML"):
+        load(folder)
 
 
 def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> None:

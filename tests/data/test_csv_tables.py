@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.csv_tables import read_table, write_table, write_text
-from robolaser.errors import FileUnwritable, RobolaserError
+from robolaser.errors import OutputError, RobolaserError
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
@@ -34,7 +34,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, step, full)
-    with pytest.raises(FileUnwritable, match=r"No space left.*unchanged"):
+    with pytest.raises(OutputError, match=r"No space left.*unchanged"):
         write_text(path, "after")
     assert path.read_text() == "before"
     assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
@@ -67,7 +67,7 @@ def tables_of(text: str) -> list[str]:
 def test_numbers_are_the_same_however_a_table_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
 ) -> None:
-    monkeypatch.setattr("robolaser.data.csv_tables.CHUNK", chunk)
+    monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_ROWS", chunk)
     values = np.random.default_rng(3).normal(size=(30, 2)) * 10.0 ** np.arange(-15, 15)[:, None]
     text = "name,x, y \n" + "".join(f"p_{i % 4}, {x!r} ,{y:.7g}\n" for i, (x, y) in enumerate(values.tolist()))
     for i, written in enumerate(tables_of(text)):

@@ -6,11 +6,11 @@ import pytest
 
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
 from robolaser.data.loading import load
-from robolaser.data.toml_schema import unit_of
 from robolaser.data.writing import save
-from robolaser.errors import OutputExists
+from robolaser.errors import OutputError
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.geometry.robots import find_robot
+from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 
 WILD = 'a "quoted" \\ back\tslash, ümlaut 光 🤖 \x7f \x01 = [x] # no comment'
@@ -53,7 +53,8 @@ def a_stripe_data_set(**changes: object) -> Dataset:
             xyz=rng.normal(size=(m, 3)),
         ),
         parameters={
-            name: Parameter(name, unit_of(name), 1 / 3, -np.pi / 7, 1.1) for name in ("b", "theta", "target.x")
+            name: Parameter(name, Stripe.format.unit_of(name), 1 / 3, -np.pi / 7, 1.1)
+            for name in ("b", "theta", "target.x")
         },
         image_px=(640, 480),
     )
@@ -71,7 +72,9 @@ def without_robot(dataset: Dataset) -> Dataset:
 def a_tracker_data_set() -> Dataset:
     stripe = a_stripe_data_set()
     points = dataclasses.replace(stripe.points, pixel=None)
-    return dataclasses.replace(stripe, kind="point", points=points, image_px=None, noise=Noise(point_m=2e-5))
+    base = {name: Parameter(name, Stripe.format.unit_of(name), 0.1, -1.0, 1.0) for name in ("base.x", "base.psi")}
+    noise = Noise(point_m=2e-5, distance_m=1e-5)
+    return dataclasses.replace(stripe, kind="point", points=points, parameters=base, image_px=None, noise=noise)
 
 
 def a_socket_data_set() -> Dataset:
@@ -119,7 +122,7 @@ def test_saving_what_was_loaded_writes_the_same_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize("file", ["dataset.toml", "poses.csv", "points.csv"])
 def test_a_data_set_is_never_overwritten_silently(file: str, tmp_path: Path) -> None:
     (tmp_path / file).write_text("mine")
-    with pytest.raises(OutputExists, match=file):
+    with pytest.raises(OutputError, match=file):
         save(a_stripe_data_set(), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [file]
     assert (tmp_path / file).read_text() == "mine"

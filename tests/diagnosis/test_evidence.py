@@ -21,10 +21,10 @@ from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.diagnosis.selection import select
-from robolaser.errors import EffectUnknown
+from robolaser.errors import UsageError
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, candidate_effects
-from robolaser.model.effects.effect import Effect, Scene, parameter
+from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.stages import Stage
 from robolaser.simulation import simulate
 
@@ -136,7 +136,7 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
     diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
     assert set(diagnosis.outliers) == set(spoilt)
-    assert [found.candidate_effect.kind.name for found in diagnosis.findings] == ["joint_offset"]
+    assert [found.candidate_effect.effect.name for found in diagnosis.findings] == ["joint_offset"]
 
 
 def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData, Fit]) -> None:
@@ -179,7 +179,7 @@ def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
 
 
 def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is() -> None:
-    with pytest.raises(EffectUnknown, match="backlash"):
+    with pytest.raises(UsageError, match="backlash"):
         examine(cell(), without=("backlsh",))
 
 
@@ -192,14 +192,11 @@ class SaggingShelf(Effect):
     title: ClassVar[str] = "errs with the square of the angle"
     reference: ClassVar[str] = "made up"
     stage: ClassVar[Stage] = Stage.JOINTS
+    site: ClassVar[str] = "joint_3"
 
     sag: Array = parameter(unit="1/rad", bound=0.1, prior_scale=1e-3)
 
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        return ("joint_3",)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, run: Run, /) -> Array:
         bent = np.repeat(value, len(self.sag), axis=0) if len(value) == 1 else value.copy()
         bent[:, :, 2] += self.sag[:, None] * value[:, :, 2] ** 2
         return bent
@@ -223,7 +220,7 @@ def _sagged(dataset: Dataset) -> Array:
 
 def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
     dataset = cell({"latency:timing": 0.01})
-    assert {candidate_effect.kind for candidate_effect in library(EFFECTS, dataset)} == set(EFFECTS)
+    assert {candidate_effect.effect for candidate_effect in library(EFFECTS, dataset)} == set(EFFECTS)
 
 
 def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[AveragedData, Fit]) -> None:

@@ -13,7 +13,8 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.model.effects.effect import Effect, Scene, parameter, shape
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.stages import Stage
 from robolaser.report.diagnosis import page
 from robolaser.simulation import simulate
@@ -32,18 +33,18 @@ class JointCoupling(Effect):
     stage: ClassVar[Stage] = Stage.JOINTS
 
     coupling: Array = parameter(unit="", bound=0.1, prior_scale=2e-3)
-    slip: Array = shape(unit="", lower=0.0, upper=1.0, nominal=0.0)
+    slip: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.0)
 
     @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        return dataset.robot.joints[1:] if dataset.robot else ()
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
+        return robot.joints[1:] if robot else ()
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
         return np.linspace(0.0, 1.0, 3)[:, None]
 
-    def apply(self, value: Array, scene: Scene) -> Array:
-        joint = scene.robot.joints.index(self.where)
+    def apply(self, value: Array, run: Run, /) -> Array:
+        joint = run.robot.joints.index(self.where)
         bent = value.repeat(len(self.coupling), axis=0) if len(value) == 1 else value.copy()
         bent[:, :, joint] += self.coupling[:, None] * (1 - self.slip[:, None]) * value[:, :, joint - 1]
         return bent

@@ -9,7 +9,7 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Dataset
-from robolaser.data.loading import describe
+from robolaser.data.dataset_file import describe
 from robolaser.emulator.physics import DEPARTURES, Departure
 from robolaser.emulator.physics.backlash import Play
 from robolaser.emulator.world import World, load_world

@@ -11,7 +11,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
-from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, simulate
 
@@ -26,7 +26,7 @@ def tracked(effects: dict[str, float]) -> Simulated:
 def test_a_knock_is_found_in_the_pause_in_which_it_happened(moment: float) -> None:
     made = tracked({"base_shift:base": 1e-3, "base_shift:base.moment": moment})
     found = calibrate(made.dataset, Plan(effects=("base_shift",)))
-    progress = Scene.of(made.dataset).progress
+    progress = Run(made.dataset).progress
     np.testing.assert_array_equal(progress > found.value("base_shift.base.moment"), progress > moment)
     assert found.value("base_shift.base.x") == pytest.approx(1e-3, abs=5e-5)
 

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from robolaser.errors import FollowerNotListed, NothingMoves, RepeatedJoint, UnknownFrame, UnknownJoint, UrdfJointKind
+from robolaser.errors import RobotError
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.kinematics import Robot
 
@@ -231,24 +231,24 @@ def test_kinematics_do_not_wait_for_pinocchio():
 
 def test_a_follower_on_the_way_to_the_flange_must_be_listed():
     coupled = MIXED.replace('</joint>\n  <link name="hand">', '<mimic joint="table"/></joint>\n  <link name="hand">')
-    with pytest.raises(FollowerNotListed, match="'wrist' follows 'table'"):
+    with pytest.raises(RobotError, match="'wrist' follows 'table'"):
         Robot.from_urdf(coupled, flange="flange")
     assert Robot.from_urdf(coupled, flange="flange", joints=CHAIN).joints == CHAIN
     assert Robot.from_urdf(coupled, flange="flange", joints=["lift"]).joints == ("lift",)
 
 
 def test_wrong_names_are_met_with_the_right_ones():
-    with pytest.raises(UnknownFrame, match=r"No frame 'flang' in ur5.urdf. Did you mean 'flange'\? .*carriage"):
+    with pytest.raises(RobotError, match=r"No frame 'flang' in ur5.urdf. Did you mean 'flange'\? .*carriage"):
         Robot.from_urdf(MIXED, flange="flang", source="ur5.urdf")
-    with pytest.raises(UnknownJoint, match=r"No moving joint 'wirst' .*Did you mean 'wrist'"):
+    with pytest.raises(RobotError, match=r"No moving joint 'wirst' .*Did you mean 'wrist'"):
         Robot.from_urdf(MIXED, flange="flange", joints=["wirst"])
-    with pytest.raises(UnknownJoint, match="No moving joint 'mount'"):
+    with pytest.raises(RobotError, match="No moving joint 'mount'"):
         Robot.from_urdf(MIXED, flange="flange", joints=["mount"])
-    with pytest.raises(RepeatedJoint, match=r"'wrist' .* twice"):
+    with pytest.raises(RobotError, match=r"'wrist' .* twice"):
         Robot.from_urdf(MIXED, flange="flange", joints=["wrist", "wrist"])
-    with pytest.raises(NothingMoves, match=r"moves the flange 'flange'\. Joints that do: lift, table, wrist"):
+    with pytest.raises(RobotError, match=r"moves the flange 'flange'\. Joints that do: lift, table, wrist"):
         Robot.from_urdf(MIXED, flange="flange", joints=["finger"])
-    with pytest.raises(NothingMoves, match="Joints that do: none"):
+    with pytest.raises(RobotError, match="Joints that do: none"):
         Robot.from_urdf(MIXED, flange="floor")
 
 
@@ -257,6 +257,6 @@ def test_a_floating_flange_is_refused_and_a_floating_thumb_is_not(kind):
     def loosened(joint):
         return MIXED.replace(f'name="{joint}" type="revolute"', f'name="{joint}" type="{kind}"')
 
-    with pytest.raises(UrdfJointKind, match=f"'wrist' is of type '{kind}'; usable here: revolute"):
+    with pytest.raises(RobotError, match=f"'wrist' is of type '{kind}'; usable here: revolute"):
         Robot.from_urdf(loosened("wrist"), flange="flange")
     assert Robot.from_urdf(loosened("thumb"), flange="flange").gravity_torques(np.zeros((1, 3))).shape == (1, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import FileUnreadable, FlangeNotSaid, RobotNotInstalled, RobotUnknown, UrdfError
+from robolaser.errors import DataError, DependencyMissing, RobotError
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
 from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
@@ -21,7 +21,7 @@ FORK = """
 def entry(request):
     try:
         request.param.path()
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip("the optional package of robots is not installed")
     return request.param
 
@@ -72,9 +72,9 @@ def test_its_arm_weighs_something(robot):
 
 
 def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
-    with pytest.raises(RobotUnknown, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
+    with pytest.raises(RobotError, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
         find_robot("ur55")
-    with pytest.raises(FileUnreadable, match="No such file"):
+    with pytest.raises(DataError, match="No such file"):
         find_robot(tmp_path / "robot.urdf")
 
 
@@ -89,14 +89,14 @@ def test_a_robot_of_an_absent_package_says_what_to_install():
         joints=(),
         package="example-robots-nobody-has",
     )
-    with pytest.raises(RobotNotInstalled, match=r"pip install --upgrade 'robolaser\[robots\]'"):
+    with pytest.raises(DependencyMissing, match=r"pip install --upgrade 'robolaser\[robots\]'"):
         entry.path()
 
 
 def test_a_urdf_with_one_end_needs_no_flange_and_one_with_two_does(tmp_path):
     path = tmp_path / "fork.urdf"
     path.write_text(FORK, encoding="utf-8")
-    with pytest.raises(FlangeNotSaid, match="2 ends: tine_1, tine_2"):
+    with pytest.raises(RobotError, match="2 ends: tine_1, tine_2"):
         find_robot(path)
     assert find_robot(str(path), flange="tine_2").joints == ("swing_2",)
     assert find_robot(path, flange="tine_2", joints=["swing_1", "swing_2"]).chain == (1,)
@@ -126,12 +126,12 @@ def test_every_urdf_of_the_optional_package_is_read_or_refused_politely():
     entry = next(entry for entry in known_robots() if entry.name == "ur5")
     try:
         folder = entry.path().parents[2]
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip("the optional package of robots is not installed")
     refusals = {}
     for path in sorted(folder.rglob("*_description/*/*.urdf")):
         try:
             urdf.parse(urdf.load_text(path), source=path.name)
-        except UrdfError as refusal:
+        except RobotError as refusal:
             refusals[path.name] = str(refusal)
     assert all(name in says for name, says in refusals.items())

@@ -30,13 +30,11 @@ class Worn(Effect):
     reference: ClassVar[str] = "none"
     stage: ClassVar[Stage] = Stage.FLANGE
 
+    site = "base"
+
     play: Array = parameter(unit="m", bound=0.01, prior_scale=1e-4)
 
-    @classmethod
-    def places(cls, dataset):
-        return ("base",)
-
-    def apply(self, value, scene):
+    def apply(self, value, run):
         return value
 """
 
@@ -99,7 +97,7 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         (
             "from robolaser.model.effects.effect import Effect as Worn",
             "Worn",
-            "name, title, reference, stage, apply, places",
+            "name, title, reference, stage, apply",
         ),
         (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not define stage"),
     ],

@@ -68,7 +68,7 @@ def test_compiled_and_numpy_agree_without_effects(dataset: Dataset) -> None:
 def test_compiled_and_numpy_agree_with_any_effect(kind: type[Effect], dataset: Dataset) -> None:
     if kind.missing(dataset):
         pytest.skip(kind.missing(dataset))
-    model = Model(dataset, tuple(CandidateEffect(kind, where) for where in kind.places(dataset)[:2]))
+    model = Model(dataset, tuple(CandidateEffect(kind, where) for where in kind.locations(dataset)[:2]))
     agree(model, candidates(model))
 
 

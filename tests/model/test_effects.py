@@ -25,7 +25,7 @@ def cell(kind: str) -> Dataset:
 
 def homes(kind: type[Effect]) -> list[Model]:
     """A model for each kind of sensor in which the effect has a meaning, at a place in the middle of the arm."""
-    cells = [(one, kind.places(one)) for one in map(cell, ("stripe", "point", "socket"))]
+    cells = [(one, kind.locations(one)) for one in map(cell, ("stripe", "point", "socket"))]
     return [Model(one, (CandidateEffect(kind, places[len(places) // 2]),)) for one, places in cells if places]
 
 
@@ -44,7 +44,7 @@ def shaped(model: Model, seed: int = 0) -> Array:
     rng = np.random.default_rng(seed)
     x = np.repeat(model.parameters.nominal[None], 3, axis=0)
     for candidate_effect in model.effects:
-        at = columns(model, candidate_effect, candidate_effect.kind.shapes())
+        at = columns(model, candidate_effect, candidate_effect.effect.nonlinear_parameters())
         x[:, at] = rng.uniform(model.parameters.lower[at], model.parameters.upper[at], (3, len(at)))
     return x
 
@@ -53,8 +53,8 @@ def candidates(model: Model, seed: int = 0) -> Array:
     """The same with effects of typical size."""
     x, rng = shaped(model, seed), np.random.default_rng(seed + 1)
     for candidate_effect in model.effects:
-        typical = [size for *_, size in candidate_effect.kind.declared()]
-        x[:, columns(model, candidate_effect, candidate_effect.kind.declared())] = (
+        typical = [size for *_, size in candidate_effect.effect.amplitudes()]
+        x[:, columns(model, candidate_effect, candidate_effect.effect.amplitudes())] = (
             rng.uniform(0.5, 1.0, (3, len(typical))) * typical
         )
     return x
@@ -66,8 +66,24 @@ def test_it_has_a_meaning_somewhere_and_a_reference(effect: type[Effect]) -> Non
     assert effect.title
 
 
+def test_its_words_make_sentences(effect: type[Effect]) -> None:
+    candidate = CandidateEffect(effect, "joint_3")
+    for words in (candidate.clause, candidate.remedy):
+        assert len(words) > 15
+        assert "{" not in words
+    assert effect.clause != Effect.clause
+    assert effect.caveat
+    assert not effect.caveat.endswith(".")
+    assert candidate.remedy.endswith(".")
+
+
+def test_an_effect_without_a_clause_of_its_own_is_described_by_its_title() -> None:
+    made = type("Unheard", (Effect,), {"title": "the floor gives way", "__module__": "__main__"})
+    assert CandidateEffect(made, "base").clause == "base: the floor gives way"
+
+
 def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
-    for _, _, bound, typical in effect.declared():
+    for _, _, bound, typical in effect.amplitudes():
         assert 0 < typical < bound
 
 
@@ -82,9 +98,9 @@ def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: t
     for model in homes(effect):
         for candidate_effect in model.effects:
             grid = effect.grid(model.dataset, candidate_effect.where)
-            assert grid.shape == (len(grid), len(effect.shapes()))
+            assert grid.shape == (len(grid), len(effect.nonlinear_parameters()))
             assert len(grid) >= 1
-            for values, (_, _, lower, upper, nominal) in zip(grid.T, effect.shapes(), strict=True):
+            for values, (_, _, lower, upper, nominal) in zip(grid.T, effect.nonlinear_parameters(), strict=True):
                 assert lower <= nominal <= upper
                 assert ((values >= lower) & (values <= upper)).all()
 
@@ -103,7 +119,7 @@ def test_what_cannot_be_tested_has_a_reason_and_no_place(effect: type[Effect]) -
         cell("point"),
         cell("socket"),
     ):
-        assert bool(effect.missing(dataset)) is not bool(effect.places(dataset))
+        assert bool(effect.missing(dataset)) is not bool(effect.locations(dataset))
         assert not effect.missing(dataset).endswith(".")
 
 
@@ -142,7 +158,7 @@ def test_one_pose_bends_as_it_does_among_many_unless_the_effect_looks_around(eff
 
 def test_effects_of_different_seams_compose_in_any_order() -> None:
     chosen = candidate_effects(["laser_roll", "joint_offset:joint_2", "link_geometry:joint_3"], cell("stripe"))
-    assert len({candidate_effect.kind.stage for candidate_effect in chosen}) == len(chosen)
+    assert len({candidate_effect.effect.stage for candidate_effect in chosen}) == len(chosen)
     forth, back = Model(cell("stripe"), chosen), Model(cell("stripe"), chosen[::-1])
     x = candidates(forth)
     order = [forth.parameters.names.index(name) for name in back.parameters.names]

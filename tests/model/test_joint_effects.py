@@ -12,7 +12,7 @@ from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.effects.latency import Latency
-from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.run import Run
 from robolaser.model.effects.thermal_drift import ThermalDrift
 from robolaser.model.effects.transmission_error import TransmissionError
 
@@ -37,7 +37,7 @@ def moving(values: list[float], joint: int = 2) -> Dataset:
 def lag(dataset: Dataset, play: float = PLAY, start: float = 0.0) -> Array:
     """How far joint 3 is ahead of its reading."""
     q = dataset.poses.q[None]
-    bent = Backlash("joint_3", np.array([play]), np.array([start])).perturb(q, Scene.of(dataset))
+    bent = Backlash("joint_3", np.array([play]), np.array([start])).apply(q, Run(dataset))
     return (bent - q)[0, :, 2]
 
 
@@ -83,7 +83,7 @@ def test_a_joint_gives_way_by_its_compliance_times_pinocchios_gravity_torque() -
     dataset = arm(anywhere(4))
     model = pinocchio.buildModelFromXML(dataset.robot.urdf)
     borne = [pinocchio.computeGeneralizedGravity(model, model.createData(), q)[1] for q in dataset.poses.q]
-    bent = yielding(2, 1e-4).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    bent = yielding(2, 1e-4).apply(dataset.poses.q[None], Run(dataset))[0]
     np.testing.assert_allclose(bent[:, 1], dataset.poses.q[:, 1] - 1e-4 * np.array(borne), atol=1e-12)
     np.testing.assert_array_equal(np.delete(bent, 1, axis=1), np.delete(dataset.poses.q, 1, axis=1))
 
@@ -91,7 +91,7 @@ def test_a_joint_gives_way_by_its_compliance_times_pinocchios_gravity_torque() -
 def test_an_arm_gives_way_downwards() -> None:
     dataset = arm(anywhere(5, poses=30))
     for joint in range(2, 5):
-        sag = yielding(joint, 1e-4).perturb(dataset.poses.q[None], Scene.of(dataset))
+        sag = yielding(joint, 1e-4).apply(dataset.poses.q[None], Run(dataset))
         weight = dataset.robot.gravity_torques(dataset.poses.q)
         assert ((sag[0] - dataset.poses.q) * weight).sum() < 0
 
@@ -99,7 +99,7 @@ def test_an_arm_gives_way_downwards() -> None:
 def test_a_payload_is_borne_as_its_energy_says() -> None:
     q = anywhere(6)
     bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
-    borne = Scene.of(loaded).gravity_torques - Scene.of(bare).gravity_torques
+    borne = Run(loaded).gravity_torques - Run(bare).gravity_torques
     step = 1e-6 * np.eye(5)[:, None]
     height = bare.robot.forward(q + step)[:, :, 2, 3] - bare.robot.forward(q - step)[:, :, 2, 3]
     np.testing.assert_allclose(borne, 2.0 * 9.81 * height.T / 2e-6, atol=1e-6)
@@ -108,15 +108,15 @@ def test_a_payload_is_borne_as_its_energy_says() -> None:
 def test_a_weight_at_the_flange_that_nobody_wrote_down_sinks_the_arm_as_one_written_down_does() -> None:
     q = anywhere(6)
     bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
-    unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).perturb(q[None], Scene.of(bare))
-    written = yielding(3, 1e-4).perturb(q[None], Scene.of(loaded))
+    unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).apply(q[None], Run(bare))
+    written = yielding(3, 1e-4).apply(q[None], Run(loaded))
     np.testing.assert_allclose(unwritten, written, atol=1e-15)
 
 
 def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_more() -> None:
     dataset = arm(anywhere(4, poses=30))
-    q, scene = dataset.poses.q[None], Scene.of(dataset)
-    even, hard, soft = ((yielding(2, 1e-4, hardening=h).perturb(q, scene) - q)[0, :, 1] for h in (0.0, 0.5, -0.5))
+    q, run = dataset.poses.q[None], Run(dataset)
+    even, hard, soft = ((yielding(2, 1e-4, hardening=h).apply(q, run) - q)[0, :, 1] for h in (0.0, 0.5, -0.5))
     load = np.argsort(np.abs(even))
     assert (np.diff((hard / even)[load]) < 0).all()
     assert (np.diff((soft / even)[load]) > 0).all()
@@ -130,7 +130,7 @@ def test_a_transmissions_error_comes_again_after_each_cycle(cycles: float) -> No
     q = np.array([0.1, 0.1 + turn, 0.1 - 3 * turn])
     dataset = moving(q.tolist())
     wave = TransmissionError("joint_3", 3e-4 * ONE, -1e-4 * ONE, 1e-4 * ONE, 2e-4 * ONE, cycles * ONE)
-    error = (wave.perturb(dataset.poses.q[None], Scene.of(dataset)) - dataset.poses.q)[0, :, 2]
+    error = (wave.apply(dataset.poses.q[None], Run(dataset)) - dataset.poses.q)[0, :, 2]
     phase = cycles * 0.1
     by_hand = 3e-4 * np.sin(phase) - 1e-4 * np.cos(phase) + 1e-4 * np.sin(2 * phase) + 2e-4 * np.cos(2 * phase)
     np.testing.assert_allclose(error, by_hand, atol=1e-15)
@@ -153,20 +153,20 @@ def test_a_joint_that_hardly_moves_has_few_frequencies_to_try() -> None:
 
 def test_a_scaled_encoder_counts_a_share_of_every_move() -> None:
     dataset = arm(anywhere(8))
-    bent = EncoderScale("joint_3", np.array([0.01])).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    bent = EncoderScale("joint_3", np.array([0.01])).apply(dataset.poses.q[None], Run(dataset))[0]
     np.testing.assert_allclose(np.diff(bent[:, 2]), 1.01 * np.diff(dataset.poses.q[:, 2]))
 
 
 def test_an_eccentric_disc_reads_right_again_after_a_turn() -> None:
     dataset = moving([0.3, 0.3 + 2 * np.pi, 0.3 + np.pi])
-    bent = EncoderEccentricity("joint_3", 1e-3 * ONE, 2e-3 * ONE).perturb(dataset.poses.q[None], Scene.of(dataset))[0]
+    bent = EncoderEccentricity("joint_3", 1e-3 * ONE, 2e-3 * ONE).apply(dataset.poses.q[None], Run(dataset))[0]
     error = bent[:, 2] - dataset.poses.q[:, 2]
     np.testing.assert_allclose(error[1:], [error[0], -error[0]], atol=1e-15)
 
 
 def test_a_late_exposure_sees_the_arm_where_it_has_moved_on_to() -> None:
     dataset = arm(anywhere(9))
-    bent = Latency("timing", np.array([0.02, -0.02])).perturb(dataset.poses.q[None], Scene.of(dataset))
+    bent = Latency("timing", np.array([0.02, -0.02])).apply(dataset.poses.q[None], Run(dataset))
     np.testing.assert_allclose(bent[0], dataset.poses.q + 0.002)
     np.testing.assert_allclose(bent[1], dataset.poses.q - 0.002)
 
@@ -181,7 +181,7 @@ def test_an_arm_at_rest_cannot_tell_a_late_exposure() -> None:
 
 def grown(dataset: Dataset, tau: float = 0.3) -> Array:
     placements = dataset.robot.placements[None, None]
-    bent = ThermalDrift("joint_3", 1e-3 * ONE, tau * ONE).perturb(placements, Scene.of(dataset))[0]
+    bent = ThermalDrift("joint_3", 1e-3 * ONE, tau * ONE).apply(placements, Run(dataset))[0]
     return np.linalg.norm(bent[:, 2, :3, 3], axis=-1) / np.linalg.norm(dataset.robot.placements[2, :3, 3]) - 1
 
 
@@ -199,13 +199,13 @@ def test_without_a_thermometer_a_link_grows_as_what_warms_up_with_time() -> None
 
 def test_where_time_only_orders_the_poses_the_run_goes_on_by_poses() -> None:
     uneven = arm(anywhere(10, poses=3), time_s=np.array([0.0, 1.0, 100.0]))
-    np.testing.assert_allclose(Scene.of(replace(uneven, time_is_order=True)).progress, [0, 0.5, 1])
-    np.testing.assert_allclose(Scene.of(uneven).progress, [0, 0.01, 1])
+    np.testing.assert_allclose(Run(replace(uneven, time_is_order=True)).progress, [0, 0.5, 1])
+    np.testing.assert_allclose(Run(uneven).progress, [0, 0.01, 1])
 
 
 def test_growing_leaves_the_links_turn_and_the_other_links_alone() -> None:
     dataset = arm(anywhere(11))
     placements = dataset.robot.placements[None, None]
-    bent = ThermalDrift("joint_3", 1e-3 * ONE, 0.3 * ONE).perturb(placements, Scene.of(dataset))
+    bent = ThermalDrift("joint_3", 1e-3 * ONE, 0.3 * ONE).apply(placements, Run(dataset))
     np.testing.assert_array_equal(bent[0, -1, :, :3, :3], placements[0, 0, :, :3, :3])
     np.testing.assert_array_equal(np.delete(bent[0, -1], 2, axis=0), np.delete(placements[0, 0], 2, axis=0))

@@ -29,7 +29,7 @@ def test_a_knocked_base_moves_the_later_poses_and_no_others(dataset: Dataset) ->
     model = Model(dataset, (CandidateEffect(BaseShift, "base"),))
     T = dataset.flange()[None]
     moved = through(model, Stage.FLANGE, T, x=1e-3, turn_z=2e-3, moment=0.6)[0]
-    before = model.scene.progress < 0.6
+    before = model.run.progress < 0.6
     assert 3 <= before.sum() <= 9
     np.testing.assert_array_equal(moved[before], T[0, before])
     motion = moved[~before] @ inverse(T[0, ~before])
@@ -41,14 +41,14 @@ def test_a_turn_of_the_base_leaves_the_middle_of_all_flanges_in_place(dataset: D
     model = Model(dataset, (CandidateEffect(BaseShift, "base"),))
     T = dataset.flange()[None]
     moved = through(model, Stage.FLANGE, T, turn_x=0.02, turn_y=-0.03, moment=0.5)[0]
-    late = model.scene.progress > 0.5
+    late = model.run.progress > 0.5
     motion = (moved @ inverse(T[0]))[late][0]
     middle = T[0, :, :3, 3].mean(axis=0)
     np.testing.assert_allclose(motion[:3, :3] @ middle + motion[:3, 3], middle, atol=1e-15)
 
 
 def test_every_pause_that_leaves_three_poses_on_either_side_is_tried_as_the_moment(dataset: Dataset) -> None:
-    progress = np.sort(Model(dataset).scene.progress)
+    progress = np.sort(Model(dataset).run.progress)
     splits = (progress[None] > BaseShift.grid(dataset, "base")).sum(axis=1)
     assert list(splits) == list(range(9, 2, -1))
 
@@ -56,7 +56,7 @@ def test_every_pause_that_leaves_three_poses_on_either_side_is_tried_as_the_mome
 def test_with_five_poses_no_moment_can_be_found() -> None:
     few = simulate(find_robot("scorbot_er7"), poses=5, points=3, seed=3).dataset
     assert BaseShift.missing(few) == "fewer than 6 poses"
-    assert BaseShift.places(few) == ()
+    assert BaseShift.locations(few) == ()
 
 
 def test_creep_starts_with_the_run_and_is_whole_at_its_end() -> None:
@@ -73,7 +73,7 @@ def test_a_turning_camera_keeps_its_optical_centre(dataset: Dataset) -> None:
     T = np.eye(4)[None, None]
     turned = through(model, Stage.MOUNT, T, turn_y=0.01)[0]
     np.testing.assert_array_equal(turned[:, :3, 3], 0)
-    last = np.argmax(model.scene.progress)
+    last = np.argmax(model.run.progress)
     np.testing.assert_allclose(turned[last, :3, :3], exp_so3(np.array([0, 0.01, 0])), atol=1e-15)
     shifted = through(model, Stage.MOUNT, T, z=1e-3)[0]
-    np.testing.assert_allclose(shifted[:, 2, 3], 1e-3 * model.scene.progress, atol=1e-18)
+    np.testing.assert_allclose(shifted[:, 2, 3], 1e-3 * model.run.progress, atol=1e-18)

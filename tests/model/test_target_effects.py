@@ -7,9 +7,9 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.geometry.robots import find_robot
-from robolaser.model.effects.scene import Scene
+from robolaser.model.effects.run import Run
 from robolaser.model.effects.stripe_bias import StripeBias
-from robolaser.model.effects.surface import plane_of
+from robolaser.model.effects.target_plane import plane_of
 from robolaser.model.effects.target_scale import TargetScale
 from robolaser.model.effects.target_warp import TargetWarp
 from robolaser.simulation import simulate
@@ -30,9 +30,9 @@ def sheet(count: int = 100) -> Array:
     return np.column_stack([np.concatenate([inner, corners]) * (0.2, 0.1), np.zeros(count + 4)])
 
 
-def of(dataset: Dataset, xyz: Array) -> Scene:
+def of(dataset: Dataset, xyz: Array) -> Run:
     points = dataset.points.take(np.arange(len(xyz)) % len(dataset.points))
-    return Scene.of(replace(dataset, points=replace(points, xyz=xyz)))
+    return Run(replace(dataset, points=replace(points, xyz=xyz)))
 
 
 def test_a_plane_is_found_however_it_lies() -> None:
@@ -56,51 +56,51 @@ def test_a_target_in_the_round_has_no_plane_to_bow(dataset: Dataset, kind: type)
     round_ = of(dataset, 0.2 * ball / np.linalg.norm(ball, axis=1, keepdims=True)).dataset
     assert kind.missing(round_) == "the target points do not lie in one plane, nor in parallel ones"
     line = of(dataset, np.outer(np.linspace(0, 1, 20), [1.0, 2.0, 0.0])).dataset
-    assert kind.places(line) == ()
+    assert kind.locations(line) == ()
 
 
 def test_a_scaled_grid_grows_in_its_plane_from_its_centre(dataset: Dataset) -> None:
     xyz = sheet() @ TILT.T
-    scene = of(dataset, xyz)
-    grown = TargetScale("target", 0.01 * ONE, NONE, NONE).perturb(xyz[None], scene)[0]
+    run = of(dataset, xyz)
+    grown = TargetScale("target", 0.01 * ONE, NONE, NONE).apply(xyz[None], run)[0]
     apart = np.linalg.norm(xyz[:, None] - xyz, axis=-1)
     np.testing.assert_allclose(np.linalg.norm(grown[:, None] - grown, axis=-1), 1.01 * apart, atol=1e-12)
-    np.testing.assert_allclose((grown - xyz) @ scene.target.axes[:, 2], 0, atol=1e-12)
+    np.testing.assert_allclose((grown - xyz) @ run.target.axes[:, 2], 0, atol=1e-12)
 
 
 def test_where_it_was_fastened_a_scaled_grid_stays(dataset: Dataset) -> None:
     xyz = sheet()
-    scene = of(dataset, xyz)
-    corner = (xyz[-1] - scene.target.centre) @ scene.target.axes
-    grown = TargetScale("target", 0.01 * ONE, corner[:1], corner[1:2]).perturb(xyz[None], scene)[0]
+    run = of(dataset, xyz)
+    corner = (xyz[-1] - run.target.centre) @ run.target.axes
+    grown = TargetScale("target", 0.01 * ONE, corner[:1], corner[1:2]).apply(xyz[None], run)[0]
     np.testing.assert_allclose(grown[-1], xyz[-1], atol=1e-15)
     assert np.linalg.norm(grown[0] - xyz[0]) > 1e-3
 
 
 def warped(**numbers: float) -> TargetWarp:
-    flat = {name: NONE for name, *_ in TargetWarp.declared()}
+    flat = {name: NONE for name, *_ in TargetWarp.amplitudes()}
     return TargetWarp("target", **flat | {name: value * ONE for name, value in numbers.items()})
 
 
 def test_a_bowed_target_rises_at_its_rim_by_the_sagitta(dataset: Dataset) -> None:
     xyz = sheet()
-    bowed = warped(xx=1e-3, yy=4e-3).perturb(xyz[None], of(dataset, xyz))[0]
+    bowed = warped(xx=1e-3, yy=4e-3).apply(xyz[None], of(dataset, xyz))[0]
     np.testing.assert_allclose(bowed[-4:, 2], 1e-3 + 4e-3 / 4, atol=1e-12)
     np.testing.assert_array_equal(bowed[:, :2], xyz[:, :2])
 
 
 def test_a_wave_along_one_axis_is_even_along_the_other_and_never_higher_than_its_number(dataset: Dataset) -> None:
     xyz = sheet()
-    along = warped(wave_3_0=1e-3).perturb(xyz[None], of(dataset, xyz))[0, :, 2]
+    along = warped(wave_3_0=1e-3).apply(xyz[None], of(dataset, xyz))[0, :, 2]
     order = np.argsort(xyz[:, 0])
     slid = xyz.copy()
     slid[:-4, 1] = np.random.default_rng(5).permutation(slid[:-4, 1])
-    np.testing.assert_array_equal(warped(wave_3_0=1e-3).perturb(slid[None], of(dataset, slid))[0, :, 2], along)
+    np.testing.assert_array_equal(warped(wave_3_0=1e-3).apply(slid[None], of(dataset, slid))[0, :, 2], along)
     assert np.abs(along).max() == pytest.approx(1e-3, rel=0.05)
     assert (np.diff(np.sign(along[order])) != 0).sum() == 3
 
 
 def test_a_target_that_stands_higher_or_askew_keeps_its_form(dataset: Dataset) -> None:
     xyz = sheet()
-    askew = warped(z=1e-3, x=2e-3, y=-1e-3).perturb(xyz[None], of(dataset, xyz))[0]
+    askew = warped(z=1e-3, x=2e-3, y=-1e-3).apply(xyz[None], of(dataset, xyz))[0]
     assert plane_of(askew).flatness < 1e-10

@@ -96,7 +96,7 @@ def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagno
     rows = table[0].split("<tr ")[2:]
     assert len(rows) == len(diagnosis.findings)
     for row, found in zip(rows, diagnosis.findings, strict=True):
-        assert found.candidate_effect.kind.name in row
+        assert found.candidate_effect.effect.name in row
         assert f" at {found.candidate_effect.where}" in row
         assert row.count("±") == len([one for one in found.parameters.values() if one.std is not None])
         assert percent(found.probability) in row
@@ -122,7 +122,7 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
         limit_rows(replace(diagnosis, limits=(one, DetectionLimit(one.candidate_effect, one.parameter, None, "rad"))))
     )
     assert len(rows) == 1
-    assert rows[0][0] == one.candidate_effect.kind.name
+    assert rows[0][0] == one.candidate_effect.effect.name
     assert rows[0][2].startswith(f"{one.candidate_effect.where} < 0.01°")
 
 

@@ -8,11 +8,9 @@ from calibrated import arm, stripe
 from diagnosed import MADE, of
 from rich.console import Console
 
-from robolaser.diagnosis.summary_text import SAID, clause, sentence
-from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.diagnosis.summary_text import sentence
 from robolaser.report.diagnosis import print_diagnosis
-from robolaser.report.diagnosis.advice import CAVEATS, REMEDIES, to_do
+from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.rows import percent
 
 
@@ -25,28 +23,6 @@ def printed(diagnosis, folder=None):
     file = io.StringIO()
     print_diagnosis(diagnosis, folder, console=Console(file=file))
     return file.getvalue()
-
-
-def test_words_are_only_about_effects_that_there_are():
-    known = {kind.name for kind in EFFECTS}
-    assert set(SAID) <= known
-    assert set(REMEDIES) <= known
-    assert set(CAVEATS) <= known
-
-
-@pytest.mark.parametrize("kind", EFFECTS, ids=lambda kind: kind.name)
-def test_every_effect_can_be_said_in_a_clause(kind):
-    said = clause(CandidateEffect(kind, "joint_3"))
-    assert len(said) > 15
-    assert "{" not in said
-
-
-def test_an_effect_that_nobody_has_words_for_is_said_by_its_title():
-    class Unheard:
-        name = "unheard"
-        title = "the floor gives way"
-
-    assert clause(CandidateEffect(Unheard, "base")) == "base: the floor gives way"
 
 
 def test_a_verdict_says_millimetres_and_what_noise_gives(diagnosis):
@@ -69,7 +45,7 @@ def test_every_verdict_leads_to_something_to_do(diagnosis):
     assert said
     for found in diagnosis.findings:
         assert any(
-            one.startswith(f"{found.candidate_effect.kind.name} at {found.candidate_effect.where}") for one in said
+            one.startswith(f"{found.candidate_effect.effect.name} at {found.candidate_effect.where}") for one in said
         )
 
 
@@ -89,7 +65,7 @@ def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path)
     assert len(text.splitlines()) <= 24
     assert str(tmp_path / "report.html") in text.replace("\n", "")
     for found in diagnosis.findings:
-        assert f"{found.candidate_effect.kind.name}:{found.candidate_effect.where}" in text
+        assert f"{found.candidate_effect.effect.name}:{found.candidate_effect.where}" in text
 
 
 def test_names_are_not_taken_for_markup():

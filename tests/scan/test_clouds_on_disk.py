@@ -5,7 +5,7 @@ import errno
 import numpy as np
 import pytest
 
-from robolaser.errors import CloudUnreadable, FileUnwritable, OutputExists
+from robolaser.errors import CloudUnreadable, OutputError
 from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
 
 
@@ -55,7 +55,7 @@ def test_the_head_is_plain_lines_of_ascii(tmp_path):
 
 def test_a_cloud_that_is_there_stays_unless_told(tmp_path):
     write_ply(tmp_path / "c.ply", [some(3)], [])
-    with pytest.raises(OutputExists):
+    with pytest.raises(OutputError):
         write_ply(tmp_path / "c.ply", [some(4)], [])
     assert write_ply(tmp_path / "c.ply", [some(4)], [], overwrite=True) == 4
     assert len(map_ply(tmp_path / "c.ply")) == 4
@@ -79,7 +79,7 @@ def test_a_full_disk_is_told(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(FileUnwritable, match="No space left"):
+    with pytest.raises(OutputError, match="No space left"):
         write_ply(tmp_path / "c.ply", [some(3)], [])
     assert not list(tmp_path.iterdir())
 

@@ -119,14 +119,11 @@ class Smudge(Effect):
     title: ClassVar[str] = "a smudge"
     reference: ClassVar[str] = "made up"
     stage: ClassVar[Stage] = Stage.IMAGE
+    site: ClassVar[str] = "camera"
 
     size: np.ndarray = parameter(unit="m", bound=1e-3, prior_scale=1e-5)
 
-    @classmethod
-    def places(cls, dataset):
-        return ("camera",)
-
-    def apply(self, value, scene):
+    def apply(self, value, run):
         return value + self.size[:, None, None] * np.sin(1e3 * value)
 
 

@@ -6,18 +6,7 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import (
-    BentOutOfSight,
-    DemandSenseless,
-    EffectBendsNothing,
-    EffectSizeUnclear,
-    EffectTooLarge,
-    PlaceUnknown,
-    RobolaserError,
-    RobotNotInstalled,
-    ShapeOutside,
-    TargetOutOfSight,
-)
+from robolaser.errors import DependencyMissing, EffectError, RobolaserError, RobotError, UsageError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot, known_robots
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -61,19 +50,19 @@ def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot:
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Effect], kind: str) -> None:
     plain = small(robot, kind, speed=0.05).dataset
-    for place in effect.places(plain)[1:2] or effect.places(plain):
-        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.declared()}
+    for place in effect.locations(plain)[1:2] or effect.locations(plain):
+        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.amplitudes()}
         simulated = small(robot, kind, speed=0.05, effects=asked)
         assert rms(simulated) < 1e-11
         assert rms(simulated, effects=False) > 1e-6
-        shapes = {number: nominal for number, *_, nominal in effect.shapes()}
+        shapes = {number: nominal for number, *_, nominal in effect.nonlinear_parameters()}
         assert {name: simulated.truth[f"{effect.name}.{place}.{name}"] for name in shapes} == shapes
 
 
 def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
     wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
     assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
-    with pytest.raises(ShapeOutside, match="cycles is 400, but it lies between 2 and 330"):
+    with pytest.raises(EffectError, match="cycles is 400, but it lies between 2 and 330"):
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 
@@ -91,12 +80,12 @@ def test_gross_errors_spoil_the_share_of_rows_that_was_asked_for_and_no_others(r
 
 
 def test_more_than_half_the_rows_cannot_be_gross(robot: Robot) -> None:
-    with pytest.raises(DemandSenseless, match="share of outliers"):
+    with pytest.raises(UsageError, match="share of outliers"):
         small(robot, effects={"outliers:image": 0.6})
 
 
 def test_gross_errors_are_no_part_of_a_model(robot: Robot) -> None:
-    with pytest.raises(EffectBendsNothing):
+    with pytest.raises(UsageError):
         candidate_effects(["outliers"], small(robot).dataset)
 
 
@@ -245,7 +234,7 @@ def test_the_papers_experiment_fixes_all_but_the_gauge(robot: Robot) -> None:
 def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) -> None:
     try:
         robot = find_robot(entry.name)
-    except RobotNotInstalled:
+    except DependencyMissing:
         pytest.skip("its package is not installed")
     simulated = small(robot, kind)
     assert rms(simulated) < 1e-11
@@ -255,17 +244,17 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
 @pytest.mark.parametrize(
     ("demand", "error", "message"),
     [
-        ({"kind": "sonar"}, DemandSenseless, "stripe or point or socket"),
-        ({"poses": 0}, DemandSenseless, "number of poses 0"),
-        ({"kind": "socket", "repeats": 2}, DemandSenseless, "number of repeats"),
-        ({"kind": "socket", "poses": 2, "points": 3}, DemandSenseless, "each of 3 sockets"),
-        ({"level": 9.0}, TargetOutOfSight, "z = 9 m"),
-        ({"effects": {"joint_offset:joint_2": 0.5}}, EffectTooLarge, "Are these degrees"),
-        ({"effects": {"joint_offset:joint_9": 0.01}}, PlaceUnknown, "joint_9"),
-        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, PlaceUnknown, "gain"),
+        ({"kind": "sonar"}, UsageError, "stripe or point or socket"),
+        ({"poses": 0}, UsageError, "number of poses 0"),
+        ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
+        ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),
+        ({"level": 9.0}, RobotError, "z = 9 m"),
+        ({"effects": {"joint_offset:joint_2": 0.5}}, EffectError, "Are these degrees"),
+        ({"effects": {"joint_offset:joint_9": 0.01}}, EffectError, "joint_9"),
+        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, EffectError, "gain"),
         ({"effects": {"laser_rol": 0.01}}, RobolaserError, "laser_roll"),
         ({"effects": {"laser_roll": 0.5, "joint_offset": -0.1}, "poses": 20, "points": 8},
-         BentOutOfSight, "20 poses .* only 1[0-9] still .* smaller effects"),
+         EffectError, "20 poses .* only 1[0-9] still .* smaller effects"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused_with_a_reason(
@@ -281,7 +270,7 @@ def test_sizes_are_read_as_they_are_typed() -> None:
         "joint_offset:joint_2": -0.002,
     }
     for text in ("laser_roll", "laser_roll=", "=1", "laser_roll=nan", "laser_roll=1°"):
-        with pytest.raises(EffectSizeUnclear, match="NAME"):
+        with pytest.raises(UsageError, match="NAME"):
             sizes_of([text])
 
 

@@ -15,7 +15,7 @@ from robolaser.cli import main
 from robolaser.commands.extract import Centre, extract
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
-from robolaser.errors import ImageUnreadable, NoStripes, NotARecording, PathLeaves
+from robolaser.errors import DataError, ImageUnreadable, NoStripes, NotARecording
 from robolaser.vision.board import find_board
 from robolaser.vision.line_centers import CENTRINGS, DEFAULT
 from robolaser.vision.recordings import points_from_images, stripes_from_images
@@ -133,7 +133,7 @@ def test_every_image_must_be_there_and_whole(name, tmp_path):
 def test_images_stay_within_the_folder(tmp_path):
     folder = scan(tmp_path / "scan", poses=1)
     posed(folder, ["image", "image_off"], [["a0.png", "../o0.png"]])
-    with pytest.raises(PathLeaves, match="image_off"):
+    with pytest.raises(DataError, match="image_off"):
         list(stripes_from_images(load(folder)))
 
 

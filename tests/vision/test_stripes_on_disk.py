@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.stripe_file import STRIPE, open_stripes, write_stripes
-from robolaser.errors import FileUnreadable, FileUnwritable, OutputExists, StripesForeign
+from robolaser.errors import DataError, OutputError, StripesForeign
 
 
 def block(count, seed=0):
@@ -51,26 +51,26 @@ def test_a_source_that_breaks_off_leaves_what_was_there(tmp_path):
 
 def test_nothing_is_overwritten_unasked(tmp_path):
     write_stripes(tmp_path / "s.npy", [block(7)])
-    with pytest.raises(OutputExists):
+    with pytest.raises(OutputError):
         write_stripes(tmp_path / "s.npy", [block(1)])
     assert write_stripes(tmp_path / "s.npy", [block(1)], overwrite=True) == len(open_stripes(tmp_path / "s.npy"))
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(FileUnwritable, match="nowhere"):
+    with pytest.raises(OutputError, match="nowhere"):
         write_stripes(tmp_path / "nowhere" / "s.npy", [block(1)])
 
 
 @pytest.mark.parametrize("content", [b"", b"\x93NUMPY\x01\x00", b"PNG rather than numbers", b"\x93NUMPY\x09\x00abcdef"])
 def test_a_file_of_something_else_is_refused(content, tmp_path):
     (tmp_path / "s.npy").write_bytes(content)
-    with pytest.raises(FileUnreadable, match=r"s\.npy"):
+    with pytest.raises(DataError, match=r"s\.npy"):
         open_stripes(tmp_path / "s.npy")
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     for path in (tmp_path, tmp_path / "none.npy"):
-        with pytest.raises(FileUnreadable):
+        with pytest.raises(DataError):
             open_stripes(path)
 
 
@@ -78,7 +78,7 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path):
     write_stripes(tmp_path / "s.npy", [block(100)])
     whole = (tmp_path / "s.npy").read_bytes()
     (tmp_path / "s.npy").write_bytes(whole[:-1])
-    with pytest.raises(FileUnreadable, match="cut off"):
+    with pytest.raises(DataError, match="cut off"):
         open_stripes(tmp_path / "s.npy")
 
 

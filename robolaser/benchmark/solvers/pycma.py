@@ -44,7 +44,7 @@ class Pycma(Contestant):
 
     def search(self, watch: Watch, seed: int) -> None:
         """Search until the watch ends it."""
-        import cma  # type: ignore[import-untyped]  # noqa: PLC0415 - half a second to import
+        import cma  # noqa: PLC0415 - half a second to import
 
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415
 

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.errors import FlangeNotSaid, RobotNotInstalled, RobotUnknown
+from robolaser.errors import DependencyMissing, RobotError, near
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.urdf.tree import MOST_LISTED
 
 _HERE = Path(__file__).parent
 
@@ -37,14 +38,17 @@ class RobotEntry:
         """Where the URDF lies.
 
         Raises:
-            RobotNotInstalled: The package that brings it is absent, or is a version without this robot.
+            DependencyMissing: The package that brings it is absent, or is a version without this robot.
         """
         if self.package is None:
             return _HERE / self.urdf
         for folder in _folders(self.package):
             if (folder / self.urdf).is_file():
                 return folder / self.urdf
-        raise RobotNotInstalled(self.name, self.package, self.urdf)
+        raise DependencyMissing(
+            f"Robot '{self.name}' needs {self.urdf} of the package {self.package}, which is not there:"
+            " pip install --upgrade 'robolaser[robots]'"
+        )
 
 
 def known_robots() -> list[RobotEntry]:
@@ -70,11 +74,10 @@ def find_robot(
         gravity: In the base frame, (3,) [m/s²].
 
     Raises:
-        RobotUnknown: Neither a known name nor a file.
-        FileUnreadable: The path leads to no file that can be read.
-        RobotNotInstalled: Known, but its package is absent.
-        FlangeNotSaid: A path to a URDF with several ends, and no flange.
-        RobolaserError: The URDF, the flange or the joints are wrong, see `Robot.from_urdf`.
+        RobotError: Neither a known name nor a file; a URDF with several ends, and no flange; or its URDF, flange or
+            joints are not usable, see `Robot.from_urdf`.
+        DataError: The path leads to no file that can be read.
+        DependencyMissing: Known, but its package is absent.
     """
     toml = _HERE / f"{name_or_path}.toml"
     if Path(name_or_path).name == str(name_or_path) and toml.is_file():
@@ -85,12 +88,19 @@ def find_robot(
     else:
         path = Path(name_or_path)
         if path.suffix != ".urdf" and not path.is_file():
-            raise RobotUnknown(str(name_or_path), [file.stem for file in sorted(_HERE.glob("*.toml"))])
+            known = [file.stem for file in sorted(_HERE.glob("*.toml"))]
+            raise RobotError(
+                f"No robot '{name_or_path}'.{near(str(name_or_path), known)} Or give the path of a .urdf file."
+            )
     text = urdf.load_text(path)
     if flange is None:
         leaves = urdf.parse(text, source=path.name).leaves()
         if len(leaves) != 1:
-            raise FlangeNotSaid(path.name, leaves)
+            more = f", and {len(leaves) - MOST_LISTED} more" if len(leaves) > MOST_LISTED else ""
+            raise RobotError(
+                f"{path.name} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}."
+                " State which link is the flange."
+            )
         flange = leaves[0]
     return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=path.name)
 

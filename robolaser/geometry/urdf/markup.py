@@ -2,12 +2,18 @@
 
 import io
 import xml.etree.ElementTree as ET
-from typing import Any
-from xml.parsers import expat
+from typing import final
+from xml.sax import SAXParseException
+from xml.sax.handler import ContentHandler, LexicalHandler, property_lexical_handler
+from xml.sax.xmlreader import AttributesImpl, InputSource
 
-from robolaser.errors import UrdfNotText, UrdfNotXml, UrdfTooLarge, UrdfUnsafe
+from defusedxml import DefusedXmlException
+from defusedxml.expatreader import DefusedExpatParser
+
+from robolaser.errors import RobotError
 
 MOST_NESTING = 60
+MOST_ATTRIBUTES = 100
 
 
 def read(text: str, source: str, most_bytes: int) -> ET.Element:
@@ -19,49 +25,68 @@ def read(text: str, source: str, most_bytes: int) -> ET.Element:
         most_bytes: The length from which it is refused unread.
 
     Raises:
-        UrdfTooLarge: Too long or too deep.
-        UrdfUnsafe: A document type or an entity is declared.
-        UrdfNotXml: Not well-formed, with line and column.
-        UrdfNotText: Characters that no text has.
+        RobotError: It is too long, too deep, declares a document type or an entity, is not well-formed or has
+            characters that no text has.
     """
     if len(text) > most_bytes:
-        raise UrdfTooLarge(source, "bytes", most_bytes)
-    builder = ET.TreeBuilder(insert_comments=True)
-    parser = expat.ParserCreate("utf-8")
-    parser.buffer_text = True
-    depth = 0
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > MOST_NESTING:
-            raise UrdfTooLarge(source, "levels of nested elements", MOST_NESTING)
-        builder.start(tag, attributes)
-
-    def end(tag: str) -> None:
-        nonlocal depth
-        depth -= 1
-        builder.end(tag)
-
-    def comment(said: str) -> None:
-        if depth:
-            builder.comment(said)
-
-    def refuse(*_: object) -> Any:
-        raise UrdfUnsafe(source, parser.CurrentLineNumber, "it declares a document type or entities")
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = builder.data
-    parser.CommentHandler = comment
-    parser.StartDoctypeDeclHandler = refuse
-    parser.EntityDeclHandler = refuse
-    parser.UnparsedEntityDeclHandler = refuse
-    parser.ExternalEntityRefHandler = refuse
+        raise too_large(source, "bytes", most_bytes)
+    built = _Shallow(source)
+    parser = DefusedExpatParser(forbid_dtd=True)
+    parser.setContentHandler(built)
+    parser.setProperty(property_lexical_handler, built)
+    stream = InputSource(source)
+    stream.setCharacterStream(io.StringIO(text))
     try:
-        parser.ParseFile(io.BytesIO(text.encode()))
-    except expat.ExpatError as fault:
-        raise UrdfNotXml(source, fault.lineno, fault.offset + 1, expat.ErrorString(fault.code)) from None
+        parser.parse(stream)
+    except DefusedXmlException:
+        raise RobotError(
+            f"{source}, line {parser.getLineNumber()}: it declares a document type or entities, which no URDF needs and"
+            " robolaser refuses. Remove it."
+        ) from None
+    except SAXParseException as fault:
+        raise RobotError(
+            f"{source}, line {fault.getLineNumber()}, column {(fault.getColumnNumber() or 0) + 1}: not well-formed XML"
+            f" ({fault.getMessage()}). Is the file complete?"
+        ) from None
     except UnicodeEncodeError as fault:
-        raise UrdfNotText(source, f"character {fault.start}: {fault.reason}") from None
-    return builder.close()
+        raise no_text(source, f"character {fault.start}: {fault.reason}") from None
+    return built.tree.close()
+
+
+def too_large(source: str, what: str, limit: int) -> RobotError:
+    """The error of more of something than any robot has."""
+    return RobotError(f"{source} has more than {limit} {what}: too large for a robot. Is it the right file?")
+
+
+def no_text(source: str, reason: str) -> RobotError:
+    """The error of a file whose bytes are not the text they should be."""
+    return RobotError(f"{source} cannot be read as UTF-8 text: {reason}. Save it as UTF-8.")
+
+
+@final
+class _Shallow(ContentHandler, LexicalHandler):
+    """Builds a tree with its comments, of no more levels and attributes than a robot's description has."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.tree = ET.TreeBuilder(insert_comments=True)
+        self._source, self._depth = source, 0
+
+    def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802 - SAX's names
+        self._depth += 1
+        if self._depth > MOST_NESTING:
+            raise too_large(self._source, "levels of nested elements", MOST_NESTING)
+        if len(attrs) > MOST_ATTRIBUTES:
+            raise too_large(self._source, "attributes in one element", MOST_ATTRIBUTES)
+        self.tree.start(name, dict(attrs))
+
+    def endElement(self, name: str) -> None:  # noqa: N802
+        self._depth -= 1
+        self.tree.end(name)
+
+    def characters(self, content: str) -> None:
+        self.tree.data(content)
+
+    def comment(self, text: str) -> None:
+        if self._depth:
+            self.tree.comment(text)

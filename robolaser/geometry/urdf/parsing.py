@@ -7,29 +7,17 @@ never in an aborted process.
 import math
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import (
-    FileUnreadable,
-    NotARobot,
-    UrdfBadNumbers,
-    UrdfDuplicate,
-    UrdfJointKind,
-    UrdfLimits,
-    UrdfMissingLink,
-    UrdfNotATree,
-    UrdfNotText,
-    UrdfTooLarge,
-    UrdfUnexpandedXacro,
-    UrdfUnnamed,
-)
+from robolaser.errors import RobotError, near, unreadable
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.urdf import markup
-from robolaser.geometry.urdf.tree import KINDS, MOVING, Joint, Link, Tree
+from robolaser.geometry.urdf.markup import no_text, too_large
+from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link, Tree
 
 MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
@@ -44,22 +32,21 @@ def load_text(path: Path) -> str:
     """Read a URDF file as text.
 
     Raises:
-        UrdfTooLarge: More bytes than any robot has.
-        UrdfNotText: It is not UTF-8.
-        FileUnreadable: It cannot be opened.
+        RobotError: It has more bytes than any robot, or is not UTF-8.
+        DataError: It cannot be opened.
     """
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise UrdfTooLarge(path.name, "bytes", MOST_BYTES)
+            raise too_large(path.name, "bytes", MOST_BYTES)
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
-        raise UrdfNotText(path.name, f"byte {fault.start}: {fault.reason}") from None
+        raise no_text(path.name, f"byte {fault.start}: {fault.reason}") from None
     except OSError as fault:
-        raise FileUnreadable(path, fault.strerror or str(fault)) from None
+        raise unreadable(path, fault.strerror or str(fault)) from None
     except ValueError as fault:
-        raise FileUnreadable(path, str(fault)) from None
+        raise unreadable(path, str(fault)) from None
 
 
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:
@@ -70,7 +57,7 @@ def parse(text: str, *, source: str = "robot.urdf") -> Tree:
         source: What error messages call it.
 
     Raises:
-        UrdfError: One of its kinds, with the place and what was expected.
+        RobotError: With the place and what was expected.
     """
     robot = read_xml(text, source)
     links: dict[str, Link] = {}
@@ -88,33 +75,40 @@ def read_xml(text: str, source: str) -> ET.Element:
     """The XML of a URDF, refused where it could harm.
 
     Raises:
-        UrdfNotXml, UrdfNotText, UrdfUnsafe, UrdfTooLarge: It is not plain XML.
-        NotARobot, UrdfUnexpandedXacro: It is not a URDF.
+        RobotError: It is not plain XML, or not a URDF.
     """
     robot = markup.read(text, source, MOST_BYTES)
     if robot.tag != "robot":
-        raise NotARobot(source, robot.tag[:60])
+        raise RobotError(
+            f"{source} starts with <{robot.tag[:60]}>, but a URDF starts with <robot>. Is it the right file?"
+        )
     for element in robot.iter():
         if isinstance(element.tag, str) and element.tag.startswith("xacro:"):
-            raise UrdfUnexpandedXacro(source, element.tag)
+            raise RobotError(
+                f"{source} holds <{element.tag}>: it is a xacro file. Expand it first: xacro {source} > robot.urdf"
+            )
     return robot
 
 
 def _named(robot: ET.Element, kind: str, source: str) -> Iterator[tuple[str, ET.Element]]:
     elements = robot.findall(kind)
     if len(elements) > MOST_LINKS:
-        raise UrdfTooLarge(source, f"{kind}s", MOST_LINKS)
+        raise too_large(source, f"{kind}s", MOST_LINKS)
     seen: set[str] = set()
     for count, element in enumerate(elements, start=1):
         name = element.get("name")
         if not name:
-            raise UrdfUnnamed(source, kind, count, "has no name")
+            raise _unnamed(source, kind, count, "has no name")
         if len(name) > MOST_LETTERS:
-            raise UrdfUnnamed(source, kind, count, f"has a name of {len(name)} letters")
+            raise _unnamed(source, kind, count, f"has a name of {len(name)} letters")
         if name in seen:
-            raise UrdfDuplicate(source, kind, name)
+            raise RobotError(f"{source} has two {kind}s named '{name}'. Rename one.")
         seen.add(name)
         yield name, element
+
+
+def _unnamed(source: str, kind: str, count: int, reason: str) -> RobotError:
+    return RobotError(f"{source}: {kind} number {count} {reason}. Each {kind} needs a short name of its own.")
 
 
 def _link(name: str, element: ET.Element, source: str) -> Link:
@@ -125,7 +119,7 @@ def _link(name: str, element: ET.Element, source: str) -> Link:
     text = None if mass_element is None else mass_element.get("value")
     mass = float(_numbers(text, 1, f"the mass of link '{name}'", source)[0])
     if mass < 0:
-        raise UrdfBadNumbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
+        raise _bad_numbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
     if inertia is not None:
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
             _numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
@@ -135,7 +129,7 @@ def _link(name: str, element: ET.Element, source: str) -> Link:
 def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: str) -> Joint:
     kind = element.get("type")
     if kind not in KINDS:
-        raise UrdfJointKind(source, name, kind, KINDS)
+        raise joint_kind(source, name, kind, KINDS)
     where = f"joint '{name}'"
     follows = element.find("mimic")
     lower, upper = _limits(name, kind, element, source)
@@ -156,7 +150,8 @@ def _end(name: str, role: str, element: ET.Element, links: Mapping[str, Link], s
     end = element.find(role)
     link = None if end is None else end.get("link")
     if link is None or link not in links:
-        raise UrdfMissingLink(source, name, role, link, links)
+        said = f"has no <{role} link=...>." if link is None else f"has the {role} link '{link}', which is not there."
+        raise RobotError(f"{source}: joint '{name}' {said}{near(link or '', links, MOST_LISTED)}")
     return link
 
 
@@ -165,14 +160,24 @@ def _limits(name: str, kind: str, element: ET.Element, source: str) -> tuple[flo
         return -math.inf, math.inf
     limit = element.find("limit")
     if limit is None or not {"lower", "upper"} & limit.attrib.keys():
-        raise UrdfLimits(source, name, "has no limits")
+        raise _limits_missing(source, name, "has no limits")
     lower, upper = (
         float(_numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
         for side in ("lower", "upper")
     )
     if lower > upper:
-        raise UrdfLimits(source, name, f"has its lower limit {lower:g} above its upper limit {upper:g}")
+        raise _limits_missing(source, name, f"has its lower limit {lower:g} above its upper limit {upper:g}")
     return lower, upper
+
+
+def _limits_missing(source: str, joint: str, fact: str) -> RobotError:
+    return RobotError(f"{source}: joint '{joint}' {fact}. Give <limit lower=... upper=...> in rad or m.")
+
+
+def joint_kind(source: str, joint: str, kind: str | None, usable: Sequence[str]) -> RobotError:
+    """The error of a joint of a kind that cannot be used there."""
+    said = "has no type" if kind is None else f"is of type '{kind[:60]}'"
+    return RobotError(f"{source}: joint '{joint}' {said}; usable here: {', '.join(usable)}.")
 
 
 def _axis(element: ET.Element, where: str, source: str) -> Array:
@@ -183,7 +188,7 @@ def _axis(element: ET.Element, where: str, source: str) -> Array:
     direction = _numbers(text, 3, f"the axis of {where}", source)
     largest = np.abs(direction).max()
     if largest < 1e-9:
-        raise UrdfBadNumbers(source, f"the axis of {where}", text, "a direction, not zero")
+        raise _bad_numbers(source, f"the axis of {where}", text, "a direction, not zero")
     unit: Array = direction / largest
     return unit / np.linalg.norm(unit)
 
@@ -201,11 +206,17 @@ def _numbers(text: str | None, count: int, where: str, source: str, farthest: fl
     words = [] if text is None else text.split()
     wanted = "a number" if count == 1 else f"{count} numbers"
     if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):
-        raise UrdfBadNumbers(source, where, text, wanted)
+        raise _bad_numbers(source, where, text, wanted)
     values = np.array([float(word) for word in words])
     if not np.isfinite(values).all() or np.abs(values).max() > farthest:
-        raise UrdfBadNumbers(source, where, text, f"{wanted} of a size that a robot has")
+        raise _bad_numbers(source, where, text, f"{wanted} of a size that a robot has")
     return values
+
+
+def _bad_numbers(source: str, where: str, text: str | None, expected: str) -> RobotError:
+    said = "is missing" if text is None else f"is '{text[:60]}'"
+    hint = " Expand the file with xacro first." if text and "${" in text else ""
+    return RobotError(f"{source}: {where} {said}; expected {expected}.{hint}")
 
 
 def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:
@@ -213,26 +224,30 @@ def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:
     for joint in joints.values():
         other = above.setdefault(joint.child, joint)
         if other is not joint:
-            raise UrdfNotATree(
+            raise _no_tree(
                 source, f"link '{joint.child}' is the child of two joints, '{other.name}' and '{joint.name}'"
             )
     return above
 
 
+def _no_tree(source: str, fact: str) -> RobotError:
+    return RobotError(f"{source}: {fact}. The links of a URDF form one tree that starts at one root link.")
+
+
 def _root(links: Mapping[str, Link], above: Mapping[str, Joint], source: str) -> str:
     roots = [link for link in links if link not in above]
     if not links:
-        raise UrdfNotATree(source, "there is no link")
+        raise _no_tree(source, "there is no link")
     if len(roots) > 1:
         named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
-        raise UrdfNotATree(source, f"{len(roots)} links hang on no joint: {named}")
+        raise _no_tree(source, f"{len(roots)} links hang on no joint: {named}")
     grounded = set(roots)
     for link in links:
         trail: dict[str, None] = {}
         here = link
         while here not in grounded:
             if here in trail:
-                raise UrdfNotATree(source, f"the joints above link '{here}' run in a circle")
+                raise _no_tree(source, f"the joints above link '{here}' run in a circle")
             trail[here] = None
             here = above[here].parent
         grounded.update(trail)

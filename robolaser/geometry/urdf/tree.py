@@ -1,14 +1,25 @@
 """The links of a robot and the joints that hold them together, from one root."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.errors import UnknownFrame
+from robolaser.errors import RobotError, near
 
+MOST_LISTED = 12  # names of a robot's links or joints in a message
 MOVING = ("revolute", "continuous", "prismatic")
 KINDS = (*MOVING, "fixed", "floating", "planar")
+
+
+def unknown_frame(source: str, frame: str, known: Iterable[str]) -> RobotError:
+    """The error of a frame that the robot does not have."""
+    return RobotError(f"No frame '{frame}' in {source}.{near(frame, known, MOST_LISTED)}")
+
+
+def unknown_joint(source: str, joint: str, known: Iterable[str]) -> RobotError:
+    """The error of a joint that the robot does not have, or that does not move."""
+    return RobotError(f"No moving joint '{joint}' in {source}.{near(joint, known, MOST_LISTED)}")
 
 
 @final
@@ -66,10 +77,10 @@ class Tree:
         """Joints from the root to `link`, in that order.
 
         Raises:
-            UnknownFrame: There is no such link.
+            RobotError: There is no such link.
         """
         if link not in self.links:
-            raise UnknownFrame(self.source, link, self.links)
+            raise unknown_frame(self.source, link, self.links)
         up = []
         while link != self.root:
             up.append(self.above[link])

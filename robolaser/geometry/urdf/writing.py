@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import FrameExists, UnknownFrame, UnknownJoint
+from robolaser.errors import RobotError
 from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.urdf.parsing import parse, read_xml
-from robolaser.geometry.urdf.tree import Tree
+from robolaser.geometry.urdf.tree import Tree, unknown_frame, unknown_joint
 
 _PROLOGUE = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
@@ -26,14 +26,13 @@ def with_fixed_frame(text: str, parent: str, name: str, T_parent_child: Array) -
         T_parent_child: Where it sits, (4, 4).
 
     Raises:
-        UnknownFrame: There is no such parent.
-        FrameExists: `name` is taken.
+        RobotError: There is no such parent, or `name` is taken.
     """
     tree = parse(text)
     if parent not in tree.links:
-        raise UnknownFrame(tree.source, parent, tree.links)
+        raise unknown_frame(tree.source, parent, tree.links)
     if name in tree.links:
-        raise FrameExists(tree.source, name)
+        raise RobotError(f"{tree.source} has a frame '{name}' already. Choose another name for the new one.")
     joint_name, count = f"{name}_joint", 2
     while joint_name in tree.joints:
         joint_name, count = f"{name}_joint_{count}", count + 1
@@ -51,12 +50,12 @@ def with_placements(text: str, placements: Mapping[str, Array]) -> str:
     """Replace the origins of joints, by name, each (4, 4) on its parent link; the rest stays as it is.
 
     Raises:
-        UnknownJoint: There is no such joint.
+        RobotError: There is no such joint.
     """
     tree = parse(text)
     for name in placements:
         if name not in tree.joints:
-            raise UnknownJoint(tree.source, name, tree.joints)
+            raise unknown_joint(tree.source, name, tree.joints)
     robot = read_xml(text, tree.source)
     for joint in robot.findall("joint"):
         name = joint.get("name", "")

@@ -2,12 +2,12 @@
 
 import importlib
 import pkgutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any, Final
 
 from robolaser.data.dataset import Dataset
-from robolaser.errors import EffectBendsNothing, EffectSenseless, EffectUnknown, PlaceUnknown
+from robolaser.errors import EffectError, UsageError, near
 from robolaser.model.effects import outliers
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.plugins import announced
@@ -15,7 +15,7 @@ from robolaser.plugins import announced
 GROUP: Final = "robolaser.effects"
 """Entry points under which installed packages announce effects."""
 DECLARED: Final = ("title", "reference", "stage")
-"""What a subclass must say besides its name and what is abstract."""
+"""What a subclass must declare besides its name and what is abstract."""
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name."""
@@ -25,13 +25,13 @@ EFFECTS: tuple[type[Effect], ...]
 def _library() -> tuple[type[Effect], ...]:
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
-    ours = [kind for kind in Effect.__subclasses__() if kind.__module__.startswith(f"{__name__}.")]
-    others = announced(GROUP, Effect, taken=[kind.name for kind in ours], required=DECLARED)
-    return tuple(sorted((*ours, *others.values()), key=lambda kind: kind.name))
+    ours = [effect for effect in Effect.__subclasses__() if effect.__module__.startswith(f"{__name__}.")]
+    others = announced(GROUP, Effect, taken=[effect.name for effect in ours], required=DECLARED)
+    return tuple(sorted((*ours, *others.values()), key=lambda effect: effect.name))
 
 
 def __getattr__(name: str) -> Any:
-    """Load the effects when they are first asked for: a package that brings one imports this module itself.
+    """Load the effects when they are first needed: a package that brings one imports this module itself.
 
     Raises:
         PluginError: What an installed package announces cannot be used.
@@ -42,28 +42,36 @@ def __getattr__(name: str) -> Any:
 
 
 def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[CandidateEffect, ...]:
-    """Read `EFFECT[:WHERE]`; without WHERE it is meant at every place that the data set has for it.
+    """Read `EFFECT[:WHERE]`; without WHERE it is meant at every location that the data set has for it.
 
     Raises:
-        EffectUnknown: No such effect.
-        EffectBendsNothing: It is a finding, and no part of a model.
-        EffectSenseless: The data set's robot or sensor has no place for it.
-        PlaceUnknown: It cannot sit there.
+        UsageError: There is no such effect, or it is a finding and no part of a model.
+        EffectError: The data cannot test it, or it cannot be at that location.
         PluginError: What an installed package announces cannot be used.
     """
-    by_name = {kind.name: kind for kind in _library()}
+    by_name = {effect.name: effect for effect in _library()}
     chosen: list[CandidateEffect] = []
     for text in wanted:
         name, _, where = text.partition(":")
         if name == outliers.NAME:
-            raise EffectBendsNothing(name)
+            raise UsageError(f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis.")
         if name not in by_name:
-            raise EffectUnknown(name, by_name)
-        kind = by_name[name]
-        places = kind.places(dataset)
-        if not places:
-            raise EffectSenseless(name, kind.missing(dataset))
-        if where and where not in places:
-            raise PlaceUnknown(name, where, places)
-        chosen += [CandidateEffect(kind, place) for place in ([where] if where else places)]
+            raise unknown_effect(name, by_name)
+        effect = by_name[name]
+        locations = effect.locations(dataset)
+        if not locations:
+            raise EffectError(f"{name} has no meaning for these data: {effect.missing(dataset)}.")
+        if where and where not in locations:
+            raise unknown_location(name, where, locations)
+        chosen += [CandidateEffect(effect, location) for location in ([where] if where else locations)]
     return tuple(dict.fromkeys(chosen))
+
+
+def unknown_effect(name: str, known: Iterable[str]) -> UsageError:
+    """No effect has that name."""
+    return UsageError(f"No effect '{name}'.{near(name, known)}")
+
+
+def unknown_location(name: str, where: str, known: Iterable[str]) -> EffectError:
+    """The effect exists, but not at that location."""
+    return EffectError(f"{name} cannot be at '{where}'.{near(where, known)}")

@@ -1,16 +1,17 @@
-"""Gears with play: the link hangs back behind the motor, on the side that it was pushed from."""
+"""Gears with play: the link lags behind the motor, on the side from which it was pushed."""
 
-from dataclasses import dataclass
-from typing import ClassVar, final
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.course import played
-from robolaser.model.effects.effect import Effect, Scene, parameter, shape
-from robolaser.model.effects.lacking import no_path
-from robolaser.model.effects.places import joint_column, moved, moving_joints
+from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.joint_offset import JointOffset
+from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.requirements import path
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
 
@@ -20,38 +21,64 @@ class Backlash(Effect):
     """Lost motion: q' is q driven through a play of this width along the path, poses in the order of their time.
 
     After a move longer than the play, q' = q - lost_motion / 2 in the move's direction; after a shorter one the link
-    stays, or is pushed on. The way to the first pose is not known: where in the play it stands there, from one end
-    (-1) to the other (1), is a shape.
+    stays, or is pushed on. The move to the first pose is not known: where in the play the link is there, from one end
+    (-1) to the other (1), is a nonlinear parameter.
     """
 
-    name: ClassVar[str] = "backlash"
-    title: ClassVar[str] = "lost motion: depends on the direction it came from"
-    reference: ClassVar[str] = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
-    stage: ClassVar[Stage] = Stage.JOINTS
-    depends_on_trajectory: ClassVar[bool] = True
+    name = "backlash"
+    title = "lost motion: depends on the direction it came from"
+    clause = "{where} has lost motion"
+    caveat = "assumes that the arm came straight from the pose before"
+    remedy = "Approach each pose of {where} from the same side, or have its gear adjusted."
+    reference = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
+    stage = Stage.JOINTS
+    needs = (path,)
+    depends_on_trajectory = True
 
     lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4)
-    start: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
-
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """The way that the joints went."""
-        return no_path(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Every joint that moves the flange."""
-        return () if cls.missing(dataset) else moving_joints(dataset)
+    start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
         """Both ends and the middle of the play."""
         return np.array([[-1.0], [0.0], [1.0]])
 
-    def apply(self, value: Array, scene: Scene) -> Array:
-        """Drive the joint through the play; a negative width pushes ahead instead of hanging back."""
+    def apply(self, q: Array, run: Run, /) -> Array:
+        """Drive the joint through the play; a negative width makes the link lead instead of lag."""
         half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        moves = np.diff(value[:, scene.order, joint_column(scene, self.where)], axis=1)
-        ahead = np.empty((len(half), len(scene.order)))
-        ahead[:, scene.order] = sign[:, None] * played(half * self.start, moves, half)
-        return moved(value, scene, self.where, ahead)
+        moves = np.diff(q[:, run.order, joint_column(run, self.where)], axis=1)
+        ahead = np.empty((len(half), len(run.order)))
+        ahead[:, run.order] = sign[:, None] * play(half * self.start, moves, half)
+        return add_to_joint(q, run, self.where, ahead)
+
+    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
+        """It follows the path of the other run; where in the play its first pose is stays unknown."""
+        if reason := self.hindrance(run):
+            off = (JointOffset(self.where, sign * self.lost_motion / 2) for sign in (-1, 1))
+            return CarryOver(None, reason, alternatives=tuple(off))
+        ends = (replace(self, start=np.array([end])) for end in (-1.0, 1.0))
+        return CarryOver(
+            replace(self, start=np.zeros(1)),
+            "where in its play the joint was before the first pose is not known; until it has reversed",
+            alternatives=tuple(ends),
+        )
+
+
+def play(ahead: Array, moves: Array, half: Array) -> Array:
+    """A play operator: what is driven lags by half the play, and follows only when pushed.
+
+    Args:
+        ahead: Of the driven side at the first pose, (c,), within the play.
+        moves: Of the driving side from pose to pose, (c or 1, n - 1).
+        half: Half the play, (c,), not negative.
+
+    Returns:
+        How far what is driven is ahead of what drives at every pose, (c, n).
+
+    Source: Krasnoselskii, Pokrovskii 1989, Systems with Hysteresis.
+    """
+    out = np.empty((len(half), moves.shape[1] + 1))
+    out[:, 0] = ahead
+    for i in range(moves.shape[1]):
+        out[:, i + 1] = np.clip(out[:, i] - moves[:, i], -half, half)
+    return out

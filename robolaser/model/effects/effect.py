@@ -1,121 +1,235 @@
-"""What a departure from the nominal model is: a stage, a place, a few numbers, and how they perturb what passes."""
+"""What a departure from the nominal model is: a stage, a location, a few parameters, and how they change a value."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import partial
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.scene import Scene
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.requirements import passes
+from robolaser.model.effects.run import Run
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
-__all__ = ["CandidateEffect", "Effect", "Scene", "parameter", "perturb_with", "shape"]
+__all__ = ["CandidateEffect", "CarryOver", "Effect", "Run", "nonlinear", "parameter", "perturb_with"]
+
+NOT_WARM = (
+    "how far it has come in this recording is not known; it is taken as at the end of the calibrated run, warmed up. If"
+    " it was not"
+)
+
+
+class Amplitude(NamedTuple):
+    """A parameter of an effect that is zero when nominal.
+
+    Attributes:
+        name: Within the effect.
+        unit: SI.
+        bound: It lies within ±bound.
+        prior_scale: What is common in industry: fits, complexity penalties and detection limits are relative to it.
+    """
+
+    name: str
+    unit: str
+    bound: float
+    prior_scale: float
+
+
+class Nonlinear(NamedTuple):
+    """An inner parameter of an effect, such as a frequency: it has no meaning while all amplitudes are zero."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    nominal: float
 
 
 def parameter(*, unit: str, bound: float, prior_scale: float) -> Any:
-    """Declare one number of an effect: zero when nominal, within ±bound, `typical` in industry."""
-    return field(metadata={"unit": unit, "bound": bound, "prior_scale": prior_scale})
+    """Declare an amplitude, see `Amplitude`."""
+    return field(metadata={"amplitude": (unit, bound, prior_scale)})
 
 
-def shape(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
-    """Declare an inner number of an effect, such as a frequency: it means nothing while the others are zero.
+def nonlinear(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
+    """Declare a nonlinear parameter, see `Nonlinear`.
 
-    Within [lower, upper] the misfit may have many valleys in it: `Effect.grid` says where to look.
+    Within [lower, upper] the misfit may have many minima: `Effect.grid` says where to look.
     """
-    return field(metadata={"unit": unit, "shape": (lower, upper, nominal)})
+    return field(metadata={"nonlinear": (unit, lower, upper, nominal)})
 
 
 @dataclass(frozen=True)
 class Effect(ABC):
-    """A departure from the nominal model, at one place, with one value of its numbers for each candidate.
+    """A departure from the nominal model at one location, with one value of its parameters for each candidate.
 
-    A subclass declares `name`, `stage`, `title`, `reference` and its parameters, the principal one first, and bends
-    what passes. With all parameters at zero it bends nothing, exactly, whatever its shapes. What comes out is smooth in
-    the parameters, but need not be in the shapes.
+    A subclass declares the class data below and its parameters, the principal one first, and implements `apply`. With
+    all amplitudes at zero, `apply` changes nothing, exactly, whatever the nonlinear parameters. What comes out is
+    smooth in the amplitudes, but need not be smooth in the nonlinear parameters.
 
     Attributes:
-        depends_on_trajectory: Whether it looks at other poses or points than the one that it bends.
-        where: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
+        name: Of the effect, as commands and files call it.
+        title: What it is, in a few words.
+        clause: The same as a clause of a sentence, with {where} for the location.
+        caveat: What to beware of where it was found.
+        remedy: What to do about it in the cell, with {where} for the location.
+        reference: Where its physics and its size are from.
+        stage: Where on the way from encoder and image to a residual it acts.
+        site: The location, one of `camera laser hand_eye target base timing image tool`; empty: each moving joint.
+        needs: What the data must have besides values that pass the stage, see `requirements`.
+        depends_on_trajectory: Whether `apply` looks at other poses or points than the one that it changes.
+        in_urdf: Whether a URDF can hold it: then the exported robot does.
+        where: Its location: a joint's name, or its site.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
+    clause: ClassVar[str] = ""
+    caveat: ClassVar[str] = "holds for poses like the ones measured"
+    remedy: ClassVar[str] = "Use the corrected model."
     reference: ClassVar[str]
     stage: ClassVar[Stage]
+    site: ClassVar[str] = ""
+    needs: ClassVar[tuple[Callable[[Dataset], str], ...]] = ()
     depends_on_trajectory: ClassVar[bool] = False
+    in_urdf: ClassVar[bool] = False
 
     where: str
 
-    @classmethod
     @abstractmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Where in this robot and sensor it could sit; empty where something is missing."""
-
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """Why these data cannot test it, as "no joint velocities in the data"; "" where they can."""
-        return "" if cls.places(dataset) else "this robot or sensor has no place for it"
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Values of its shapes worth trying for these data, (g, number of shapes).
-
-        So dense that from the best of them the way to the optimum leads downhill.
-        """
-        return np.array([[nominal for *_, nominal in cls.shapes()]])
-
-    @abstractmethod
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, value: Array, run: Run, /) -> Array:
         """What comes out of the stage; the shape may only grow from 1 to n or m."""
 
     @classmethod
-    def declared(cls) -> tuple[tuple[str, str, float, float], ...]:
-        """Its numbers: (name, unit, bound, typical size), the principal one first."""
-        return tuple(
-            (f.name, f.metadata["unit"], f.metadata["bound"], f.metadata["prior_scale"])
-            for f in fields(cls)
-            if "bound" in f.metadata
-        )
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
+        """Where it can be in an arm and its sensor, if the data have all that it needs."""
+        return (cls.site,) if cls.site else moving_joints(robot)
 
     @classmethod
-    def shapes(cls) -> tuple[tuple[str, str, float, float, float], ...]:
-        """Its inner numbers: (name, unit, lower bound, upper bound, nominal value)."""
-        return tuple((f.name, f.metadata["unit"], *f.metadata["shape"]) for f in fields(cls) if "shape" in f.metadata)
+    def missing(cls, dataset: Dataset) -> str:
+        """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
+        reasons = (passes(cls.stage, dataset), *(need(dataset) for need in cls.needs))
+        reason = next(filter(None, reasons), "")
+        return reason or ("" if cls.sites(dataset.robot) else "this robot has no location for it")
+
+    @classmethod
+    def locations(cls, dataset: Dataset) -> tuple[str, ...]:
+        """Where these data can test it; empty where something is missing."""
+        return () if cls.missing(dataset) else cls.sites(dataset.robot)
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """Values of its nonlinear parameters worth trying for these data, (g, number of nonlinear parameters).
+
+        So dense that descents from them reach the best minimum.
+        """
+        return np.array([[each.nominal for each in cls.nonlinear_parameters()]])
+
+    def carried_to(self, run: Run, found_in: RunSummary | None) -> "CarryOver":
+        """What becomes of it in another run.
+
+        Args:
+            run: The other run, as `continued` gives it.
+            found_in: The run that it was found in; None where nothing is known of it.
+        """
+        reason = self.hindrance(run)
+        return CarryOver(None, doubt=reason) if reason else CarryOver(self)
+
+    def hindrance(self, run: Run) -> str:
+        """Why it cannot act in a run; "" where it can."""
+        return self.missing(run.dataset)
+
+    def compiled_terms(self, run: Run) -> tuple[float, ...] | None:
+        """Its term and numbers for the compiled loop over scanned points, see `compiled_terms`; None: it has none."""
+        return None
+
+    @classmethod
+    def amplitudes(cls) -> tuple[Amplitude, ...]:
+        """Its parameters that are zero when nominal, the principal one first."""
+        return tuple(Amplitude(f.name, *f.metadata["amplitude"]) for f in fields(cls) if "amplitude" in f.metadata)
+
+    @classmethod
+    def nonlinear_parameters(cls) -> tuple[Nonlinear, ...]:
+        """Its inner parameters."""
+        return tuple(Nonlinear(f.name, *f.metadata["nonlinear"]) for f in fields(cls) if "nonlinear" in f.metadata)
+
+    @classmethod
+    def units(cls) -> dict[str, str]:
+        """The units of its parameters by name, amplitudes first."""
+        inner = {each.name: each.unit for each in cls.nonlinear_parameters()}
+        return {each.name: each.unit for each in cls.amplitudes()} | inner
+
+
+@final
+@dataclass(frozen=True)
+class CarryOver:
+    """What becomes of an effect in another run than the one that it was found in.
+
+    Attributes:
+        effect: As it acts there; None: it is left out.
+        doubt: Why it is left out, or what is not known of it there; "" for nothing.
+        assumption: What the size of the doubt is told for, such as "On a tilted surface"; may be empty.
+        alternatives: Other ways in which it may act there, None for not at all. How far these move points, compared
+            with `effect`, is the size of the doubt.
+    """
+
+    effect: Effect | None
+    doubt: str = ""
+    assumption: str = ""
+    alternatives: tuple[Effect | None, ...] = ()
 
 
 @final
 @dataclass(frozen=True)
 class CandidateEffect:
-    """An effect at a place, its numbers still open."""
+    """An effect at a location, its parameters still open."""
 
-    kind: type[Effect]
+    effect: type[Effect]
     where: str
+
+    def __str__(self) -> str:
+        return f"{self.effect.name} at {self.where}"
+
+    @property
+    def clause(self) -> str:
+        """It as a clause of a sentence."""
+        return (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return self.effect.remedy.format(where=self.where)
 
     @property
     def parameters(self) -> Parameters:
-        """Its numbers as parameters, named `effect.where.number`: those that are zero when nominal, then the shapes."""
-        sizes = [Parameter(self.key(name), unit, 0.0, -bound, bound) for name, unit, bound, _ in self.kind.declared()]
-        shapes = [
-            Parameter(self.key(name), unit, nominal, lower, upper)
-            for name, unit, lower, upper, nominal in self.kind.shapes()
+        """Its parameters, named `effect.where.parameter`: amplitudes, then nonlinear ones."""
+        amplitudes = [
+            Parameter(self.key(each.name), each.unit, 0.0, -each.bound, each.bound) for each in self.effect.amplitudes()
         ]
-        return Parameters((*sizes, *shapes))
+        inner = [
+            Parameter(self.key(each.name), each.unit, each.nominal, each.lower, each.upper)
+            for each in self.effect.nonlinear_parameters()
+        ]
+        return Parameters((*amplitudes, *inner))
 
-    def key(self, number: str) -> str:
-        """The name of one of its numbers among a model's parameters."""
-        return f"{self.kind.name}.{self.where}.{number}"
+    def key(self, parameter: str) -> str:
+        """The name of one of its parameters among a model's parameters."""
+        return f"{self.effect.name}.{self.where}.{parameter}"
 
     def at(self, values: Values) -> Effect:
-        """The effect with the numbers of each candidate."""
-        names = [name for name, *_ in self.kind.declared()] + [name for name, *_ in self.kind.shapes()]
-        numbers = {name: values[self.key(name)] for name in names}
-        return self.kind(where=self.where, **numbers)
+        """The effect with the values of each candidate."""
+        return self.effect(where=self.where, **{name: values[self.key(name)] for name in self.effect.units()})
 
 
-def perturb_with(effects: tuple[Effect, ...], scene: Scene) -> Perturbation:
+def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
-    return Perturbation(tuple((effect.stage, partial(effect.apply, scene=scene)) for effect in effects))
+    return Perturbation(tuple((effect.stage, _step(effect, run)) for effect in effects))
+
+
+def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
+    return lambda value: effect.apply(value, run)

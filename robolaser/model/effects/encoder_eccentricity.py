@@ -1,15 +1,15 @@
 """Encoder discs that are not centred on their shaft, so that the reading errs once a turn."""
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Scene, parameter
-from robolaser.model.effects.lacking import no_robot
-from robolaser.model.effects.places import joint_column, moved, turning_joints
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
 
@@ -18,28 +18,28 @@ from robolaser.model.stages import Stage
 class EncoderEccentricity(Effect):
     """An error of one cycle a joint turn: q' = q + sine sin q + cosine cos q.
 
-    A disc of radius r that runs out by e errs by up to e / r.
+    A disc of radius r with a run-out of e errs by up to e / r.
     """
 
-    name: ClassVar[str] = "encoder_eccentricity"
-    title: ClassVar[str] = "error of the joint's reading, once a joint turn"
-    reference: ClassVar[str] = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
-    stage: ClassVar[Stage] = Stage.JOINTS
+    name = "encoder_eccentricity"
+    title = "error of the joint's reading, once a joint turn"
+    clause = "the reading of {where} errs once a turn"
+    caveat = "known only over the angles that these poses span"
+    remedy = "Correct {where} by the model, or have its encoder centred."
+    reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
+    stage = Stage.JOINTS
+    needs = (turning_joint,)
 
     sine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     cosine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
 
     @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """Joint angles."""
-        return no_robot(dataset) or ("" if turning_joints(dataset) else "no joint of this arm turns")
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
         """Every joint that turns the flange."""
-        return turning_joints(dataset)
+        return turning_joints(robot)
 
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, q: Array, run: Run, /) -> Array:
         """Add the wave."""
-        q = value[:, :, joint_column(scene, self.where)]
-        return moved(value, scene, self.where, self.sine[:, None] * np.sin(q) + self.cosine[:, None] * np.cos(q))
+        angle = q[:, :, joint_column(run, self.where)]
+        wave = self.sine[:, None] * np.sin(angle) + self.cosine[:, None] * np.cos(angle)
+        return add_to_joint(q, run, self.where, wave)

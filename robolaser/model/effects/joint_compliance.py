@@ -1,54 +1,59 @@
 """Gearboxes that give way under the weight of the arm."""
 
-from dataclasses import dataclass
-from typing import ClassVar, final
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Scene, parameter, shape
-from robolaser.model.effects.lacking import no_weight
-from robolaser.model.effects.places import joint_column, moved, moving_joints
+from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.requirements import masses
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
 
 @final
 @dataclass(frozen=True)
 class JointCompliance(Effect):
-    """A joint behind its encoder yields to what it bears: q' = q - d, d = compliance g + payload g1, hardened.
+    """A joint yields behind its encoder to the torque it bears: q' = q - d, d = compliance g + payload g1, hardened.
 
-    g is the gravity torque at the angles read, from the URDF's masses and the payload that is written down. What the
-    arm weighs in truth scales the number: a URDF that is 10 % too light makes it 10 % too large. g1 is the torque of
-    one kilogram at the flange, where scanner and cables weigh what no URDF says: `payload` is their mass times the
-    compliance. Gears stiffen as they wind up: d (1 - hardening |d| / max |d|); below zero they soften.
+    g is the gravity torque at the angles read, from the URDF's masses and the stated payload. The true masses scale the
+    estimate: a URDF that is 10 % too light makes it 10 % too large. g1 is the torque of one kilogram at the flange,
+    where scanner and cables have masses that no URDF states: `payload` is their mass times the compliance. Gears
+    stiffen as they wind up: d (1 - hardening |d| / max |d|); below zero they soften.
     """
 
-    name: ClassVar[str] = "joint_compliance"
-    title: ClassVar[str] = "gives way under the gravity torque of the URDF's masses"
-    reference: ClassVar[str] = "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad"
-    stage: ClassVar[Stage] = Stage.JOINTS
-    depends_on_trajectory: ClassVar[bool] = True
+    name = "joint_compliance"
+    title = "gives way under the gravity torque of the URDF's masses"
+    clause = "{where} gives way under gravity"
+    caveat = "scales with the URDF's masses: an arm 10 % heavier than stated makes it 10 % too large"
+    remedy = "Reduce the payload, or correct the angle of {where} for the torque that it bears."
+    reference = "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad"
+    stage = Stage.JOINTS
+    needs = (masses,)
+    depends_on_trajectory = True
 
     compliance: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=1e-4)
     payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, prior_scale=1e-4)
-    hardening: Array = shape(unit="", lower=-1.0, upper=1.0, nominal=0.0)
+    hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """Joint angles, and masses."""
-        return no_weight(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Every joint that moves the flange."""
-        return () if cls.missing(dataset) else moving_joints(dataset)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, q: Array, run: Run, /) -> Array:
         """Let the joint sink."""
-        column = joint_column(scene, self.where)
-        g, of_one_kg = scene.gravity_torques[:, column], scene.torques_of_one_kg[:, column]
+        column = joint_column(run, self.where)
+        g, of_one_kg = run.gravity_torques[:, column], run.torques_of_one_kg[:, column]
         wound = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
         most = np.abs(wound).max(axis=1, keepdims=True)
         share = np.abs(wound) / np.where(most > 0, most, 1.0)
-        return moved(value, scene, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+        return add_to_joint(q, run, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+
+    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
+        """It acts as it was found, but the largest load of other poses is another one."""
+        carried = super().carried_to(run, found_in)
+        if carried.effect is None or self.hardening[0] == 0:
+            return carried
+        return CarryOver(
+            self,
+            "its hardening is relative to the largest load of the poses, which differ from the calibrated ones",
+            alternatives=(replace(self, hardening=np.zeros(1)),),
+        )

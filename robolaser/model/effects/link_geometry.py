@@ -1,16 +1,14 @@
 """Links that were not made or mounted as drawn, so that the next joint sits elsewhere."""
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Scene, parameter
-from robolaser.model.effects.lacking import no_robot
-from robolaser.model.effects.places import joint_column, moving_joints, spread
+from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.joints import copy_per_candidate, joint_column
 from robolaser.model.stages import Stage
 
 
@@ -19,14 +17,18 @@ from robolaser.model.stages import Stage
 class LinkGeometry(Effect):
     """A small motion of one joint's placement: T' = T (exp(turn), shift), in the joint's own frame.
 
-    Where one of the six numbers only repeats another parameter (a turn about the joint's own axis, say), the
-    calibration names it as one that the data cannot fix.
+    Where one of the six only repeats another parameter (a turn about the joint's own axis, say), the calibration lists
+    it as one that the data cannot determine.
     """
 
-    name: ClassVar[str] = "link_geometry"
-    title: ClassVar[str] = "the joint's placement on the link before it is off"
-    reference: ClassVar[str] = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
-    stage: ClassVar[Stage] = Stage.LINKS
+    name = "link_geometry"
+    title = "the joint's placement on the link before it is off"
+    clause = "{where} is not where the model has it"
+    caveat = "a turn about or a shift along the joint's own axis is an offset of a joint"
+    remedy = "Use `robot_corrected.urdf`: it has {where} where it was found."
+    reference = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
+    stage = Stage.LINKS
+    in_urdf = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
     y: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
@@ -35,21 +37,11 @@ class LinkGeometry(Effect):
     turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
 
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """Joint angles."""
-        return no_robot(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Every joint that moves the flange."""
-        return moving_joints(dataset)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
-        """Carry the joint's placement on by the small motion."""
-        column = joint_column(scene, self.where)
+    def apply(self, placements: Array, run: Run, /) -> Array:
+        """Append the small motion to the joint's placement."""
+        column = joint_column(run, self.where)
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
-        bent = spread(value, len(self.x))
-        bent[:, :, column] = bent[:, :, column] @ motion[:, None]
-        return bent
+        moved = copy_per_candidate(placements, len(self.x))
+        moved[:, :, column] = moved[:, :, column] @ motion[:, None]
+        return moved

@@ -1,55 +1,150 @@
-"""What of a run must be known to apply the effects found in it to another one."""
+"""A run as effects see it: poses, points, and what follows from them once and for all."""
 
-import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from functools import cached_property
+from itertools import pairwise
+from typing import final
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.course import temperature
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.gravity_load import gravity_torques, torques_of_one_kg
+from robolaser.model.effects.surface_tilt import surface_tilt
+from robolaser.model.effects.target_plane import TargetPlane, plane_of
 
 
 @final
 @dataclass(frozen=True)
-class Run:
-    """The poses of a run in a few numbers.
+class Course:
+    """How far a run had come at each pose.
 
     Attributes:
-        poses: How many.
-        sha256: Of their names, readings and times: the same poses or not.
-        middle_m: Middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m].
-        temperature_c: The lowest and highest that were read, between which what warms up is counted [°C]; None where
-            no thermometer was.
+        progress: Share of the run that had passed, (n,), from 0 to 1.
+        rise: Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant.
+        by_thermometer: Whether temperatures of this very run say so.
     """
 
-    poses: int
-    sha256: str
-    middle_m: tuple[float, float, float]
-    temperature_c: tuple[float, float] | None
+    progress: Array
+    rise: Array | None
+    by_thermometer: bool
 
-    @classmethod
-    def of(cls, dataset: Dataset) -> "Run":
-        """The run in which a data set was measured."""
-        poses = dataset.poses
-        told = hashlib.sha256("\0".join(poses.names).encode())
-        for numbers in (poses.time_s, poses.q, poses.T_base_flange):
-            told.update(b"" if numbers is None else np.ascontiguousarray(numbers, "<f8").tobytes())
-        read = temperature(poses)
-        x, y, z = dataset.flange()[:, :3, 3].mean(axis=0).tolist()
-        return cls(
-            poses=len(poses),
-            sha256=told.hexdigest(),
-            middle_m=(x, y, z),
-            temperature_c=None if read is None else (float(read.min()), float(read.max())),
-        )
 
-    def as_json(self) -> Mapping[str, Any]:
-        """What calibration.json holds of it."""
-        return {
-            "poses": self.poses,
-            "sha256": self.sha256,
-            "middle_m": list(self.middle_m),
-            "temperature_c": None if self.temperature_c is None else list(self.temperature_c),
-        }
+@final
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A data set as effects see it. What takes time is worked out when it is first needed, and kept.
+
+    What the data set lacks must not be read: `Effect.missing` says what that is.
+
+    Attributes:
+        dataset: What was measured.
+        course: How far it had come, where that is not counted from its own beginning.
+    """
+
+    dataset: Dataset
+    course: Course | None = None
+
+    @property
+    def poses(self) -> Poses:
+        """The poses of the arm."""
+        return self.dataset.poses
+
+    @property
+    def points(self) -> Points:
+        """The points seen."""
+        return self.dataset.points
+
+    @property
+    def robot(self) -> Robot:
+        """The nominal arm."""
+        assert self.dataset.robot is not None  # effects that read it need joint angles
+        return self.dataset.robot
+
+    @property
+    def q(self) -> Array:
+        """Joint values as read, (n, j) [rad or m]."""
+        assert self.poses.q is not None  # as above
+        return self.poses.q
+
+    @property
+    def qd(self) -> Array:
+        """Joint velocities at the exposures, (n, j) [rad/s or m/s]."""
+        assert self.poses.qd is not None  # effects that read them need velocities
+        return self.poses.qd
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the poses, (n,) [s]."""
+        assert self.poses.time_s is not None  # effects that read them need the order
+        return self.poses.time_s
+
+    @property
+    def stripe_axis(self) -> str:
+        """Image axis that the stripe runs along."""
+        return self.dataset.stripe_axis
+
+    @cached_property
+    def order(self) -> Ints:
+        """Numbers of the poses as they followed one another, (n,)."""
+        return np.argsort(self.time_s, kind="stable").astype(np.int64)
+
+    @cached_property
+    def progress(self) -> Array:
+        """Share of the run that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
+        if self.course is not None:
+            return self.course.progress
+        passed = np.empty(len(self.order))
+        in_order = self.dataset.time_is_order
+        passed[self.order] = np.arange(len(passed)) if in_order else (self.time_s - self.time_s.min())[self.order]
+        duration = passed.max(initial=0.0)
+        return np.asarray(passed / duration) if duration > 0 else passed
+
+    @cached_property
+    def rise(self) -> Array | None:
+        """Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant."""
+        return self.course.rise if self.course is not None else temperature_rise(self.poses)
+
+    @cached_property
+    def approach(self) -> Array:
+        """The direction in which each joint last moved before each pose, (n, j): +1, -1, or 0 before its first move."""
+        direction = np.zeros_like(self.q)
+        for before, now in pairwise(self.order):
+            sign = np.sign(self.q[now] - self.q[before])
+            direction[now] = np.where(sign == 0, direction[before], sign)
+        return direction
+
+    @cached_property
+    def gravity_torques(self) -> Array:
+        """What each joint must bear at the angles read, the payload included, (n, j) [Nm or N]."""
+        return gravity_torques(self.robot, self.q, self.poses.payload_kg)
+
+    @cached_property
+    def torques_of_one_kg(self) -> Array:
+        """What each joint must bear of one kilogram at the flange, (n, j) [Nm or N]."""
+        return torques_of_one_kg(self.robot, self.q)
+
+    @cached_property
+    def flange(self) -> Array:
+        """T_base_flange by the nominal arm or the measurement, (n, 4, 4)."""
+        return self.dataset.flange()
+
+    @cached_property
+    def target(self) -> TargetPlane:
+        """The plane of the target points, in the frame that they are given in."""
+        assert self.points.xyz is not None  # effects that read it need a flat target
+        return plane_of(self.points.xyz)
+
+    @cached_property
+    def tilt(self) -> Array:
+        """Tangent of the surface's tilt against each ray, across the stripe, by the nominal model, (m,)."""
+        return surface_tilt(self.dataset, self.flange, self.target)
+
+
+def temperature_rise(poses: Poses) -> Array | None:
+    """Temperature above the lowest over the largest such rise, (n,), 0 to 1; None where it is unknown or constant."""
+    read = poses.temperature_c
+    if read is None or np.ptp(read) == 0:
+        return None
+    return np.asarray((read - read.min()) / np.ptp(read))

@@ -1,15 +1,17 @@
-"""Stripes whose bright centre is not where the sheet's middle falls, on a tilted surface."""
+"""Stripes whose bright centre is not the centre of the laser plane, on a tilted surface."""
 
-from dataclasses import dataclass
-from typing import ClassVar, final
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Scene, parameter
-from robolaser.model.effects.lacking import no_flat_target
+from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
+from robolaser.model.effects.requirements import flat_target
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
+
+ORDINARY_DEG = 30.0  # of tilt of an ordinary surface
 
 
 @final
@@ -19,30 +21,41 @@ class StripeBias(Effect):
 
     The tilt is the signed angle between the view and the surface's normal, across the stripe, by the nominal model; the
     surface is the plane of the target points.
+
+    Attributes:
+        tilt: Tangent of a tilt that is assumed everywhere instead.
     """
 
-    name: ClassVar[str] = "stripe_bias"
-    title: ClassVar[str] = "the stripe's centre is biased with the tilt of the surface"
-    reference: ClassVar[str] = (
-        "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
-    )
-    stage: ClassVar[Stage] = Stage.PIXELS
-    depends_on_trajectory: ClassVar[bool] = True
+    name = "stripe_bias"
+    title = "the stripe's centre is biased with the tilt of the surface"
+    clause = "the stripe's centre is biased where the surface is tilted"
+    caveat = "holds for this target's surface"
+    remedy = "View surfaces squarely, expose shorter, or use a duller target."
+    reference = "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
+    stage = Stage.PIXELS
+    site = "laser"
+    needs = (flat_target,)
+    depends_on_trajectory = True
 
     slope: Array = parameter(unit="px", bound=5.0, prior_scale=0.2)
+    tilt: float | None = None
 
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """A stripe on one plane."""
-        return no_flat_target(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """The projector of a stripe scanner."""
-        return () if cls.missing(dataset) else ("laser",)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, pixel: Array, run: Run, /) -> Array:
         """Shift the coordinate across the stripe."""
-        shift = self.slope[:, None] * scene.tilt
-        across = np.array([0.0, 1.0] if scene.stripe_axis == "u" else [1.0, 0.0])
-        return np.asarray(value + shift[..., None] * across)
+        tilt = run.tilt if self.tilt is None else np.full(pixel.shape[1], self.tilt)
+        shift = self.slope[:, None] * tilt
+        across = np.array([0.0, 1.0] if run.stripe_axis == "u" else [1.0, 0.0])
+        return np.asarray(pixel + shift[..., None] * across)
+
+    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
+        """It needs the tilt of the surface, which only the target points of a data set tell."""
+        if not (reason := self.hindrance(run)):
+            return CarryOver(self)
+        tilted = replace(self, tilt=float(np.tan(np.radians(ORDINARY_DEG))))
+        assumption = f"On a surface tilted by {ORDINARY_DEG:.0f}°"
+        return CarryOver(None, reason, assumption, alternatives=(tilted,))
+
+    def hindrance(self, run: Run) -> str:
+        """No target points, or no flat target."""
+        known = run.points.xyz is not None and not self.missing(run.dataset)
+        return "" if known else "the tilt of the surface is not known"

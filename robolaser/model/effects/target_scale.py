@@ -1,15 +1,14 @@
 """Printed targets that are larger or smaller than their drawing."""
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.centres import centres
-from robolaser.model.effects.effect import Effect, Scene, parameter, shape
-from robolaser.model.effects.lacking import no_flat_target
+from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.requirements import flat_target
 from robolaser.model.stages import Stage
 
 
@@ -18,38 +17,33 @@ from robolaser.model.stages import Stage
 class TargetScale(Effect):
     """The grid's scale, in its plane: P' = P + scale (P - centre) without the part along the normal.
 
-    A grid that was placed by one of its points grows from there. Which it was is not known: the centre is a shape,
-    counted along the plane's axes from the middle of the target points.
+    A grid that was located by one of its points grows from there. Which it was is not known: the centre is a nonlinear
+    parameter, along the plane's axes from the middle of the target points.
     """
 
-    name: ClassVar[str] = "target_scale"
-    title: ClassVar[str] = "the printed grid's scale"
-    reference: ClassVar[str] = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"
-    stage: ClassVar[Stage] = Stage.TARGET
-    depends_on_trajectory: ClassVar[bool] = True
+    name = "target_scale"
+    title = "the printed grid's scale"
+    clause = "the target is printed to a wrong scale"
+    remedy = "Measure the target with a caliper: its squares are not of the size that the data set states."
+    reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"
+    stage = Stage.TARGET
+    site = "target"
+    needs = (flat_target,)
+    depends_on_trajectory = True
 
     scale: Array = parameter(unit="", bound=0.05, prior_scale=5e-3)
-    centre_x: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
-    centre_y: Array = shape(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
-
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """A flat target."""
-        return no_flat_target(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """The target of a stripe scanner."""
-        return () if cls.missing(dataset) else ("target",)
+    centre_x: Array = nonlinear(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
+    centre_y: Array = nonlinear(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """The middle and places around it."""
-        return centres(Scene.of(dataset).target.half)
+        """The middle of the target and eight points around it."""
+        half = Run(dataset).target.half
+        return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
 
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, points: Array, run: Run, /) -> Array:
         """Stretch the target in its plane."""
-        plane = scene.target
+        plane = run.target
         flat = plane.axes[:, :2]
         centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
-        return np.asarray(value + self.scale[:, None, None] * (((value - plane.centre) @ flat - centre) @ flat.T))
+        return np.asarray(points + self.scale[:, None, None] * (((points - plane.centre) @ flat - centre) @ flat.T))

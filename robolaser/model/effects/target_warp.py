@@ -1,18 +1,17 @@
 """Targets that are not flat."""
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Scene, parameter
-from robolaser.model.effects.lacking import no_flat_target
+from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.requirements import flat_target
 from robolaser.model.stages import Stage
 
 FIELD = 1.2
-"""Half the extent of the field of waves over that of the points: beyond the points a wave need not be even."""
+"""Half the extent of the field of waves over that of the points: a wave need not be even beyond the points."""
 
 
 @final
@@ -20,19 +19,22 @@ FIELD = 1.2
 class TargetWarp(Effect):
     """The target's height along its normal: a bow xx ξ² + xy ξ η + yy η², and waves on top of it.
 
-    ξ and η are the place on the target from the middle of its points, over half their larger extent; ξ runs along the
-    frame's x axis as near as the plane lets it (along y on a plane across x). `wave_2_1` is the height of two half
-    waves along ξ times one along η, over a field a fifth larger than the points'. Height and slope of the whole (`z`,
-    `x`, `y`) count because a placed target stands where one part of it says.
+    ξ and η are coordinates on the target from the middle of its points, over half their larger extent; ξ is as near to
+    the frame's x axis as the plane permits (to y on a plane across x). `wave_2_1` is the height of two half waves along
+    ξ times one along η, over a field a fifth larger than the points'. Height and slope of the whole (`z`, `x`, `y`)
+    count because a placed target was located by a part of it.
     """
 
-    name: ClassVar[str] = "target_warp"
-    title: ClassVar[str] = "the target is not flat"
-    reference: ClassVar[str] = (
-        "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
-    )
-    stage: ClassVar[Stage] = Stage.TARGET
-    depends_on_trajectory: ClassVar[bool] = True
+    name = "target_warp"
+    title = "the target is not flat"
+    clause = "the target is not flat"
+    caveat = "the height is known where points were seen, not beyond"
+    remedy = "Use a stiffer target, or glue it to glass."
+    reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
+    stage = Stage.TARGET
+    site = "target"
+    needs = (flat_target,)
+    depends_on_trajectory = True
 
     xx: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
     xy: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
@@ -57,25 +59,15 @@ class TargetWarp(Effect):
     wave_4_0: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
     wave_4_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
 
-    @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """A target that is flat as given."""
-        return no_flat_target(dataset)
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
-        """The target of a stripe scanner."""
-        return () if cls.missing(dataset) else ("target",)
-
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, points: Array, run: Run, /) -> Array:
         """Lift each point along the normal."""
-        plane = scene.target
-        xi, eta = np.moveaxis((value - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
+        plane = run.target
+        xi, eta = np.moveaxis((points - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         lift = bow + self.z[:, None] + self.x[:, None] * xi + self.y[:, None] * eta
         along, across = (np.pi * (place / FIELD + 1.0) / 2.0 for place in (xi, eta))
-        for name, *_ in self.declared():
+        for name, *_ in self.amplitudes():
             if name.startswith("wave_"):
                 i, j = map(int, name.split("_")[1:])
                 lift = lift + getattr(self, name)[:, None] * np.cos(i * along) * np.cos(j * across)
-        return np.asarray(value + lift[..., None] * plane.axes[:, 2])
+        return np.asarray(points + lift[..., None] * plane.axes[:, 2])

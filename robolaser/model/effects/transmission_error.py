@@ -1,19 +1,20 @@
-"""Harmonic drives and gears whose output runs ahead and behind, periodically in the motor's angle."""
+"""Harmonic drives and gears whose output leads and lags, periodically in the motor's angle."""
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Scene, parameter, shape
-from robolaser.model.effects.lacking import no_robot
-from robolaser.model.effects.places import joint_column, moved, turning_joints
+from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
-FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: two is a bearing's, twice the 160 of a harmonic drive is most
-STEP = 2.0  # of the phase over the joint's range [rad]: half a step from its best, a wave still fits 92 % of itself
+FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: a bearing has two, a harmonic drive at most twice 160
+STEP = 2.0  # of the phase over the joint's range [rad]: half a step off, a wave still fits 92 % of itself
 
 
 @final
@@ -24,41 +25,38 @@ class TransmissionError(Effect):
     A harmonic drive errs once and twice a turn of its wave generator.
     """
 
-    name: ClassVar[str] = "transmission_error"
-    title: ClassVar[str] = "periodic in the motor's angle: several cycles a joint turn"
-    reference: ClassVar[str] = "Tuttle, Seering 1996, A nonlinear model of a harmonic drive; 0.5-2 arcmin"
-    stage: ClassVar[Stage] = Stage.JOINTS
+    name = "transmission_error"
+    title = "periodic in the motor's angle: several cycles a joint turn"
+    clause = "the gear of {where} errs periodically"
+    caveat = "its frequency is one of several that were tried"
+    remedy = "Correct {where} by the model, or have its gear inspected."
+    reference = "Tuttle, Seering 1996, A nonlinear model of a harmonic drive; 0.5-2 arcmin"
+    stage = Stage.JOINTS
+    needs = (turning_joint,)
 
     sine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)
     cosine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)
     sine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
     cosine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
-    cycles: Array = shape(unit="", lower=FEWEST, upper=MOST, nominal=20.0)
+    cycles: Array = nonlinear(unit="", lower=FEWEST, upper=MOST, nominal=20.0)
 
     @classmethod
-    def missing(cls, dataset: Dataset) -> str:
-        """Joint angles."""
-        return no_robot(dataset) or ("" if turning_joints(dataset) else "no joint of this arm turns")
-
-    @classmethod
-    def places(cls, dataset: Dataset) -> tuple[str, ...]:
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
         """Every joint that turns the flange."""
-        return turning_joints(dataset)
+        return turning_joints(robot)
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Frequencies that the joint's range can tell apart, (g, 1): some hundred for a wide range."""
-        robot, q = dataset.robot, dataset.poses.q
-        assert robot is not None  # `places` says so
-        assert q is not None
-        span = float(np.ptp(q[:, robot.joints.index(where)]))
+        """Frequencies that the joint's range can distinguish, (g, 1): some hundred for a wide range."""
+        run = Run(dataset)
+        span = float(np.ptp(run.q[:, joint_column(run, where)]))
         count = max(2, int(np.ceil((MOST - FEWEST) * span / STEP)) + 1)
         return np.linspace(FEWEST, MOST, count)[:, None]
 
-    def apply(self, value: Array, scene: Scene) -> Array:
+    def apply(self, q: Array, run: Run, /) -> Array:
         """Add the two waves."""
-        phase = self.cycles[:, None] * value[:, :, joint_column(scene, self.where)]
+        phase = self.cycles[:, None] * q[:, :, joint_column(run, self.where)]
         sin, cos = np.sin(phase), np.cos(phase)
         once = self.sine[:, None] * sin + self.cosine[:, None] * cos
         twice = self.sine_2[:, None] * 2 * sin * cos + self.cosine_2[:, None] * (1 - 2 * sin**2)
-        return moved(value, scene, self.where, once + twice)
+        return add_to_joint(q, run, self.where, once + twice)

@@ -1,18 +1,43 @@
-"""Ways to measure, one file each."""
+"""Ways to measure, one file each.
+
+A sensor of one's own is a subclass of `Sensor`, defined anywhere before a data set of its kind is read; or an installed
+package announces it by an entry point in the group `robolaser.sensors`.
+"""
+
+from functools import cache
 
 from robolaser.data.dataset import Dataset
-from robolaser.model.sensors import formats as formats
 from robolaser.model.sensors.point import Point
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.plugins import announced
 
-SENSORS: tuple[type[Sensor], ...] = (Stripe, Point, Socket)
+
+def sensors() -> dict[str, type[Sensor]]:
+    """Every kind of sensor by name: ours, then announced and defined ones.
+
+    Raises:
+        PluginError: What an installed package announces cannot be used.
+    """
+    _announced()
+    return REGISTERED
+
+
+def sensor_class(kind: str) -> type[Sensor]:
+    """The sensor of that name."""
+    return (REGISTERED if kind in REGISTERED else sensors())[kind]
 
 
 def sensor_of(dataset: Dataset) -> Sensor:
     """The sensor that a data set was measured with."""
-    return {kind.kind: kind for kind in SENSORS}[dataset.kind](dataset)
+    return sensor_class(dataset.kind)(dataset)
 
 
-__all__ = ["SENSORS", "Point", "Sensor", "Socket", "Stripe", "sensor_of"]
+@cache
+def _announced() -> None:
+    ours = [sensor.format.kind for sensor in (Stripe, Point, Socket)]
+    announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
+
+
+__all__ = ["Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
 from robolaser.geometry.rigid_motion import angle_axes, carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -23,9 +24,11 @@ ENOUGH_ROWS = 3000
 class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
-    kind: ClassVar[str] = "point"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="point", title="laser tracker", columns={"xyz": XYZ}, named_points=True
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
-    measured_by: ClassVar[str] = "tracked points on the flange"
     task: ClassVar[str] = "the model predicts tracked points"
     row_point: ClassVar[str] = "measured point"
     frame: ClassVar[str] = "tracker's frame"

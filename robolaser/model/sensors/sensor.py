@@ -8,12 +8,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.toml_schema import unit_of
+from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import ParameterMissing, ParameterUnknown
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.known_distances import KnownDistances
-from robolaser.model.stages import Perturbation
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -21,31 +21,38 @@ ANGLE_SPAN_RAD = np.pi
 SIX = ("x", "y", "z", "w", "phi", "psi")
 TWIST_STEP = 1e-5  # [m or rad], for numeric derivatives by small motions of the flange
 
+REGISTERED: dict[str, "type[Sensor]"] = {}
+"""Kinds of sensors by name; a subclass enters itself, in place of an earlier one of its name."""
+
 
 class Sensor(ABC):
-    """A way to measure, for one data set. A subclass is one kind of `[sensor]`.
+    """A way to measure, for one data set. A subclass is one kind of `[sensor]`; to define it is to register it.
 
-    A row of residuals has k numbers, `len(units)`: a point in space three in metres, a camera's corner two in pixels.
-    Whitened numbers are the currency of estimation and diagnosis; metres are for people.
+    A row of residuals has k numbers, `format.numbers`: a point in space three in metres, a camera's corner two in
+    pixels. Whitened numbers are the currency of estimation and diagnosis; metres are for people.
 
     Attributes:
-        kind: Name in dataset.toml.
-        units: Unit of each of a row's k numbers.
+        format: Its name, what it needs in a data set, and the numbers of a row with their unit.
+        stages: Those that its values pass: effects at others have no meaning for it.
         whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
             joint readings explain: a tracker that measures six dimensions at a time does.
-        measured_by: How reports name it: "laser stripe scanner".
         task: What it does, as "the scanner places points": reports say how far off that is.
         row_point: What reports call the point that a row compares the model with: "known point".
         frame: The frame of `known`: "base frame".
     """
 
-    kind: ClassVar[str]
-    units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
+    format: ClassVar[SensorFormat]
+    stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
     whole_pose_errors: ClassVar[bool] = False
-    measured_by: ClassVar[str] = "sensor"
     task: ClassVar[str] = "the model predicts measurements"
     row_point: ClassVar[str] = "point"
     frame: ClassVar[str] = "base frame"
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "format" in cls.__dict__:
+            register_format(cls.format)
+            REGISTERED[cls.format.kind] = cls
 
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
@@ -95,7 +102,7 @@ class Sensor(ABC):
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Measured or known less predicted, (c, m, k) [`units`]; not finite at the model's poles.
+        """Measured or known less predicted, (c, m, k) [`format.unit`]; not finite at the model's poles.
 
         Args:
             values: All parameters, (c,) each.
@@ -189,15 +196,16 @@ class Sensor(ABC):
                 raise ParameterUnknown(name, self.free + self.derived)
         missing = [name for name in self.free if name not in given]
         if missing:
-            raise ParameterMissing(missing, self.kind)
+            raise ParameterMissing(missing, self.format.kind)
         items = [given[name] for name in self.free]
         if self.derived:
             nominal = {item.name: np.array([item.nominal]) for item in items}
             found = self.initialize(nominal, T_base_flange, perturb)
             for name in self.derived:
-                span = ANGLE_SPAN_RAD if unit_of(name) == "rad" else LENGTH_SPAN_M
+                unit = self.format.unit_of(name)
+                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
                 at = float(found[name][0])
-                start = Parameter(name, unit_of(name), at, at - span, at + span, given=False)
+                start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.sensor import Sensor, rigid_moves, vector
@@ -20,8 +21,13 @@ RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not 
 class Socket(Sensor):
     """The ball's place T_base_flange tool.ball is the socket's, whichever way the arm is folded."""
 
-    kind: ClassVar[str] = "socket"
-    measured_by: ClassVar[str] = "ball in fixed sockets"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="socket",
+        title="ball in fixed sockets",
+        columns={},
+        absent={"x_m": 'a socket\'s place is not measured (kind "point" is)'},
+        named_points=True,
+    )
     task: ClassVar[str] = "the model puts the ball"
     row_point: ClassVar[str] = "socket"
 

@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.compiled import available
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry import camera as optics
 from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -30,8 +31,19 @@ are made, would else seem to know everything across them."""
 class Stripe(Sensor):
     """The laser scanner of the paper, eqs. 1-13, its target placed or not."""
 
-    kind: ClassVar[str] = "stripe"
-    measured_by: ClassVar[str] = "laser stripe scanner"
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="stripe",
+        title="laser stripe scanner",
+        columns={"pixel": PIXEL, "xyz": XYZ},
+        tables=("scanner", "image", "board"),
+        required=("image",),
+        units={
+            "f": "m", "s_u": "m/px", "s_v": "m/px", "u_0": "px", "v_0": "px", "k": "1/m²", "b": "m", "theta": "rad",
+            "t_x": "m", "t_y": "m", "t_z": "m",
+        },
+        positive=("f", "s_u", "s_v"),
+    )  # fmt: skip
+    stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
     task: ClassVar[str] = "the scanner places points"
     row_point: ClassVar[str] = "known point"
 

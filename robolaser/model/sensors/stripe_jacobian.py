@@ -5,7 +5,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry import camera as optics
-from robolaser.geometry.rigid_motion import angle_axes, common_length, from_angles, from_quaternion
+from robolaser.geometry.rigid_motion import angle_axes, common_length, from_angles, from_quaternion, skew
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -32,22 +32,27 @@ def stripe_jacobian(dataset: Dataset, values: Values, T_base_flange: Array, pert
     bracket = from_quaternion(np.array(dataset.bracket_quat))
     R_flange_camera = bracket @ from_angles(*angles, order=dataset.angles)
     R_base_flange = T_base_flange[:, points.pose, :3, :3]
-    axes = angle_axes(*angles, order=dataset.angles) @ bracket.T
+    in_flange = np.empty((*P.shape, 11))
+    in_flange[..., :8] = R_flange_camera[:, None] @ slopes
     turned = P @ np.swapaxes(R_flange_camera, -1, -2)
-
+    in_flange[..., 8:] = _turning(turned, angle_axes(*angles, order=dataset.angles) @ bracket.T)
     count = 14 if dataset.placed else 20
     c, m = common_length(P, R_base_flange, perturb(Stage.TARGET, points.xyz[None])), len(points)
     J = np.empty((c, m, 3, count))
-    J[..., :8] = -(R_base_flange @ R_flange_camera[:, None]) @ slopes
-    J[..., 8:11] = -R_base_flange @ np.swapaxes(np.cross(axes[:, None], turned[:, :, None]), -1, -2)
+    J[..., :11] = -R_base_flange @ in_flange
     J[..., 11:14] = -R_base_flange
     if not dataset.placed:
         T = motion(values, "target")
         lever = perturb(Stage.TARGET, points.xyz[None]) @ np.swapaxes(T[:, :3, :3], -1, -2)
-        axes = angle_axes(*(values[f"target.{part}"] for part in ("w", "phi", "psi")))
         J[..., 14:17] = np.eye(3)
-        J[..., 17:] = np.swapaxes(np.cross(axes[:, None], lever[:, :, None]), -1, -2)
+        J[..., 17:] = _turning(lever, angle_axes(*(values[f"target.{part}"] for part in ("w", "phi", "psi"))))
     return J
+
+
+def _turning(points: Array, axes: Array) -> Array:
+    """Moves of points (c, m, 3) by turns about each of three axes (c, 3, 3), (c, m, 3, 3): a column for each axis."""
+    by_axis = points[:, None] @ np.swapaxes(skew(axes), -1, -2)  # (c, axis, m, 3)
+    return np.moveaxis(by_axis, 1, -1)
 
 
 def _in_camera(pixel: Array, values: Values, stripe_axis: str) -> tuple[Array, Array]:

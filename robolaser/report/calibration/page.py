@@ -84,6 +84,6 @@ def write_report(calibration: Calibration, path: Path, *, command: str = "") -> 
     """Write the page of a calibration, one self-contained HTML file.
 
     Raises:
-        FileUnwritable: The disk or the permissions do not allow it.
+        OutputError: The disk or the permissions do not allow it.
     """
     write_text(path, page(calibration, command=command))

@@ -119,9 +119,9 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
             value, std = float(calibration.x[i]), float(calibration.std[i])
             rows.append(
                 EffectRow(
-                    effect=candidate_effect.kind.name,
+                    effect=candidate_effect.effect.name,
                     where=candidate_effect.where,
-                    meaning=effect_meaning(candidate_effect.kind.name),
+                    meaning=effect_meaning(candidate_effect.effect.name),
                     number=item.name.rpartition(".")[2],
                     value=measured(value, std, item.unit),
                     away=f"{abs(value) / std:.1f}" if np.isfinite(std) and std > 0 else "",

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import DetectionLimit, Diagnosis, Estimate
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.places import moving_joints
+from robolaser.model.effects.joints import moving_joints
 from robolaser.report.diagnosis.advice import beside, caveats, doubt
 from robolaser.report.digits import measured, millimetres, plain
 
@@ -73,9 +73,9 @@ def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
     """The effects found, most important first."""
     return [
         EffectRow(
-            effect=found.candidate_effect.kind.name,
+            effect=found.candidate_effect.effect.name,
             where=found.candidate_effect.where,
-            meaning=found.candidate_effect.kind.title,
+            meaning=found.candidate_effect.effect.title,
             numbers=[(name, with_error(number), doubt(number)) for name, number in found.parameters.items()],
             probability=percent(found.probability),
             closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
@@ -90,9 +90,9 @@ def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:
     """What else could be the cause, as far as these poses can tell."""
     return [
         RivalRow(
-            effect=rival.candidate_effect.kind.name,
+            effect=rival.candidate_effect.effect.name,
             where=rival.candidate_effect.where,
-            meaning=rival.candidate_effect.kind.title,
+            meaning=rival.candidate_effect.effect.title,
             numbers=[(name, with_error(number), doubt(number)) for name, number in rival.parameters.items()],
             gap=millimetres(rival.gap_m),
             instead_of=at(found.candidate_effect),
@@ -110,8 +110,8 @@ def place_rows(diagnosis: Diagnosis) -> list[PlaceRow]:
 
 def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, str]]:
     """Effects that were looked for and not found: name, meaning, and how small they must be at each place."""
-    by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.kind.name)
-    for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.kind):
+    by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
+    for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect):
         yield kind.name, kind.title, ", ".join(map(_less, _of_interest(tuple(limits))))
 
 
@@ -138,7 +138,7 @@ def joint_units(dataset: Dataset) -> Mapping[str, str]:
     robot = dataset.robot
     if robot is None:
         return {}
-    return {name: "m" if robot.prismatic[robot.joints.index(name)] else "rad" for name in moving_joints(dataset)}
+    return {name: "m" if robot.prismatic[robot.joints.index(name)] else "rad" for name in moving_joints(dataset.robot)}
 
 
 def with_error(number: Estimate) -> str:
@@ -155,7 +155,7 @@ def percent(share: float) -> str:
 
 def at(candidate_effect: CandidateEffect) -> str:
     """An effect and its place."""
-    return f"{candidate_effect.kind.name} at {candidate_effect.where}"
+    return str(candidate_effect)
 
 
 def _chance(p: float) -> str:

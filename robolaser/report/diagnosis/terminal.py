@@ -49,8 +49,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
     """Effects that could be tested at none of their places."""
-    tested = {limit.candidate_effect.kind.name for limit in diagnosis.limits if limit.size is not None}
-    tested |= {found.candidate_effect.kind.name for found in diagnosis.findings}
+    tested = {limit.candidate_effect.effect.name for limit in diagnosis.limits if limit.size is not None}
+    tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
     return [name for name in diagnosis.not_testable if name not in tested]
 
 
@@ -61,7 +61,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
     for found in diagnosis.findings[:MOST_EFFECTS]:
         name = max(found.parameters, key=lambda one: _clarity(found.parameters[one]))
         made.add_row(
-            Text(f"{found.candidate_effect.kind.name}:{found.candidate_effect.where} {name}"),
+            Text(f"{found.candidate_effect.effect.name}:{found.candidate_effect.where} {name}"),
             rows.with_error(found.parameters[name]),
             rows.percent(found.probability),
             millimetres(found.gap_without_m),

@@ -13,9 +13,9 @@ from robolaser.errors import ParameterMissing
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.scan.calibrated import Calibrated
+from robolaser.scan.carry_over import carried_over, sight_of
 from robolaser.scan.scanner_model import Sight
 from robolaser.scan.sources import places_in_images
-from robolaser.scan.transferred import carried_over, sight_of
 
 USUAL_DEPTH_M = 0.3  # of the work where the sheet is nowhere in front of the camera
 FAN = 48  # places along the stripe

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.estimation.multistart import thinned
+from robolaser.estimation.multistart import subsampled
 from robolaser.report.calibration.evidence import Evidence
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records, rule
 from robolaser.report.digits import millimetres
@@ -13,7 +13,7 @@ def convergence(evidence: Evidence) -> Chart | None:
     calibration, history = evidence.calibration, evidence.calibration.history
     if history is None or len(history.best) < 2:
         return None
-    rows = len(thinned(calibration.model).dataset.points)
+    rows = len(subsampled(calibration.model).dataset.points)
     best_mm = 1e3 * np.sqrt(np.where(np.isfinite(history.best), history.best, np.nan) / rows)
     last = len(best_mm) - 1
     kept = np.unique([0, *(np.flatnonzero(np.diff(best_mm)) + 1), last])

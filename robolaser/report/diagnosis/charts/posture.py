@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.effects.places import moving_joints
+from robolaser.model.effects.joints import moving_joints
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion, vector
 from robolaser.model.sensors.stripe import Stripe
@@ -51,7 +51,7 @@ class Posture:
         perturb = model.perturb(values)
         chosen = typical(model)
         flange = np.broadcast_to(model.flange(values, perturb)[0], (len(dataset.poses), 4, 4))[chosen]
-        joints, frames = moving_joints(dataset), np.empty((0, 3))
+        joints, frames = moving_joints(dataset.robot), np.empty((0, 3))
         if dataset.robot is not None and dataset.poses.q is not None:
             frames = dataset.robot.joint_frames(dataset.poses.q[None, [chosen]])[0, 0, :, :3, 3]
         points = known_points(model, values, perturb)

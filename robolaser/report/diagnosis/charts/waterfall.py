@@ -51,7 +51,7 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
     )
     found = [Step("nominal model", MUTED, None, nominal), Step("parameters fitted", MUTED, nominal, calibrated)]
     for finding in diagnosis.findings[:MOST]:
-        label = f"{finding.candidate_effect.kind.name}, {finding.candidate_effect.where}"
+        label = f"{finding.candidate_effect.effect.name}, {finding.candidate_effect.where}"
         found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
     more = len(diagnosis.findings) - MOST
     if more > 0:

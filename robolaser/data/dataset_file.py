@@ -1,0 +1,276 @@
+"""dataset.toml: what its keys mean, and what it says of robot, sensor and target."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal, final
+
+import numpy as np
+from msgspec import Meta
+
+from robolaser.data.csv_tables import read_text
+from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
+from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.toml_schema import read_toml, typed, wrong
+from robolaser.errors import DataError, unreadable
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
+from robolaser.parameters import Parameter
+
+FILE = "dataset.toml"
+FORMAT = "robolaser-dataset/1"
+GRAVITY = (0.0, 0.0, -9.81)
+QUATERNION_SLACK = 0.01  # files round their digits
+FULL_TURN = 2 * np.pi
+PLANNED = (
+    "sensors", "sessions", "board.marker_m", "board.dictionary", "target.radius_m", "noise.angle_rad",
+)  # fmt: skip
+"""Keys of the format that this version does not read."""
+
+Text = Annotated[str, Meta(min_length=1)]
+Pixels = Annotated[int, Meta(ge=1, le=100_000)]
+
+
+@final
+@dataclass(frozen=True)
+class RobotTable:
+    """`[robot]`."""
+
+    urdf: Text
+    flange: Text
+    joints: Annotated[tuple[Text, ...], Meta(min_length=1)]
+    gravity: tuple[float, float, float] = GRAVITY
+    time: Literal["seconds", "order"] = "seconds"
+    path: Literal["consecutive", "unknown"] = "consecutive"
+
+
+@final
+@dataclass(frozen=True)
+class SensorTable:
+    """`[sensor]`, of a kind that declares no options of its own."""
+
+    stripe_axis: Literal["u", "v"] = "u"
+
+
+@final
+@dataclass(frozen=True)
+class ScannerTable:
+    """`[scanner]`."""
+
+    bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    angles: Literal["xyz", "zyz"] = "xyz"
+
+
+@final
+@dataclass(frozen=True)
+class ImageTable:
+    """`[image]`."""
+
+    width_px: Pixels
+    height_px: Pixels
+
+
+@final
+@dataclass(frozen=True)
+class TargetTable:
+    """`[target]`."""
+
+    placed: bool = True
+    distances_m: tuple[tuple[str, str, Positive], ...] = ()
+
+
+@final
+@dataclass(frozen=True)
+class ParameterEntry:
+    """One of `[parameters]`."""
+
+    nominal: float
+    lower: float
+    upper: float
+
+
+@final
+@dataclass(frozen=True)
+class DatasetFile:
+    """The whole file."""
+
+    format: str
+    name: str = ""
+    source: str = ""
+    licence: str = ""
+    robot: RobotTable | None = None
+    sensor: dict[str, Any] = field(default_factory=dict)
+    scanner: ScannerTable = ScannerTable()
+    image: ImageTable | None = None
+    board: Board | None = None
+    target: TargetTable = TargetTable()
+    noise: Noise = Noise()
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+
+def describe(folder: str | Path) -> Dataset:
+    """Read and check dataset.toml alone: robot, sensor and target, without a pose or a point.
+
+    Raises:
+        DataError: With the key of what is wrong.
+        RobotError: The URDF, its flange or its joints are not usable.
+    """
+    folder = Path(folder)
+    if not (folder / FILE).is_file():
+        what = "is not there" if not folder.exists() else f"has no {FILE}"
+        raise DataError(
+            f"{folder} {what}. A data set is a folder with dataset.toml, poses.csv and points.csv.", file=folder / FILE
+        )
+    contents = read_toml(folder / FILE)
+    check_format(contents, FORMAT, FILE)
+    read = typed(contents, DatasetFile, file=FILE, planned=PLANNED)
+    declared = sensor_format(_kind(read))
+    _check(read, declared)
+    said = {key: value for key, value in read.sensor.items() if key != "kind"}
+    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",), planned=("mount",))
+    image = read.image if "image" in declared.tables else None
+    return Dataset(
+        name=read.name or folder.resolve().name,
+        source=read.source,
+        licence=read.licence,
+        kind=declared.kind,
+        options=options if declared.options else None,
+        robot=None if read.robot is None else _robot(read.robot, folder),
+        poses=Poses(()),
+        points=Points(np.empty(0, dtype=np.int64), ()),
+        parameters=_parameters(read.parameters, declared),
+        stripe_axis=getattr(options, "stripe_axis", "u"),
+        bracket_quat=read.scanner.bracket_quat,
+        angles=read.scanner.angles,
+        image_px=None if image is None else (image.width_px, image.height_px),
+        board=read.board,
+        placed=read.target.placed,
+        distances_m=read.target.distances_m,
+        noise=read.noise,
+        time_is_order=read.robot is not None and read.robot.time == "order",
+        path_known=read.robot is None or read.robot.path == "consecutive",
+        folder=folder,
+        warnings=tuple(
+            f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."
+            for table in ("scanner", "image", "board")
+            if table in contents and table not in declared.tables
+        ),
+    )
+
+
+def check_format(contents: Mapping[str, Any], expected: str, file: str) -> None:
+    """See that a file is of the format that this program reads.
+
+    Raises:
+        DataError: It is of another, or of a later version.
+    """
+    if "format" not in contents:
+        raise DataError(f'{file} lacks format: expected "{expected}".', file=file, column="format")
+    if contents["format"] != expected:
+        raise DataError(
+            f"{file} has format {contents['format']!r}, but this program reads '{expected}'.",
+            file=file,
+            column="format",
+        )
+
+
+def inside(folder: Path, path: str, where: str) -> Path:
+    """A path of the data set, which must stay within its folder.
+
+    Raises:
+        DataError: It points elsewhere.
+    """
+    whole = folder / path
+    if "\0" in path or Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
+        raise DataError(
+            f"{where}: {path!r} leaves the data set's folder. Copy the file into it and name it relatively.", file=path
+        )
+    return whole
+
+
+def no_rotation(where: str, length: float, file: str, row: int | None = None) -> DataError:
+    """The error of a quaternion whose length is not one."""
+    return DataError(
+        f"{where}: the quaternion (x, y, z, w) has length {length:.4g}, expected 1. "
+        "Check the order of its four numbers, or normalise it.",
+        file=file,
+        row=row,
+    )
+
+
+def _kind(read: DatasetFile) -> str:
+    kind = read.sensor.get("kind", "stripe")
+    if not isinstance(kind, str):
+        raise wrong(FILE, ("sensor", "kind"), kind, "a text")
+    return kind
+
+
+def _check(read: DatasetFile, declared: SensorFormat) -> None:
+    length = float(np.linalg.norm(read.scanner.bracket_quat))
+    if abs(length - 1) > QUATERNION_SLACK:
+        raise no_rotation(f"{FILE}, [scanner] bracket_quat", length, FILE)
+    if read.robot is not None and len(set(read.robot.joints)) < len(read.robot.joints):
+        raise wrong(FILE, ("robot", "joints"), list(read.robot.joints), "a list of different names")
+    if read.robot is None and declared.needs_robot:
+        raise DataError(f"{FILE} lacks [robot]: a {declared.title} needs joint angles.", file=FILE, column="robot")
+    for table in declared.required:
+        if getattr(read, table) is None:
+            raise DataError(f"{FILE} lacks [{table}], which a {declared.title} needs.", file=FILE, column=table)
+    if read.target.distances_m and not declared.named_points:
+        raise DataError(
+            f"{FILE}, [target] distances_m: the points of a {declared.title} have no names of their own, so that no"
+            " distance between two of them can be known. Delete it.",
+            file=FILE,
+            column="[target] distances_m",
+        )
+
+
+def _robot(table: RobotTable, folder: Path) -> Robot:
+    path = inside(folder, table.urdf, f"{FILE}, [robot] urdf")
+    if path.is_file():
+        text = read_text(path)
+    elif table.urdf.endswith((".urdf", ".xml")) or "/" in table.urdf:
+        raise unreadable(path, "no such file")
+    else:
+        text = find_robot(table.urdf).urdf
+    return Robot.from_urdf(text, flange=table.flange, joints=table.joints, gravity=table.gravity, source=table.urdf)
+
+
+def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, Parameter]:
+    """Every key as a parameter; `target.x = ...` and `"target.x" = ...` are one."""
+    found = {}
+    for name, values in _entries(table):
+        at = ("parameters", name)
+        if not isinstance(values, dict):
+            raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
+        entry = typed(values, ParameterEntry, file=FILE, at=at, planned=("fixed",))
+        reason = _implausible(name, entry, declared)
+        if reason:
+            raise DataError(f"{FILE}, [parameters] {name}: {reason}", file=FILE, column=f"[parameters] {name}")
+        found[name] = Parameter(name, declared.unit_of(name), entry.nominal, entry.lower, entry.upper)
+    return found
+
+
+def _implausible(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
+    """What is wrong with a parameter's numbers; "" where nothing is."""
+    nominal, lower, upper = entry.nominal, entry.lower, entry.upper
+    if not lower < upper or not lower <= nominal <= upper:
+        why = "lower must be below upper" if not lower < upper else "the nominal value must lie between the bounds"
+        return f"nominal {nominal:g}, lower {lower:g}, upper {upper:g}; {why}."
+    if name in declared.positive and lower <= 0:
+        return f"lower is {lower:g}, but this parameter is positive. Give a lower bound above zero."
+    largest = max((nominal, lower, upper), key=abs)
+    if declared.unit_of(name) == "rad" and abs(largest) > FULL_TURN:
+        return f"{largest:g} rad is more than a full turn. Are these degrees?"
+    return ""
+
+
+def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
+    known = set(ParameterEntry.__annotations__)
+    for name, values in table.items():
+        tables = isinstance(values, dict) and values and all(isinstance(value, dict) for value in values.values())
+        if tables and not values.keys() & known:
+            yield from ((f"{name}.{rest}", value) for rest, value in _entries(values))
+        else:
+            yield name, values

@@ -1,0 +1,99 @@
+"""points.csv: what was seen, by the columns that the sensor's format declares."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.csv_tables import Table, bad_cell, read_table
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.pose_table import not_too_far, row_twice
+from robolaser.data.toml_schema import wrong
+from robolaser.errors import DataError, meant
+
+FILE = "points.csv"
+LARGEST_REPEAT = 1e9
+
+
+def read_points(folder: Path, described: Dataset) -> Points:
+    """Read points.csv.
+
+    Args:
+        folder: The data set's.
+        described: What dataset.toml says, with the poses.
+
+    Raises:
+        DataError: With row and column of what is wrong.
+    """
+    declared = described.format
+    table = read_table(folder / FILE, ["repeat", *(column for group in declared.columns.values() for column in group)])
+    in_pose = table.texts("pose")
+    points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))
+    if "repeat" in table:
+        points = replace(points, repeat=_repeats(table))
+    _no_point_twice(table, points, in_pose)
+    for column, why in declared.absent.items():
+        if column in table:
+            raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{FILE} without {column}: {why}")
+    arrays = {name: table.numbers(columns) for name, columns in declared.columns.items()}
+    if "xyz" in arrays:
+        not_too_far(table, arrays["xyz"])
+    if "pixel" in arrays and described.image_px is not None:
+        _in_the_image(table, arrays["pixel"], described.image_px)
+    pixel, xyz = arrays.pop("pixel", None), arrays.pop("xyz", None)
+    return replace(points, pixel=pixel, xyz=xyz, columns=arrays)
+
+
+def _numbers_of(table: Table, in_pose: Sequence[str], poses: Sequence[str]) -> Ints:
+    """Number of each row's pose, (m,)."""
+    number = {name: i for i, name in enumerate(poses)}
+    strangers = set(in_pose) - set(number)
+    if strangers:
+        row = min(map(in_pose.index, strangers))
+        raise DataError(
+            f"{FILE}, row {table.lines[row]}: no pose {in_pose[row]!r} in poses.csv, which has {len(poses)}."
+            f"{meant(in_pose[row], poses)} Add the pose or delete the row.",
+            file=FILE,
+            row=table.lines[row],
+            column="pose",
+        )
+    return np.fromiter(map(number.__getitem__, in_pose), np.int64, len(in_pose))
+
+
+def _repeats(table: Table) -> Ints:
+    numbers = table.numbers(["repeat"])[:, 0]
+    for i in np.flatnonzero((numbers != np.round(numbers)) | (np.abs(numbers) > LARGEST_REPEAT))[:1]:
+        expected = f"a whole number up to {LARGEST_REPEAT:.0g}"
+        raise bad_cell(FILE, table.lines[i], "repeat", f"{numbers[i]:.12g}", expected)
+    return numbers.astype(np.int64)
+
+
+def _no_point_twice(table: Table, points: Points, in_pose: Sequence[str]) -> None:
+    key = points.pose * (points.number.max(initial=0) + 1) + points.number
+    if points.repeat is not None:
+        _, shot = np.unique(points.repeat, return_inverse=True)
+        key = key * (shot.max(initial=0) + 1) + shot
+    if (np.diff(key) > 0).all():
+        return
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    if same.any():
+        at = int(np.argmin(np.where(same, order[1:], len(points))))  # the first row that repeats another
+        first, row = order[at], order[at + 1]
+        shown = "" if points.repeat is None else f", repeat {points.repeat[row]}"
+        what = f"pose {in_pose[row]}, point {points.names[row]}{shown}"
+        raise row_twice(FILE, table.lines[row], table.lines[first], what)
+
+
+def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None:
+    outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
+    if outside.any():
+        row = int(np.argmax(outside))
+        raise DataError(
+            f"{FILE}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the image "
+            f"of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
+            file=FILE,
+            row=table.lines[row],
+        )

@@ -1,0 +1,176 @@
+"""poses.csv: where the arm stood, checked cell by cell."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import Table, bad_cell, finite, read_table
+from robolaser.data.dataset import Poses
+from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
+from robolaser.data.sensor_format import XYZ
+from robolaser.errors import DataError
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import from_quaternion, pose
+
+FILE = "poses.csv"
+FLANGE_COLUMNS = (*XYZ, "qx", "qy", "qz", "qw")
+OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
+FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
+IMAGES = "image"
+"""Columns whose names begin so hold paths of images."""
+MOST_NAMED = 5
+
+
+def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
+    """Read poses.csv.
+
+    Args:
+        folder: The data set's.
+        robot: Whose joint angles it holds; None: it holds measured flange poses.
+
+    Returns:
+        The poses, and what is odd, but no error.
+
+    Raises:
+        DataError: With row and column of what is wrong.
+    """
+    joints = () if robot is None else robot.joints
+    q_columns, qd_columns = [f"q_{joint}" for joint in joints], [f"qd_{joint}" for joint in joints]
+    readings = FLANGE_COLUMNS if robot is None else (*q_columns, *qd_columns)
+    table = read_table(folder / FILE, ["time_s", *readings])
+    names = table.texts("pose")
+    all_different(table, names, "pose")
+    if not names:
+        raise bad_cell(FILE, 1 + 1, "pose", "", "at least one pose")
+    poses = Poses(
+        names,
+        time_s=table.numbers(["time_s"])[:, 0] if "time_s" in table else None,
+        image=_images(table, folder) if IMAGES in table.columns else None,
+        payload_kg=_stated(table, "payload_kg"),
+        temperature_c=_stated(table, "temperature_c"),
+    )
+    warnings: list[str] = []
+    if robot is None:
+        poses = replace(poses, T_base_flange=_flange(table))
+    else:
+        q = table.numbers(q_columns)
+        qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
+        poses = replace(poses, q=q, qd=qd)
+        warnings += [*_outside_limits(table, q, robot), *_unlisted(table, q_columns)]
+    known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", *readings}
+    poses = replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
+    return poses, [*warnings, *_no_coordinates(table, poses)]
+
+
+def all_different(table: Table, keys: Sequence[str], what: str) -> None:
+    """See that no key comes twice.
+
+    Raises:
+        DataError: One does; with both rows.
+    """
+    if len(set(keys)) == len(keys):
+        return
+    first: dict[str, int] = {}
+    for line, key in zip(table.lines, keys, strict=True):
+        if key in first:
+            raise row_twice(table.file, line, first[key], f"{what} {key}")
+        first[key] = line
+
+
+def row_twice(file: str, line: int, first: int, what: str) -> DataError:
+    """The error of a row that another row has said already."""
+    return DataError(
+        f"{file}, row {line}: {what} was already in row {first}. Delete one of the two.", file=file, row=line
+    )
+
+
+def not_too_far(table: Table, xyz: Array) -> None:
+    """See that places are in metres.
+
+    Raises:
+        DataError: One is farther off than any arm or tracker reaches.
+    """
+    if max(xyz.max(initial=0.0), -xyz.min(initial=0.0)) > FARTHEST_M:
+        i, j = np.argwhere(np.abs(xyz) > FARTHEST_M)[0]
+        raise DataError(
+            f"{table.file}, row {table.lines[i]}, column {XYZ[j]}: {xyz[i, j]:.6g} m is farther than any arm reaches. "
+            "Are these millimetres? Lengths are metres.",
+            file=table.file,
+            row=table.lines[i],
+            column=XYZ[j],
+        )
+
+
+def some(names: list[str]) -> str:
+    """The first few of many names."""
+    return ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
+
+
+def _images(table: Table, folder: Path) -> tuple[str, ...]:
+    images = table.columns[IMAGES]
+    for line, image in zip(table.lines, images, strict=True):
+        inside(folder, image, f"{FILE}, row {line}, column {IMAGES}")
+    return images
+
+
+def _stated(table: Table, column: str) -> Array | None:
+    """A column that may be absent or empty throughout, but not in part, (n,)."""
+    return table.numbers([column])[:, 0] if any(table.columns.get(column, ())) else None
+
+
+def _flange(table: Table) -> Array:
+    numbers = table.numbers(FLANGE_COLUMNS)
+    not_too_far(table, numbers[:, :3])
+    lengths = np.linalg.norm(numbers[:, 3:], axis=1)
+    for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
+        raise no_rotation(f"{FILE}, row {table.lines[i]}", float(lengths[i]), FILE, table.lines[i])
+    return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
+
+
+def _outside_limits(table: Table, q: Array, robot: Robot) -> list[str]:
+    beyond = np.maximum(q - robot.upper, robot.lower - q)
+    units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
+    for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:
+        joint, line = robot.joints[j], table.lines[i]
+        raise DataError(
+            f"{FILE}, row {line}: q_{joint} is {q[i, j]:.4g} {units[j]}, but the URDF limits {joint} to "
+            f"{robot.lower[j]:.2f} .. {robot.upper[j]:.2f} {units[j]}. Are these "
+            f"{'millimetres' if robot.prismatic[j] else 'degrees'}?",
+            file=FILE,
+            row=line,
+            column=f"q_{joint}",
+        )
+    return [
+        f"{int((beyond[:, j] > 0).sum())} readings of {joint} lie up to {beyond[:, j].max():.3g} {units[j]} "
+        "outside its limits in the URDF."
+        for j, joint in enumerate(robot.joints)
+        if (beyond[:, j] > 0).any()
+    ]
+
+
+def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
+    unread = [column for column in table.columns if column.startswith("q_") and column not in q_columns]
+    if not unread:
+        return []
+    which = "that joint" if len(unread) == 1 else "those joints"
+    return [
+        f"{FILE} has {some(unread)}, but [robot] joints in dataset.toml does not list {which}:"
+        " taken to stay at neutral."
+    ]
+
+
+def _no_coordinates(table: Table, poses: Poses) -> list[str]:
+    """Warnings of further columns that no gap can be sought along: neither numbers nor empty throughout."""
+    return [
+        f"{FILE}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but the"
+        " diagnosis does not look for a gap along it."
+        for name, cells in poses.extra.items()
+        if name not in poses.coordinates and any(cells) and not name.startswith(IMAGES)
+    ]
+
+
+def _first_text(table: Table, cells: tuple[str, ...]) -> int:
+    return table.lines[[bool(np.isfinite(finite(cell))) for cell in cells].index(False)]

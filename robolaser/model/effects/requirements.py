@@ -1,0 +1,76 @@
+"""What effects need of a data set: each function says why the data do not have it, "" where they do."""
+
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.joints import turning_joints
+from robolaser.model.effects.run import temperature_rise
+from robolaser.model.effects.target_plane import THIN, plane_of
+from robolaser.model.sensors import sensor_class
+from robolaser.model.stages import Stage
+
+PARTS = {
+    Stage.MOUNT: "bracket",
+    Stage.PIXELS: "camera",
+    Stage.IMAGE: "camera",
+    Stage.SHEET: "laser plane",
+    Stage.LIGHT: "laser plane",
+    Stage.TARGET: "target",
+}
+"""The parts of a sensor through which values pass at a stage."""
+
+
+def passes(stage: Stage, dataset: Dataset) -> str:
+    """Values of this robot and sensor pass the stage."""
+    if stage in (Stage.JOINTS, Stage.LINKS):
+        return joint_angles(dataset)
+    stages = sensor_class(dataset.kind).stages
+    return "" if stage in stages else f"a sensor of kind '{dataset.kind}' has no {PARTS.get(stage, 'flange')}"
+
+
+def joint_angles(dataset: Dataset) -> str:
+    """Joint angles were read."""
+    return "" if dataset.robot is not None else "no joint angles in the data, only poses of the flange"
+
+
+def turning_joint(dataset: Dataset) -> str:
+    """A joint of the arm turns, and does not slide."""
+    return "" if turning_joints(dataset.robot) else "no joint of this arm turns"
+
+
+def masses(dataset: Dataset) -> str:
+    """It is known what the joints bear."""
+    payload = dataset.poses.payload_kg
+    known = dataset.robot is not None and (dataset.robot.has_masses or (payload is not None and payload.any()))
+    return joint_angles(dataset) or ("" if known else "no masses in the URDF")
+
+
+def pose_order(dataset: Dataset) -> str:
+    """It is known which pose came first."""
+    return "" if dataset.poses.time_s is not None else "the order of the poses is not known"
+
+
+def path(dataset: Dataset) -> str:
+    """It is known from where the arm came to each pose."""
+    known = "" if dataset.path_known else "the path between the poses is not known"
+    return joint_angles(dataset) or pose_order(dataset) or known
+
+
+def warm_up(dataset: Dataset) -> str:
+    """Temperatures or times tell how far things had warmed up."""
+    return "" if temperature_rise(dataset.poses) is not None else pose_order(dataset)
+
+
+def velocities(dataset: Dataset) -> str:
+    """The arm moved at some exposures, and it is known how."""
+    if dataset.robot is None:
+        return joint_angles(dataset)
+    if dataset.poses.qd is None:
+        return "no joint velocities in the data"
+    return "" if dataset.poses.qd.any() else "the arm stood still at every exposure"
+
+
+def flat_target(dataset: Dataset) -> str:
+    """A camera sees points of a flat target, or of one with flat steps; a target without points may be flat."""
+    if reason := passes(Stage.PIXELS, dataset):
+        return reason
+    flat = dataset.points.xyz is None or plane_of(dataset.points.xyz).flatness < THIN
+    return "" if flat else "the target points do not lie in one plane, nor in parallel ones"

@@ -1,0 +1,66 @@
+"""The plane of a flat target, or of one with flat steps."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+THIN = 0.05  # a target is flat where its planes are less thick than this share of their breadth
+STEP = 0.01  # of the target's size along the normal: points farther apart lie on different steps
+FEWEST = 8  # points on each plane on average: any three lie on one
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class TargetPlane:
+    """The plane of a flat target, or of each step of a stepped one.
+
+    Attributes:
+        centre: Middle of the points' extent along the axes of their frame, (3,) [m].
+        axes: In its columns two axes in the plane and the normal, which points along the frame's axis next to it,
+            (3, 3).
+        half: Half the larger extent in the plane [m].
+        flatness: Thickness over the smaller breadth, as standard deviations; no plane where it is not small.
+    """
+
+    centre: Array
+    axes: Array
+    half: float
+    flatness: float
+
+
+def plane_of(xyz: Array) -> TargetPlane:
+    """The plane of points (m, 3) [m], or that of all steps where they lie on parallel ones.
+
+    Candidates are the plane through all points and the three across the frame's axes; the one in whose steps the points
+    are thinnest is taken. Its axes are as near to those of the frame as possible.
+    """
+    centre = (xyz.max(axis=0) + xyz.min(axis=0)) / 2
+    through = np.linalg.svd(xyz - xyz.mean(axis=0), full_matrices=False)[2][-1]
+    normal, flatness = min((_stepped(xyz, guess) for guess in (through, *np.eye(3))), key=lambda found: found[1])
+    normal = normal * np.sign(normal[np.abs(normal).argmax()])
+    first = np.eye(3)[0 if np.abs(normal).argmax() != 0 else 1]
+    x = first - normal * (normal @ first)
+    x /= np.linalg.norm(x)
+    axes = np.column_stack([x, np.cross(normal, x), normal])
+    half = float(np.ptp((xyz - centre) @ axes[:, :2], axis=0).max() / 2)
+    return TargetPlane(centre, axes, half, flatness)
+
+
+def _stepped(xyz: Array, guess: Array) -> tuple[Array, float]:
+    """Normal and flatness of points on steps across a guessed normal; infinite where they determine no plane."""
+    along = xyz @ guess
+    order = np.argsort(along, kind="stable")
+    size = float(np.ptp(xyz, axis=0).max())
+    step = np.empty(len(xyz), dtype=np.int64)
+    step[order] = np.cumsum(np.diff(along[order], prepend=along[order[0]]) > STEP * size)
+    count = np.bincount(step)
+    if len(xyz) < FEWEST * len(count) and len(count) > 1:
+        return guess, np.inf
+    mean = np.stack([np.bincount(step, weights=column) / count for column in xyz.T], axis=-1)
+    _, spread, axes = np.linalg.svd(xyz - mean[step], full_matrices=False)
+    if len(spread) < 3 or spread[1] <= np.finfo(float).eps * size:
+        return guess, np.inf
+    return axes[2], float(spread[2] / spread[1])

@@ -1,0 +1,31 @@
+"""How far something has warmed up in the course of a run, from 0 towards 1, and what is known of it in another run."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run
+from robolaser.model.effects.run import temperature_rise
+
+SHORTEST, LONGEST, USUAL = 0.05, 3.0, 0.3  # time constant over the length of the run
+TRIED = 6  # time constants; the curves of two neighbours agree to a few per cent
+
+
+def warmed(run: Run, tau: Array) -> Array:
+    """Rise of temperature over its largest where it was measured, else 1 - exp(-progress / tau), (c,) -> (c or 1, n).
+
+    Source: Newton's law of cooling, towards a constant temperature.
+    """
+    return run.rise[None] if run.rise is not None else -np.expm1(-run.progress / tau[:, None])
+
+
+def time_constants(dataset: Dataset) -> Array:
+    """Time constants worth trying, (g, 1): only one where temperatures were measured, which do without."""
+    measured = temperature_rise(dataset.poses) is not None
+    return np.array([[USUAL]]) if measured else np.geomspace(SHORTEST, LONGEST, TRIED)[:, None]
+
+
+def carried_by_temperature(effect: Effect, run: Run) -> CarryOver:
+    """What warms up follows the thermometer of another run; without one it stays as at the end of the first run."""
+    by_thermometer = run.course is not None and run.course.by_thermometer
+    return CarryOver(effect) if by_thermometer else CarryOver(effect, doubt=NOT_WARM, alternatives=(None,))
