@@ -10,8 +10,8 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.folds import assign_folds, held_out
 
 RESAMPLES = 2000
-TOLERANCE = 0.3
-"""Chi-squared that a fit without one fold may be above its optimum: a third of what noise alone adds for one residual."""
+TOLERANCE = 0.1
+"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1."""
 
 
 @final

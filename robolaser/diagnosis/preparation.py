@@ -13,7 +13,6 @@ from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable
 from robolaser.diagnosis.thresholds import SCATTER_REDUCTION
-from robolaser.estimation.jacobian import jacobian
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -49,7 +48,7 @@ class Preparation:
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)
         start = find_start(small, Plan(seed=seed)).x
-        noise = some.noise(small, start, jacobian(small, start), dataset)
+        noise = some.noise(small, start, dataset)
         near = robust_fit(Fit.of(problem_of(small, noise, sensor), start)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
@@ -66,7 +65,7 @@ class Preparation:
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
         model, x = Model(data.dataset), self.near
-        noise = data.noise(model, x, jacobian(model, x), self.dataset)
+        noise = data.noise(model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
         if fit.has_optics or not effects:
             return data, fit

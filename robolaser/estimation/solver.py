@@ -86,7 +86,8 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps) for part in parts
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps)
+        for part in parts
     ]
     if len(ends) == 1:
         return ends[0]
