@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.plan import Contest
+    from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.run_loop import compare
     from robolaser.calibration.calibrate import calibrate
     from robolaser.calibration.options import Plan
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Calibration": "calibration.result",
-    "Contest": "benchmark.plan",
+    "RunPlan": "benchmark.plan",
     "Dataset": "data.dataset",
     "EFFECTS": "model.effects",
     "Plan": "calibration.options",
@@ -35,10 +35,10 @@ _HOME = {
 __all__ = [
     "EFFECTS",
     "Calibration",
-    "Contest",
     "Dataset",
     "Plan",
     "RobolaserError",
+    "RunPlan",
     "calibrate",
     "compare",
     "diagnose",

@@ -1,8 +1,12 @@
 """The kinds of array that pass through robolaser."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Progress = Callable[[str, float], None]
+"""Called by long work with what is being done, in words, and the share that is done."""

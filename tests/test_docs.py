@@ -13,7 +13,7 @@ from robolaser.cli import app
 from robolaser.data.sensor_format import POSE_UNITS
 from robolaser.geometry.robots import known_robots
 from robolaser.model.effects import EFFECTS
-from robolaser.model.sensors.formats import STRIPE
+from robolaser.model.sensors import Stripe
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}
@@ -88,4 +88,5 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
-    assert missing((name for name in {**Stripe.format.units, **POSE_UNITS} if name not in "xyz"), "conventions.md") == []
+    names = {**Stripe.format.units, **POSE_UNITS}
+    assert missing((name for name in names if name not in "xyz"), "conventions.md") == []

@@ -15,9 +15,9 @@ from typing import Any
 
 import vl_convert
 
-from robolaser import Contest
+from robolaser import RunPlan
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.record import Record
+from robolaser.benchmark.record import RunRecord
 from robolaser.benchmark.standings import Measure, standings
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts.solved import TITLES, solved
@@ -61,11 +61,11 @@ PARTS = {
         ),
     ),
 }  # fmt: skip
-"""Budget and contestants of each comparison."""
+"""Budget and solvers of each comparison."""
 PICTURED = "field"
 BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
-"""Beside whom each contestant is put."""
-COLUMNS = ("contestant", "within 1 % of the best J", "evaluations to it", "J at the end, median")
+"""Beside whom each solver is put."""
+COLUMNS = ("algorithm", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
 def command(part: str) -> list[str]:
@@ -102,9 +102,9 @@ def main() -> None:
 def picture(part: str, measure: Measure) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
     budget, algorithms = PARTS[part]
-    contest = Contest.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
-    record = Record(FOLDER / part / "runs.jsonl")
-    comparison = contest.so_far(contest.own(record.runs), record.effort)
+    plan = RunPlan.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
+    record = RunRecord(FOLDER / part / "runs.jsonl")
+    comparison = plan.result(plan.select(record.runs), record.effort)
     drawn = solved(PlotContext(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
@@ -131,7 +131,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
         pairs = {(pair["one"], pair["other"]): pair for pair in on["evaluations"]["pairs"]}
         for place in on["evaluations"]["places"]:
             name = place["algorithm"]
-            price = place["price"]["value"]
+            price = place["running_time"]["value"]
             cells = (
                 str(place["rank"] or ""),
                 f"`{name}`",
@@ -144,7 +144,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
 
 
 def _marked(answer: str, said: dict[str, Any]) -> str:
-    """Names of contestants as code, the longest first: some begin like others."""
+    """Names of solvers as code, the longest first: some begin like others."""
     names = sorted((one["name"] for one in said["algorithms"]), key=len, reverse=True)
     return re.sub("|".join(rf"(?<![\w:-]){re.escape(name)}(?![\w:=-])" for name in names), r"`\g<0>`", answer)
 
@@ -156,7 +156,7 @@ def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str)
     pair = pairs.get((name, beside)) or pairs[beside, name]
     share = pair["superiority"]["value"] if pair["one"] == name else 1 - pair["superiority"]["value"]
     text = f"{100 * share:.0f} %"
-    return f"**{text}**" if pair["told"] else text
+    return f"**{text}**" if pair["significant"] else text
 
 
 def _above_best(tolerance: float | None) -> str:

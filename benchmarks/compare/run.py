@@ -14,9 +14,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from robolaser import Contest, compare
+from robolaser import RunPlan, compare
 from robolaser.benchmark.engines import DaskCluster, Engine, ThisMachine
-from robolaser.benchmark.record import Record
+from robolaser.benchmark.record import RunRecord
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "compare"
@@ -42,8 +42,8 @@ def compared(name: str, *more: str, seeds: int) -> tuple[float, dict[str, object
 def outcomes(name: str) -> dict[tuple[str, str, int], tuple[list[int], list[float]]]:
     """All that does not depend on the clock."""
     return {
-        (run.problem, run.algorithm, run.seed): (run.course.evaluations.tolist(), run.course.costs.tolist())
-        for run in Record(FOLDER / name / "runs.jsonl").runs
+        (run.problem, run.algorithm, run.seed): (run.trace.evaluations.tolist(), run.trace.costs.tolist())
+        for run in RunRecord(FOLDER / name / "runs.jsonl").runs
     }
 
 
@@ -66,7 +66,7 @@ def cluster() -> Iterator[str]:
 
 def between_runs(engine: Engine, runs: int = 1000) -> float:
     """Time that a worker loses from one run to the next [s]: runs of ten evaluations, start of the workers included."""
-    effort = compare(Contest.of(["pymoo:sphere-2"], ["random"], seeds=runs, budget=10), engine).effort
+    effort = compare(RunPlan.of(["pymoo:sphere-2"], ["random"], seeds=runs, budget=10), engine).effort
     return (effort.capacity_s - effort.busy_s) / runs
 
 

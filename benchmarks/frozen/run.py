@@ -18,6 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+ROUNDING = 1e-14  # metres or square metres: what is left of data without noise
 SURE = 0.9  # effects named with at least this probability are compared by name
 
 
@@ -112,7 +113,7 @@ def _figures(command: str, was: dict, now: dict) -> list[str]:
         lines = []
         for key, tolerance in (("objective_m2", 1e-9), ("held_out_rms_m", 1e-2)):
             a, b = was.get(key), now.get(key)
-            if (a is None) != (b is None) or (a is not None and abs(a - b) > tolerance * abs(a)):
+            if (a is None) != (b is None) or (a is not None and abs(a - b) > tolerance * abs(a) + ROUNDING):
                 lines.append(f"{key} {b}, was {a}" + ("" if a is None or b is None else f" ({b / a - 1:+.2e})"))
         return lines
     lines = [f"verdict {now['verdict']}, was {was['verdict']}"] if was["verdict"] != now["verdict"] else []
@@ -123,7 +124,7 @@ def _figures(command: str, was: dict, now: dict) -> list[str]:
         lines.append(f"names {named[1]}, was {named[0]}")
     for key in ("nominal", "calibrated", "after", "noise_floor"):
         a, b = was["gap_mm"].get(key), now["gap_mm"].get(key)
-        if (a is None) != (b is None) or (a is not None and abs(a - b) > 1e-2 * abs(a)):
+        if (a is None) != (b is None) or (a is not None and abs(a - b) > 1e-2 * abs(a) + 1e3 * ROUNDING):
             lines.append(f"gap {key} {b} mm, was {a} mm")
     return lines
 

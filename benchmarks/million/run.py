@@ -13,16 +13,16 @@ from typing import TypeVar
 from threadpoolctl import threadpool_limits
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.initialization import start_of
+from robolaser.calibration.initialization import find_start
 from robolaser.calibration.options import Plan
 from robolaser.calibration.result import json_text
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.estimation.cross_validation import held_out
 from robolaser.estimation.fisher_information import information
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.estimation.robust_reweighting import polished
+from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_reweighting import fit
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import sizes_of
@@ -81,11 +81,12 @@ def stages_of(cell: Path) -> list[float]:
 
     dataset = timed(lambda: load(cell))
     model = Model(dataset)
-    box = Box.of(model)
-    start = timed(lambda: start_of(model, Plan(), state=None, resume=False, progress=lambda what, share: None))
-    residuals, x, _ = timed(lambda: polished(model, box, start.x, weights="plain", loss="square"))
-    timed(lambda: held_out(residuals, x, box, seed=1))
-    timed(lambda: information(residuals, x, sizes_of(model, x).sigmas))
+    start = timed(lambda: find_start(model, Plan()))
+    problem, x, _ = timed(lambda: fit(model, start.x))
+    folds = assign_folds(model, seed=1)
+    assert folds is not None
+    timed(lambda: held_out(problem, x, folds))
+    timed(lambda: information(problem, x, sizes_of(model, x).sigmas))
     found = calibrate(dataset, Plan(algorithm="gauss-newton"))
     timed(lambda: (page(found), json_text(found)))
     return seconds
@@ -95,7 +96,7 @@ def warm_up() -> None:
     """Compile, and load what is slow to load."""
     found = calibrate(simulate(find_robot("scorbot_er7"), poses=8, points=8, noise=NOISE, seed=1).dataset)
     page(found)
-    Residuals(found.model)(found.x[None])
+    Problem.of(found.model).residuals(found.x[None])
 
 
 if __name__ == "__main__":

@@ -20,10 +20,11 @@ import numpy as np
 from experiments import EXPERIMENTS
 from peers import PEERS, race
 
-from robolaser.calibration.initialization import start_of
+from robolaser.calibration.initialization import find_start
 from robolaser.calibration.options import Plan
-from robolaser.estimation.problem import Box, Residuals
-from robolaser.estimation.robust_reweighting import polished
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_reweighting import fit
+from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
 
 OURS = "robolaser"
@@ -121,8 +122,7 @@ def ours(name: str, seed: int) -> Run:
 
 
 def found(seen: Model, seed: int) -> float:
-    start = start_of(seen, Plan(seed=seed), state=None, resume=False, progress=lambda what, share: None)
-    _, x, _ = polished(seen, Box.of(seen), start.x, weights="plain", loss="square")
+    _, x, _ = fit(seen, find_start(seen, Plan(seed=seed)).x)
     return float(seen.cost(x[None])[0])
 
 
@@ -142,7 +142,7 @@ def truth(name: str) -> float:
     """J of the optimum next to the true parameters [m²]."""
     made, seen = EXPERIMENTS[name](), model(name)
     x = seen.fix_gauge(np.array([made.truth[key] for key in seen.parameters.names]))
-    return Box.of(seen).polish(Residuals(seen), x).cost
+    return float(solve(Problem.of(seen), x[None]).cost[0])
 
 
 def best_known(name: str, runs: list[Run]) -> float:

@@ -10,7 +10,8 @@ import time
 import numpy as np
 
 from robolaser.calibration.calibrate import Plan, calibrate
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import paper
@@ -35,7 +36,7 @@ def main() -> None:
     model = Model(made.dataset)
     names = model.parameters.names
     truth = model.fix_gauge(np.array([made.truth[name] for name in names]))
-    best = Box.of(model).polish(Residuals(model), truth).cost
+    best = float(solve(Problem.of(model), truth[None]).cost[0])
     searched, polished, seconds = [], [], []
     result = None
     for seed in range(args.seeds):

@@ -14,8 +14,8 @@ from pymoo.optimize import minimize
 
 from robolaser import find_robot
 from robolaser.algorithms import RCGA, rcga
-from robolaser.algorithms.offspring import brood, loop
-from robolaser.algorithms.offspring_loops import brood as compiled_brood
+from robolaser.algorithms.offspring import make_offspring, loop
+from robolaser.algorithms.offspring_loops import make_offspring as compiled_offspring
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.problems import ScannerCalibration
 from robolaser.simulation import paper
@@ -52,16 +52,16 @@ def looking(algorithm: Any) -> None:
 
 
 CASES: dict[str, tuple[Callable[[], Any], Any, dict[str, Any], int]] = {
-    "RCGA, compiled": (lambda: RCGA(POPULATION), compiled_brood, {}, 20),
-    "RCGA, NumPy alone": (lambda: RCGA(POPULATION), brood, {}, 20),
+    "RCGA, compiled": (lambda: RCGA(POPULATION), compiled_offspring, {}, 20),
+    "RCGA, NumPy alone": (lambda: RCGA(POPULATION), make_offspring, {}, 20),
     "RCGA, compiled, the best read in a callback": (
         lambda: RCGA(POPULATION),
-        compiled_brood,
+        compiled_offspring,
         {"callback": looking},
         20,
     ),
-    "the same of pymoo's parts": (composed, brood, {}, 1),
-    "pymoo's GA, its defaults": (lambda: GA(POPULATION), brood, {}, 1),
+    "the same of pymoo's parts": (composed, make_offspring, {}, 1),
+    "pymoo's GA, its defaults": (lambda: GA(POPULATION), make_offspring, {}, 1),
 }
 
 

@@ -123,11 +123,11 @@ def stripe(rng: np.random.Generator, pose: int, count: int, width: int, height: 
 
 def plain(scan: Scan, stripes_file: Path, out: Path) -> None:
     """The same in NumPy, written straight from the equations; its scatter by a difference."""
-    sight, stripes = scan.cloud.sight, open_stripes(stripes_file)
-    values, T = sight.values, sight.camera
+    scanner, stripes = scan.cloud.scanner, open_stripes(stripes_file)
+    values, T = scanner.values, scanner.camera
 
     def seen(pixel: Array) -> Array:
-        ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], sight.dataset.stripe_axis)
+        ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], scanner.dataset.stripe_axis)
         return cut(ray, sheet(values))[0]
 
     def pieces():  # type: ignore[no-untyped-def]

@@ -20,8 +20,8 @@ from peer import centre_of_mass, curve_fitted
 from robolaser.arrays import Array
 from robolaser.emulator.rendering import Block, Eye, Floor, Photograph, Scene, Sheet, Sphere, photograph
 from robolaser.vision.board import Image
-from robolaser.vision.line_centers import CENTRINGS
-from robolaser.vision.traced import trace
+from robolaser.vision.line_centres import PEAK_DETECTORS
+from robolaser.vision.stripe_trace import trace
 
 HEIGHT, WIDTH = 480, 640
 NOISE = 2.0
@@ -52,18 +52,18 @@ def speed(rounds: int) -> None:
         "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
     }
     print(
-        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in CENTRINGS) + " | NumPy [frames/s] ", end=""
+        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in PEAK_DETECTORS) + " | NumPy [frames/s] ", end=""
     )
     print("| SciPy, line by line [frames/s] | gauss times NumPy | gauss times SciPy |")
-    print("|---" * (5 + len(CENTRINGS)) + "|")
+    print("|---" * (5 + len(PEAK_DETECTORS)) + "|")
     for name, (image, off) in images.items():
-        ways = [partial(trace, image, "v", off, way) for way in CENTRINGS]
+        ways = [partial(trace, image, "v", off, way) for way in PEAK_DETECTORS]
         ways += [partial(centre_of_mass, image), partial(curve_fitted, image)]
         for way in ways:
             way()
         seconds = np.array([[sample(way) for way in ways] for _ in range(rounds)])
         cells = [spread(1 / column) for column in seconds.T]
-        gauss = seconds[:, list(CENTRINGS).index("gauss")]
+        gauss = seconds[:, list(PEAK_DETECTORS).index("gauss")]
         print(f"| {name} | {' | '.join(cells)} | {spread(seconds[:, -2] / gauss)} | {spread(seconds[:, -1] / gauss)} |")
 
 
@@ -113,8 +113,8 @@ def things() -> None:
     ):
         photo = rendered(shine, power)
         there = photo.truth.stripe.at
-        for way in CENTRINGS:
-            found = trace(photo.image, "u", centring=way)
+        for way in PEAK_DETECTORS:
+            found = trace(photo.image, "u", detector=way)
             off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
             error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
             true = np.abs(error) < FALSE_PX
@@ -129,13 +129,13 @@ def things() -> None:
 
 def named() -> dict[str, Callable[[Image], Array]]:
     """Every contestant as a function from an image to one middle a row, NaN where it finds none."""
-    ours = {way: lambda image, way=way: in_rows(image, way) for way in CENTRINGS}
+    ours = {way: lambda image, way=way: in_rows(image, way) for way in PEAK_DETECTORS}
     return {**ours, "NumPy": centre_of_mass, "SciPy": curve_fitted}
 
 
 def in_rows(image: Image, way: str) -> Array:
     rows = np.full(HEIGHT, np.nan)
-    found = trace(image, "v", centring=way)
+    found = trace(image, "v", detector=way)
     rows[np.rint(found["v"]).astype(int)] = found["u"]
     return rows
 

@@ -15,8 +15,10 @@ from recording import Recording, measure
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.calibrate import Plan, calibrate
-from robolaser.estimation.cross_validation import fold_of_rows
-from robolaser.estimation.problem import Box, Residuals
+from robolaser.estimation.folds import assign_folds
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
 
 SETS = ("etna-s1", "etna-s2", "etna-s3")
@@ -88,13 +90,13 @@ def our_way(name: str, recording: Recording, plan: Plan) -> Way:
     dataset = recording.dataset
     found = calibrate(dataset, plan)
     noise = noise_of(found.model, found.x).for_weights() if plan.weights == "noise" else None
-    residuals, box = Residuals(found.model, noise), Box.of(found.model)
+    problem = Problem.of(found.model, noise)
 
     def unseen(fold: Ints) -> Array:
         E = np.full((len(fold), 3), np.nan)
         for out in np.unique(fold):
-            end = box.polish(residuals, found.x, tol=1e-9, kept=fold != out)
-            E[fold == out] = found.model.residuals(end.x[None])[0, fold == out]
+            end = solve(problem, found.x[None], tol=1e-9, kept=(fold != out)[None])
+            E[fold == out] = found.model.residuals(end.x)[0, fold == out]
         return E
 
     return Way(name, found.residuals, unseen)
@@ -140,7 +142,7 @@ def main() -> None:
         others = [view for other, one in recordings.items() if other != name for view in one.views]
         print(f"### {name}: {len(recording.views)} poses, {len(pose)} points\n")
         print(HEADING)
-        folds = [fold_of_rows(recording.dataset, seed) for seed in range(1, args.seeds + 1)]
+        folds = [assign_folds(Model(recording.dataset), seed).of_row for seed in range(1, args.seeds + 1)]
         measured: dict[str, tuple[Array, list[Array]]] = {}
         for way in all_ways(recording, others):
             done: dict[frozenset[frozenset[int]], Array] = {}

@@ -9,7 +9,7 @@ import numpy as np
 from peer import View
 
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.image_list import Shots
+from robolaser.data.image_list import PoseImages
 from robolaser.data.loading import load
 from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import settle_by_robot
@@ -34,7 +34,7 @@ def measure(folder: Path) -> Recording:
         raise SystemExit(f"{folder}: not a recording of a board with flange poses.")
     images = [(name, folder / file) for name, file in zip(dataset.poses.names, dataset.poses.image, strict=True)]
     found = extract_points(
-        [Shots(row, name, (file,)) for row, (name, file) in enumerate(images)],
+        [PoseImages(row, name, (file,)) for row, (name, file) in enumerate(images)],
         columns=board.columns,
         rows=board.rows,
         square_m=board.square_m,

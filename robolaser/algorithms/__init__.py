@@ -1,4 +1,4 @@
-"""Ways to search: the genetic algorithm of Lee et al. 2004, when it stops, its checkpoints and its polish."""
+"""Search algorithms: the genetic algorithm of Lee et al. 2004, its terminations and checkpoints; algorithms by name."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ __all__ = ["RCGA", "CostReached", "Stalled"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load what needs pymoo only when it is asked for: the polish does without."""
+    """Load what needs pymoo only when it is used."""
     if name == "RCGA":
         from robolaser.algorithms import rcga  # noqa: PLC0415
 

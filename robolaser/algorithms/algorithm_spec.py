@@ -1,23 +1,23 @@
-"""An algorithm as it is asked for: `NAME`, `package.module:attribute`, and `:key=value` for each setting after it."""
+"""The specification of an algorithm: `NAME` or `package.module:attribute`, then `:key=value` for each setting."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Self, final
 
 from robolaser.algorithms.settings import Value, read
-from robolaser.errors import RequestUnreadable
+from robolaser.errors import UsageError
 
 
 @final
 @dataclass(frozen=True)
-class Request:
-    """What a text asks for.
+class AlgorithmSpec:
+    """What a text specifies.
 
     Attributes:
         text: As typed.
-        name: Of the algorithm, or the module that it is in.
-        attribute: Under which the module has it; None for one of ours.
-        settings: Of the algorithm.
+        name: Name of the algorithm, or the module that holds it.
+        attribute: Its name in that module; None for one of ours.
+        settings: The algorithm's settings.
     """
 
     text: str
@@ -25,23 +25,36 @@ class Request:
     attribute: str | None = None
     settings: Mapping[str, Value] = field(default_factory=dict)
 
+    @property
+    def path(self) -> str:
+        """The text without settings."""
+        return self.name if self.attribute is None else f"{self.name}:{self.attribute}"
+
     @classmethod
     def of(cls, text: str) -> Self:
-        """Read it.
+        """Parse a text.
 
         Raises:
-            RequestUnreadable: A part of it is neither a name nor a setting, or a setting is given twice.
+            UsageError: A part of it is neither a name nor a setting, or a setting is given twice.
         """
         name, *parts = (part.strip() for part in text.split(":"))
         attribute = parts.pop(0) if parts and "=" not in parts[0] else None
         if not name or "=" in name or attribute == "":
-            raise RequestUnreadable(text, "a name is missing")
+            raise malformed(text, "a name is missing")
         settings: dict[str, Value] = {}
         for part in parts:
             key, equals, value = (piece.strip() for piece in part.partition("="))
             if not (key and equals and value):
-                raise RequestUnreadable(text, f"'{part}' is no setting")
+                raise malformed(text, f"'{part}' is no setting")
             if key in settings:
-                raise RequestUnreadable(text, f"{key} is given twice")
+                raise malformed(text, f"{key} is given twice")
             settings[key] = read(value)
         return cls(text, name, attribute, settings)
+
+
+def malformed(text: str, reason: str) -> UsageError:
+    """A text does not specify an algorithm."""
+    return UsageError(
+        f"'{text}' does not name an algorithm: {reason}. Expected NAME or package.module:attribute,"
+        " and :key=value after it for each setting, as in rcga:b=2:pop_size=50."
+    )

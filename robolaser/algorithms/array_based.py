@@ -8,8 +8,8 @@ from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
-from robolaser.algorithms.evaluation import asked
-from robolaser.algorithms.population import Members
+from robolaser.algorithms.evaluation import evaluated
+from robolaser.algorithms.population import PopulationArrays
 from robolaser.arrays import Array, Ints
 
 
@@ -31,7 +31,7 @@ class ArrayBased(GeneticAlgorithm, ABC):
     @property
     def pop(self) -> Any:
         """The generation, a pymoo Population."""
-        if isinstance(self._pop, Members):
+        if isinstance(self._pop, PopulationArrays):
             self._pop = self._pop.population()
         return self._pop
 
@@ -42,7 +42,7 @@ class ArrayBased(GeneticAlgorithm, ABC):
     @property
     def off(self) -> Any:
         """The offspring that this generation was made with, a pymoo Population."""
-        if isinstance(self._off, Members):
+        if isinstance(self._off, PopulationArrays):
             self._off = self._off.population()
         return self._off
 
@@ -53,7 +53,7 @@ class ArrayBased(GeneticAlgorithm, ABC):
     @property
     def opt(self) -> Any:
         """The best of the generation, a pymoo Population of one."""
-        if isinstance(self._opt, Members):
+        if isinstance(self._opt, PopulationArrays):
             self._opt = Population.create(self._opt.individual(self._opt.best()))
         return self._opt
 
@@ -62,17 +62,17 @@ class ArrayBased(GeneticAlgorithm, ABC):
         self._opt = value
 
     @property
-    def members(self) -> Members:
+    def arrays(self) -> PopulationArrays:
         """The generation as it is now, as arrays."""
-        return self._pop.now() if isinstance(self._pop, Members) else Members.of(self._pop)
+        return self._pop.now() if isinstance(self._pop, PopulationArrays) else PopulationArrays.of(self._pop)
 
-    @members.setter
-    def members(self, members: Members) -> None:
-        self._pop = self._opt = members
+    @arrays.setter
+    def arrays(self, arrays: PopulationArrays) -> None:
+        self._pop = self._opt = arrays
 
     def best_cost(self) -> float:
         """Cost of the optimum; infinite if it is not feasible or no number."""
-        best = self._opt if isinstance(self._opt, Members) else Members.of(self._opt)
+        best = self._opt if isinstance(self._opt, PopulationArrays) else PopulationArrays.of(self._opt)
         return best.best_cost()
 
     def next(self) -> None:
@@ -81,7 +81,7 @@ class ArrayBased(GeneticAlgorithm, ABC):
             super().next()
             return
         if self.is_initialized:
-            parents = self.members
+            parents = self.arrays
             off = self._evaluated(self._bred(parents))
             self._pop = parents.followed_by(off, self._kept(parents, off))
         else:
@@ -95,20 +95,20 @@ class ArrayBased(GeneticAlgorithm, ABC):
         if self.archive is not None:
             self.archive = self.archive.add(self.off)
 
-    def _evaluated(self, X: Array) -> Members:
+    def _evaluated(self, X: Array) -> PopulationArrays:
         names = self.evaluator.evaluate_values_of
-        out = asked(self.problem, X.copy(), names, self)
+        out = evaluated(self.problem, X.copy(), names, self)
         self.evaluator.n_eval += len(X)
-        return Members.evaluated_as(X, out, np.full(len(X), self.n_iter), frozenset(names))
+        return PopulationArrays.evaluated_as(X, out, np.full(len(X), self.n_iter), frozenset(names))
 
     def _set_optimum(self) -> None:
-        if isinstance(self._pop, Members):
+        if isinstance(self._pop, PopulationArrays):
             self._opt = self._pop
         else:
             super()._set_optimum()
 
     def _infill(self) -> Any:
-        return Population.new(X=self._bred(self.members)) if self._is_itself() else super()._infill()
+        return Population.new(X=self._bred(self.arrays)) if self._is_itself() else super()._infill()
 
     def _evaluates_plainly(self) -> bool:
         evaluator = self.evaluator
@@ -129,9 +129,9 @@ class ArrayBased(GeneticAlgorithm, ABC):
         """First candidates, (n, d)."""
 
     @abstractmethod
-    def _bred(self, parents: Members) -> Array:
+    def _bred(self, parents: PopulationArrays) -> Array:
         """Children of a generation, (n, d)."""
 
     @abstractmethod
-    def _kept(self, parents: Members, offspring: Members) -> Ints:
+    def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
         """Who live on, (n,): rows of parents and offspring, one after the other."""

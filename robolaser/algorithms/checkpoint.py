@@ -1,4 +1,4 @@
-"""A run of the genetic algorithm laid down in a file, to go on as if it had never stopped."""
+"""Checkpoints of the genetic algorithm: a resumed run goes on as if it had never stopped."""
 
 import json
 import os
@@ -13,9 +13,9 @@ import numpy as np
 from pymoo.core.termination import Termination
 from pymoo.util.sliding_window import SlidingWindow
 
-from robolaser.algorithms.population import Members
+from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.rcga import RCGA
-from robolaser.errors import CheckpointForeign, CheckpointImpossible, CheckpointUnreadable, unwritable
+from robolaser.errors import AlgorithmError, unwritable
 
 FORMAT = "robolaser-checkpoint/1"
 
@@ -34,31 +34,31 @@ _DAMAGE = (
     struct.error,
     zipfile.BadZipFile,
 )
-"""What NumPy and zipfile raise over a file that is not whole."""
+"""What NumPy and zipfile raise for a damaged file."""
 
 _STATE = ("perc", "force_termination", "best", "since", "data", "counter", "history")
-"""What terminations remember from one generation to the next: robolaser's, and pymoo's."""
+"""State of terminations between generations, robolaser's and pymoo's."""
 
 
 def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
-    """Lay down a run between two generations: between calls of `next()`, or in a callback.
+    """Save a run between two generations: between calls of `next()`, or in a callback.
 
-    The file is replaced in one stroke: at any moment it holds the last whole checkpoint. Not in it are the problem,
-    callbacks, the archive and the history.
+    The file is replaced atomically: at any moment it holds the last whole checkpoint. It does not contain the problem,
+    callbacks, the archive or the history.
 
     Args:
         algorithm: The run.
         path: The file, .npz.
-        fingerprint: Says what the run is about, such as a hash of its data; `load` wants the same.
+        fingerprint: Identifies the run, such as a hash of its data; `load` expects the same.
 
     Raises:
-        CheckpointImpossible: The first generation has not been evaluated yet.
+        AlgorithmError: The first generation has not been evaluated yet.
         OutputError: The file cannot be written; an earlier one is unharmed.
     """
     if not algorithm.is_initialized:
-        raise CheckpointImpossible("the run has no evaluated generation yet. Call next() first")
-    members = algorithm.members
-    born = members.columns["born"]
+        raise AlgorithmError("No checkpoint can be taken: the run has no evaluated generation yet. Call next() first.")
+    arrays = algorithm.arrays
+    born = arrays.columns["born"]
     header = {
         "format": FORMAT,
         "fingerprint": fingerprint,
@@ -68,15 +68,15 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
         "generation": int(born.max()),
         "evaluations": algorithm.evaluator.n_eval,
         "seconds": time.time() - algorithm.start_time,
-        "termination": [_remembered(node) for node in _nodes(algorithm.termination)],
+        "termination": [_state_of(node) for node in _nodes(algorithm.termination)],
     }
-    empty = np.empty((len(members), 0))
-    arrays = {key: np.asarray(members.columns.get(key, empty), np.float64) for key in _STORED}
-    _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **arrays)
+    empty = np.empty((len(arrays), 0))
+    stored = {key: np.asarray(arrays.columns.get(key, empty), np.float64) for key in _STORED}
+    _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **stored)
 
 
 def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint: str = "", **setup: Any) -> RCGA:
-    """Bring back a run: its next generation is the one it would have had, to the last bit.
+    """Resume a run: its next generation is the one it would have had, to the last bit.
 
     Args:
         path: The file that `save` wrote.
@@ -86,8 +86,8 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
         setup: More for pymoo's `setup`: callback, verbose, save_history, archive.
 
     Raises:
-        CheckpointUnreadable: The file is missing, damaged or no checkpoint.
-        CheckpointForeign: It belongs to another problem or had a termination that is not given.
+        AlgorithmError: The file is missing, damaged or no checkpoint, it belongs to another problem, or the run had a
+            termination that is not given.
     """
     path = Path(path)
     header, arrays = _read(path)
@@ -97,7 +97,7 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
         ("the number of its objectives", arrays["F"].shape[1], problem.n_obj),
     ):
         if found != expected:
-            raise CheckpointForeign(path, what, found, expected)
+            raise _foreign(path, what, found, expected)
 
     algorithm = RCGA(**header["settings"])
     if termination is not None:
@@ -106,10 +106,10 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
     nodes = list(_nodes(algorithm.termination))
     kinds, saved_kinds = [type(node).__name__ for node in nodes], [kind for kind, _ in header["termination"]]
     if termination is None and kinds != saved_kinds:
-        raise CheckpointForeign(path, "its termination", ", ".join(saved_kinds), ", ".join(kinds))
+        raise _foreign(path, "its termination", ", ".join(saved_kinds), ", ".join(kinds))
     if kinds == saved_kinds:
         for node, (_, state) in zip(nodes, header["termination"], strict=True):
-            _remember(node, state)
+            _restore(node, state)
 
     algorithm._initialize()
     algorithm.is_initialized = True
@@ -118,7 +118,7 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
     algorithm.evaluator.n_eval = header["evaluations"]
     algorithm.random_state.bit_generator.state = header["random_state"]
     born = arrays.pop("born")
-    algorithm.members = Members.evaluated_as(arrays.pop("X"), arrays, born, frozenset())
+    algorithm.arrays = PopulationArrays.evaluated_as(arrays.pop("X"), arrays, born, frozenset())
     return algorithm
 
 
@@ -131,7 +131,7 @@ def _nodes(termination: Termination) -> Iterator[Termination]:
                 yield from _nodes(part)
 
 
-def _remembered(node: Termination) -> tuple[str, dict[str, Any]]:
+def _state_of(node: Termination) -> tuple[str, dict[str, Any]]:
     state = {name: value for name, value in vars(node).items() if name in _STATE}
     return type(node).__name__, state
 
@@ -140,7 +140,7 @@ def _as_json(value: Any) -> Any:
     return {"array": value.tolist()} if isinstance(value, np.ndarray) else value.item()
 
 
-def _remember(node: Termination, state: dict[str, Any]) -> None:
+def _restore(node: Termination, state: dict[str, Any]) -> None:
     for name, value in state.items():
         window = getattr(node, name)
         if isinstance(window, SlidingWindow):
@@ -170,9 +170,20 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             arrays = {key: file[key] for key in (*_STORED, "born")}
         found = header["format"]
     except FileNotFoundError as error:
-        raise CheckpointUnreadable(path, "there is no such file") from error
+        raise _unreadable(path, "there is no such file") from error
     except _DAMAGE as error:
-        raise CheckpointUnreadable(path, f"it is cut short, damaged or something else ({error})") from error
+        raise _unreadable(path, f"it is cut short, damaged or something else ({error})") from error
     if found != FORMAT:
-        raise CheckpointUnreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")
+        raise _unreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")
     return header, arrays
+
+
+def _unreadable(path: Path, reason: str) -> AlgorithmError:
+    return AlgorithmError(f"{path} is not a whole checkpoint: {reason}. Delete it to start the run anew.")
+
+
+def _foreign(path: Path, what: str, found: object, expected: object) -> AlgorithmError:
+    return AlgorithmError(
+        f"{path} belongs to another run: {what} is {found}, here it is {expected}."
+        " Resume with what the run was started with, or delete the checkpoint to start anew."
+    )

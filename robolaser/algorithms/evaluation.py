@@ -1,4 +1,4 @@
-"""What a problem says of candidates, without pymoo's detours where nothing lies on them."""
+"""Evaluation of candidates by a pymoo problem, without pymoo's overhead where it makes no difference."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 _DETOURS = ("evaluate", "do", "_evaluate_vectorized", "_format_dict")
 
 
-def asked(problem: Any, X: Array, names: list[str], algorithm: Any) -> dict[str, Any]:
+def evaluated(problem: Any, X: Array, names: list[str], algorithm: Any) -> dict[str, Any]:
     """Evaluate candidates (n, d) as pymoo's evaluator would: (n, ...) each, by pymoo's names.
 
     Without constraints there may be no G and H, which are empty then.
@@ -18,18 +18,18 @@ def asked(problem: Any, X: Array, names: list[str], algorithm: Any) -> dict[str,
     Args:
         problem: Any pymoo problem.
         X: Candidates; the problem may write to them.
-        names: What is wanted of it, F among it.
-        algorithm: Told to problems that want to know.
+        names: Values wanted, F among them.
+        algorithm: Passed to problems that ask for it.
     """
     if not _is_plain(problem):
         return dict(problem.evaluate(X, return_values_of=names, return_as_dictionary=True, algorithm=algorithm))
     out: dict[str, Any] = dict.fromkeys(names)
     problem._evaluate(X, out, **({"algorithm": algorithm} if problem.requires_kwargs else {}))
     F = out["F"]
-    if type(F) is np.ndarray and F.dtype == np.float64 and F.size == len(X) and _says_only_costs(out):
+    if type(F) is np.ndarray and F.dtype == np.float64 and F.size == len(X) and _has_only_costs(out):
         return {"F": F.reshape(-1, 1).copy()}
-    said = problem._format_dict(out, len(X), names)
-    return {name: _as_float(np.array(value)) for name, value in said.items()}
+    values = problem._format_dict(out, len(X), names)
+    return {name: _as_float(np.array(value)) for name, value in values.items()}
 
 
 def _is_plain(problem: Any) -> bool:
@@ -48,7 +48,7 @@ def _is_plain(problem: Any) -> bool:
     )
 
 
-def _says_only_costs(out: dict[str, Any]) -> bool:
+def _has_only_costs(out: dict[str, Any]) -> bool:
     return all(value is None or name == "F" for name, value in out.items())
 
 

@@ -1,14 +1,14 @@
-"""Makers of things whose modules take long to import: they are imported when the first is made."""
+"""Factories of classes whose modules take long to import: they are imported with the first instance."""
 
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 
-def lazily(module: str, kind: str, **usual: Any) -> Callable[..., Any]:
-    """Make a class's instances, with settings that are the usual ones where nothing else is said."""
+def lazy_factory(module: str, kind: str, **defaults: Any) -> Callable[..., Any]:
+    """A function that makes instances of a class, with defaults of ours for settings that are not given."""
 
     def make(**settings: Any) -> Any:
-        return getattr(import_module(module), kind)(**{**usual, **settings})
+        return getattr(import_module(module), kind)(**{**defaults, **settings})
 
     return make

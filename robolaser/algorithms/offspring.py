@@ -1,4 +1,4 @@
-"""How the genetic algorithm makes children, from array to array: the wheel, the blend and the steps."""
+"""Offspring of the genetic algorithm on arrays: roulette wheel, arithmetic crossover, non-uniform mutation."""
 
 import sys
 from collections.abc import Callable
@@ -10,58 +10,58 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.compiled import Loops, compiles
 from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.non_uniform_mutation import non_uniform
-from robolaser.operators.roulette_selection import spin
+from robolaser.operators.roulette_selection import roulette_wheel
 
 _LOOPS = Loops("robolaser.algorithms.offspring_loops", pays_after=0.0)
 PAYS_AFTER = 10_000
 """Generations after which a compiled loop has made up for the half second that numba takes to load."""
 
 
-def brood(
+def make_offspring(
     X: Array,
     weights: Array,
     at: Array,
     crossed: Bools,
     share: Array,
-    hit: Ints,
+    mutated: Ints,
     upward: Bools,
     steps: Array,
-    luck: Array,
+    draws: Array,
     prob: float,
     lower: Array,
     upper: Array,
 ) -> Array:
-    """Children of n couples, (2n, d): the first of all, then the second.
+    """Children of n pairs of parents, (2n, d): the first child of each pair, then the second ones.
 
     Args:
-        X: Those that may be parents, (m, d).
-        weights: How wide their slots on the wheel are, (m,).
-        at: Where it stops for mothers and fathers, from 0 to 1, (n, 2).
-        crossed: Couples that mix; the others' children are their copies, (n,).
-        share: What the first child has of its mother, (n,).
-        hit: Genes to move, as places in all children's genes, row after row, (h,).
+        X: Possible parents, (m, d).
+        weights: Widths of their slots on the roulette wheel, (m,).
+        at: Where the wheel stops for the two parents, from 0 to 1, (n, 2).
+        crossed: Pairs that are crossed; the children of the others are copies, (n,).
+        share: Share λ of the first parent in the first child, (n,).
+        mutated: Genes that mutate, as indices into all children's genes, row after row, (h,).
         upward: Which of them move towards the upper bound, (h,).
-        steps: By which share of the way to the bound, (h,).
-        luck: Children whose genes may move at all have at most `prob` of it, (2n,).
-        prob: How many have, from 0 to 1.
+        steps: Step sizes, as shares of the distance to the bound, (h,).
+        draws: Random draws; children whose draw is at most `prob` mutate at all, (2n,).
+        prob: Probability that a child mutates at all.
         lower: Bounds, (d,).
         upper: Bounds, (d,).
     """
     n, d = len(at), X.shape[1]
-    Y = parents = X.take(spin(weights, at).T, 0)
+    Y = parents = X.take(roulette_wheel(weights, at).T, 0)
     if crossed.any():
         Y = arithmetic(parents, share[:, None])
         np.copyto(Y, parents, where=~crossed[:, None])
     Y = Y.reshape(2 * n, d)
     mutants = np.minimum(np.maximum(Y, lower), upper)
-    genes, gene = mutants.reshape(-1), hit % d
-    genes[hit] = non_uniform(genes[hit], lower[gene], upper[gene], upward, steps)
-    return mutants if prob >= 1.0 else np.where(luck[:, None] <= prob, mutants, Y)
+    genes, gene = mutants.reshape(-1), mutated % d
+    genes[mutated] = non_uniform(genes[mutated], lower[gene], upper[gene], upward, steps)
+    return mutants if prob >= 1.0 else np.where(draws[:, None] <= prob, mutants, Y)
 
 
 def loop(generation: int) -> Callable[..., Any]:
-    """`brood`, compiled where that has been loaded already or will pay: both give the same children to the last bit."""
+    """`make_offspring`, compiled where numba is loaded or will pay: both give the same children to the last bit."""
     if compiles() == "0" or not (compiles() == "1" or generation > PAYS_AFTER or "numba" in sys.modules):
-        return brood
+        return make_offspring
     loops = _LOOPS.after(1.0)
-    return loops.brood if loops else brood
+    return loops.make_offspring if loops else make_offspring

@@ -7,21 +7,21 @@ from robolaser.compiled.decorators import compiled_exactly
 
 
 @compiled_exactly
-def brood(
+def make_offspring(
     X: Array,
     weights: Array,
     at: Array,
     crossed: Bools,
     share: Array,
-    hit: Ints,
+    mutated: Ints,
     upward: Bools,
     steps: Array,
-    luck: Array,
+    draws: Array,
     prob: float,
     lower: Array,
     upper: Array,
 ) -> Array:
-    """Children of couples; the twin says of what."""
+    """Children of pairs; see the twin for the arguments."""
     n, d = len(at), X.shape[1]
     wheel = np.cumsum(weights)
     Y = np.empty((2 * n, d))
@@ -35,12 +35,12 @@ def brood(
                 a, b = _within(share[i] * a + rest * b, low, high), _within(share[i] * b + rest * a, low, high)
             Y[i, j], Y[n + i, j] = a, b
     for i in range(2 * n):
-        if luck[i] <= prob:
+        if draws[i] <= prob:
             for j in range(d):
                 Y[i, j] = _within(Y[i, j], lower[j], upper[j])
-    for k in range(len(hit)):
-        i, j = divmod(hit[k], d)
-        if luck[i] <= prob:
+    for k in range(len(mutated)):
+        i, j = divmod(mutated[k], d)
+        if draws[i] <= prob:
             ahead = (upper[j] if upward[k] else lower[j]) - Y[i, j]
             Y[i, j] = _within(Y[i, j] + ahead * steps[k], lower[j], upper[j])
     return Y
@@ -52,7 +52,7 @@ def _within(x: float, low: float, high: float) -> float:
 
 
 def warm_up() -> None:
-    """Compile `brood`."""
+    """Compile `make_offspring`."""
     X, one = np.zeros((2, 1)), np.ones(1)
-    couple, hit, no = np.zeros((1, 2)), np.zeros(1, np.int64), np.zeros(1, np.bool_)
-    brood(X, np.ones(2), couple, no, np.zeros(1), hit, no, np.zeros(1), np.zeros(2), 1.0, one, one.copy())
+    couple, mutated, no = np.zeros((1, 2)), np.zeros(1, np.int64), np.zeros(1, np.bool_)
+    make_offspring(X, np.ones(2), couple, no, np.zeros(1), mutated, no, np.zeros(1), np.zeros(2), 1.0, one, one.copy())

@@ -1,4 +1,4 @@
-"""The individuals of a generation as arrays, which become pymoo's only where somebody asks for them."""
+"""The individuals of a generation as arrays; pymoo's individuals are made only on demand."""
 
 import math
 from collections.abc import Iterable
@@ -18,16 +18,16 @@ _DERIVED = ("born", "feas")
 
 
 @final
-class Members:
+class PopulationArrays:
     """Individuals side by side, one row each.
 
-    An individual that was handed out is the truth about itself from then on: what its new owner changes in it holds.
+    An individual that was handed out replaces its row from then on: changes made to it count.
 
     Attributes:
         X: Variables, (n, d).
         F: Costs, (n,).
         violation: By how much constraints are violated, (n,); None without constraints.
-        columns: Variables X (n, d), costs F (n, 1), generations of birth born (n,) and what else the problem said of
+        columns: Variables X (n, d), costs F (n, 1), generations of birth born (n,) and what else the problem values of
             them, (n, ...) each, by pymoo's names. Where there are constraints CV (n, 1) is by how much they are
             violated and feas (n,) whether that is tolerated.
         evaluated: What pymoo's evaluator notes as evaluated.
@@ -42,7 +42,7 @@ class Members:
         self.F: Array = columns["F"][:, 0]
         self.violation: Array | None = columns["CV"][:, 0] if "CV" in columns else None
         self.made: dict[int, Individual] = {}
-        self._home: tuple[Members, Ints] | None = None
+        self._home: tuple[PopulationArrays, Ints] | None = None
 
     @classmethod
     def evaluated_as(cls, X: Array, out: dict[str, Any], born: Ints, evaluated: frozenset[str]) -> Self:
@@ -50,7 +50,7 @@ class Members:
 
         Args:
             X: Candidates, (n, d).
-            out: What the problem said of them, (n, ...) each, by pymoo's names.
+            out: What the problem values of them, (n, ...) each, by pymoo's names.
             born: Their generations of birth, (n,).
             evaluated: What pymoo's evaluator notes as evaluated, besides what is in `out`.
         """
@@ -83,9 +83,9 @@ class Members:
         columns = {name: column for name, column in columns.items() if column.size}
         if columns.keys().isdisjoint(_CONSTRAINTS) and not columns["CV"].any():
             del columns["CV"], columns["feas"]
-        members = cls(columns)
-        members.made = dict(enumerate(made))
-        return members
+        arrays = cls(columns)
+        arrays.made = dict(enumerate(made))
+        return arrays
 
     def __len__(self) -> int:
         return len(self.columns["X"])
@@ -104,22 +104,22 @@ class Members:
         tolerated = self.violation is None or self.columns["feas"][row]
         return cost if tolerated and not math.isnan(cost) else math.inf
 
-    def now(self) -> "Members":
+    def now(self) -> "PopulationArrays":
         """They as they are: those that were handed out may have been changed since."""
         if not self.made:
             return self
-        told = Members.of(self.made.values())
-        if not told.columns.keys() <= self.columns.keys():
-            return Members.of(map(self.individual, range(len(self))))
+        current = PopulationArrays.of(self.made.values())
+        if not current.columns.keys() <= self.columns.keys():
+            return PopulationArrays.of(map(self.individual, range(len(self))))
         rows = np.fromiter(self.made, np.int64)
         columns = {name: column.copy() for name, column in self.columns.items()}
-        for name, column in told.columns.items():
+        for name, column in current.columns.items():
             columns[name][rows] = column
-        members = Members(columns, self.evaluated)
-        members.made = self.made
-        return members
+        arrays = PopulationArrays(columns, self.evaluated)
+        arrays.made = self.made
+        return arrays
 
-    def followed_by(self, offspring: "Members", kept: Ints) -> "Members":
+    def followed_by(self, offspring: "PopulationArrays", kept: Ints) -> "PopulationArrays":
         """Those of both who live on.
 
         Args:
@@ -128,14 +128,14 @@ class Members:
         """
         if self.columns.keys() != offspring.columns.keys():
             both = [one.individual(row) for one in (self, offspring) for row in range(len(one))]
-            return Members.of([both[row] for row in kept])
-        told = offspring.columns
-        columns = {name: np.concatenate((column, told[name])).take(kept, 0) for name, column in self.columns.items()}
-        members = Members(columns, offspring.evaluated)
+            return PopulationArrays.of([both[row] for row in kept])
+        current = offspring.columns
+        columns = {name: np.concatenate((column, current[name])).take(kept, 0) for name, column in self.columns.items()}
+        arrays = PopulationArrays(columns, offspring.evaluated)
         if self.made:
-            members.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
-        offspring._home = members, kept - len(self)
-        return members
+            arrays.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
+        offspring._home = arrays, kept - len(self)
+        return arrays
 
     def individual(self, row: int) -> Individual:
         """One of them as pymoo's, always the same."""

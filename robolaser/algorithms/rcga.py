@@ -14,10 +14,10 @@ from pymoo.util.display.single import SingleObjectiveOutput
 
 from robolaser.algorithms.array_based import ArrayBased
 from robolaser.algorithms.offspring import loop
-from robolaser.algorithms.population import Members
-from robolaser.algorithms.stopping import CostReached, Stalled
+from robolaser.algorithms.population import PopulationArrays
+from robolaser.algorithms.stopping import CostReached, Stalled, several_objectives
 from robolaser.arrays import Array, Ints
-from robolaser.errors import BoundsMissing, ManyObjectives, OperatorSetting
+from robolaser.errors import AlgorithmError
 from robolaser.operators import (
     ArithmeticCrossover,
     ElitistReplacement,
@@ -26,7 +26,7 @@ from robolaser.operators import (
 )
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, shrink
+from robolaser.operators.non_uniform_mutation import Form, bounds_missing, step_size
 from robolaser.operators.roulette_selection import fitness
 
 ELITES = 0.1
@@ -64,9 +64,8 @@ class RCGA(ArrayBased):
         sampling: Other first individuals than uniform ones: a pymoo Sampling, or an array (n, d).
 
     Raises:
-        OperatorSetting: A setting has no meaning.
-        ManyObjectives: In `setup`, if the problem has more than one objective.
-        BoundsMissing: In `setup`, if a variable has no finite bounds.
+        AlgorithmError: A setting makes no sense; in `setup`, if the problem has more than one objective or a variable
+            without finite bounds.
     """
 
     def __init__(
@@ -89,10 +88,10 @@ class RCGA(ArrayBased):
         if n_elites is None:
             n_elites = min(max(round(ELITES * pop_size), 1), pop_size - 1)
         if not 0 <= n_elites < pop_size:
-            raise OperatorSetting("RCGA", "n_elites", n_elites, f"0 to {pop_size - 1}, below pop_size")
+            raise AlgorithmError(f"RCGA: n_elites is {n_elites!r}, expected 0 to {pop_size - 1}, below pop_size.")
         for name, share in (("prob_crossover", prob_crossover), ("prob_var", prob_var)):
             if not 0.0 <= share <= 1.0:
-                raise OperatorSetting("RCGA", name, share, "a probability, 0 to 1")
+                raise AlgorithmError(f"RCGA: {name} is {share!r}, expected a probability, 0 to 1.")
         if termination is None:
             termination = Stalled(patience)
             if cost is not None:
@@ -129,11 +128,11 @@ class RCGA(ArrayBased):
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         if problem.n_obj != 1:
-            raise ManyObjectives("RCGA", problem.n_obj)
+            raise several_objectives("RCGA", problem.n_obj)
         bounds = np.broadcast_to(np.nan, (2, problem.n_var)) if not problem.has_bounds() else problem.bounds()
         open_ended = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)
         if open_ended.any():
-            raise BoundsMissing("RCGA", np.flatnonzero(open_ended))
+            raise bounds_missing("RCGA", np.flatnonzero(open_ended))
 
     def _is_itself(self) -> bool:
         mating = self.mating
@@ -161,15 +160,15 @@ class RCGA(ArrayBased):
         sampling = self.initialization.sampling
         return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
 
-    def _bred(self, parents: Members) -> Array:
+    def _bred(self, parents: PopulationArrays) -> Array:
         crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
         n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
 
         coins = rng.random(3 * n)
         crossed = coins[2 * n :] < get(crossover.prob)
         share = rng.random(n) if crossed.any() else np.zeros(n)
-        hit = (rng.random(2 * n * d) < mutation.get_prob_var(self.problem)).nonzero()[0]
-        h = len(hit)
+        mutated = (rng.random(2 * n * d) < mutation.get_prob_var(self.problem)).nonzero()[0]
+        h = len(mutated)
         moves = rng.random(2 * h + 2 * n)
         Y = loop(self.n_iter)(
             parents.X,
@@ -177,9 +176,9 @@ class RCGA(ArrayBased):
             coins[: 2 * n].reshape(n, 2),
             crossed,
             share,
-            hit,
+            mutated,
             moves[:h] < 0.5,
-            shrink(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
+            step_size(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
             moves[2 * h :],
             float(get(mutation.prob)),
             np.asarray(self.problem.xl, np.float64),
@@ -187,7 +186,7 @@ class RCGA(ArrayBased):
         )
         return np.asarray(Y[: self.n_offsprings])
 
-    def _kept(self, parents: Members, offspring: Members) -> Ints:
+    def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
         violation = None
         if parents.violation is not None or offspring.violation is not None:
             violation = np.concatenate(

@@ -1,66 +1,71 @@
-"""The algorithms that can be asked for by name."""
+"""The algorithms that have a name."""
 
-from collections.abc import Callable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import entry_points
 from itertools import product
 from typing import Any, final
 
-from robolaser.algorithms.algorithm_spec import Request
-from robolaser.algorithms.imported import algorithm_of, imported
-from robolaser.algorithms.lazy import lazily
-from robolaser.algorithms.operator_specs import made_parts, settings_of_parts
-from robolaser.algorithms.settings import Setting, Value, check, number, share, switch, whole, word
-from robolaser.errors import AlgorithmUnknown, OperatorSetting, SettingsRefused
+from robolaser.algorithms.algorithm_spec import AlgorithmSpec
+from robolaser.algorithms.lazy import lazy_factory
+from robolaser.algorithms.operator_choices import operator_settings, with_operators
+from robolaser.algorithms.settings import Setting, Value, check, not_made, number, share, switch, whole, word
+from robolaser.algorithms.user_code import made_with, user_algorithm
+from robolaser.errors import AlgorithmError, UsageError, near
+from robolaser.plugins import announced
 
 POPULATION = 100
 
 
 @final
 @dataclass(frozen=True)
-class Named:
-    """An algorithm by its name.
+class NamedAlgorithm:
+    """An algorithm with a name.
 
     Attributes:
-        name: As users call it.
-        title: What it is.
+        name: The name.
+        title: A description for a person.
         make: Makes it with settings.
-        settings: That it understands.
-        in_parts: Whether operators can be put into it.
+        settings: Settings that it has; None if those of the class count.
+        has_operators: Whether its operators can be chosen.
     """
 
     name: str
     title: str
     make: Callable[..., Any]
-    settings: tuple[Setting, ...] = ()
-    in_parts: bool = False
+    settings: tuple[Setting, ...] | None = ()
+    has_operators: bool = False
 
-    def made(self, given: Mapping[str, Value]) -> Any:
+    def make_with(self, given: Mapping[str, Value]) -> Any:
         """Make it with settings.
 
         Raises:
-            SettingUnknown, SettingSenseless: It has no such setting, or the value has no meaning.
-            SettingsRefused: One does not go with another.
+            UsageError: It has no such setting, a value makes no sense, or one does not go with another.
         """
-        check(self.name, given, [*self.settings, *(settings_of_parts(given) if self.in_parts else ())])
+        if self.settings is None:
+            return made_with(AlgorithmSpec(self.name, self.name, settings=given), self.make)
+        check(self.name, given, [*self.settings, *(operator_settings(given) if self.has_operators else ())])
         try:
-            return self.make(**(made_parts(given) if self.in_parts else given))
+            return self.make(**(with_operators(given) if self.has_operators else given))
         except Exception as error:
-            raise SettingsRefused(self.name, error) from error
+            raise not_made(self.name, error) from error
 
 
 def _ga(**settings: Any) -> Any:
-    """pymoo's, with as many offspring as have to be born: with elites fewer than there are parents, as in `RCGA`."""
+    """pymoo's, with as many offspring as individuals are replaced: with elites fewer than parents, as in `RCGA`."""
     from pymoo.algorithms.soo.nonconvex.ga import GA  # noqa: PLC0415 - pymoo takes a second to import
 
     settings = {"pop_size": POPULATION, **settings}
     elites = getattr(settings.get("survival"), "n_elites", 0)
     if elites >= settings["pop_size"]:
-        raise OperatorSetting("GA", "survival.n_elites", elites, "fewer than pop_size")
+        raise AlgorithmError(f"GA: survival.n_elites is {elites!r}, expected fewer than pop_size.")
     return GA(**{"n_offsprings": settings["pop_size"] - elites, **settings})
 
 
 def _stock(module: str, kind: str, **usual: Any) -> Callable[..., Any]:
-    return lazily(f"pymoo.algorithms.soo.nonconvex.{module}", kind, **usual)
+    return lazy_factory(f"pymoo.algorithms.soo.nonconvex.{module}", kind, **usual)
 
 
 _POP_SIZE, _OFFSPRING, _SAMPLES = whole("pop_size", 2), whole("n_offsprings"), whole("n_sample_points")
@@ -71,10 +76,10 @@ _VARIANTS = [
 ]
 
 _ALL = (
-    Named(
+    NamedAlgorithm(
         "rcga",
         "Lee, Yoon and Kang's real-coded genetic algorithm, 2004",
-        lazily("robolaser.algorithms.rcga", "RCGA", pop_size=POPULATION),
+        lazy_factory("robolaser.algorithms.rcga", "RCGA", pop_size=POPULATION),
         (
             _POP_SIZE,
             whole("n_elites", 0),
@@ -84,20 +89,20 @@ _ALL = (
             word("form", ("linear", "power")),
         ),
     ),
-    Named(
+    NamedAlgorithm(
         "ga",
         "pymoo's genetic algorithm",
         _ga,
         (_POP_SIZE, _OFFSPRING, switch("eliminate_duplicates")),
-        in_parts=True,
+        has_operators=True,
     ),
-    Named(
+    NamedAlgorithm(
         "de",
         "pymoo's differential evolution",
         _stock("de", "DE", pop_size=POPULATION),
         (_POP_SIZE, _OFFSPRING, word("variant", _VARIANTS), number("F"), share("CR"), switch("jitter")),
     ),
-    Named(
+    NamedAlgorithm(
         "pso",
         "pymoo's particle swarm",
         _stock("pso", "PSO", pop_size=POPULATION),
@@ -112,20 +117,20 @@ _ALL = (
             switch("pertube_best"),
         ),
     ),
-    Named("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
-    Named(
+    NamedAlgorithm("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
+    NamedAlgorithm(
         "isres",
         "pymoo's improved stochastic ranking strategy",
         _stock("isres", "ISRES"),
         (*_ES, share("alpha")),
     ),
-    Named(
+    NamedAlgorithm(
         "g3pcx",
         "pymoo's parent-centric steady-state genetic algorithm",
         _stock("g3pcx", "G3PCX"),
         (_POP_SIZE, _OFFSPRING, whole("n_parents", 3), whole("family_size")),
     ),
-    Named(
+    NamedAlgorithm(
         "cmaes",
         "pymoo's covariance matrix adaptation",
         _stock("cmaes", "CMAES"),
@@ -139,8 +144,8 @@ _ALL = (
             _SAMPLES,
         ),
     ),
-    Named("nelder-mead", "pymoo's simplex", _stock("nelder", "NelderMead"), (_SAMPLES,)),
-    Named(
+    NamedAlgorithm("nelder-mead", "pymoo's simplex", _stock("nelder", "NelderMead"), (_SAMPLES,)),
+    NamedAlgorithm(
         "pattern-search",
         "pymoo's pattern search",
         _stock("pattern", "PatternSearch"),
@@ -148,8 +153,8 @@ _ALL = (
     ),
 )
 
-ALGORITHMS: Mapping[str, Named] = {one.name: one for one in _ALL}
-"""Global searches by name."""
+ALGORITHMS: Mapping[str, NamedAlgorithm] = {algorithm.name: algorithm for algorithm in _ALL}
+"""Our global searches by name."""
 
 SCREENING = "screening"
 """The default: random candidates of the closed-form reduction, the best of them sent downhill until they agree."""
@@ -157,19 +162,42 @@ POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
 
 
-def algorithm_named(text: str) -> Any:
-    """Make the pymoo algorithm that a text asks for: `NAME` or `package.module:attribute`, with `:key=value` after it.
+GROUP = "robolaser.algorithms"
+"""Entry points under which installed packages announce pymoo algorithms."""
+
+
+@cache
+def algorithms() -> Mapping[str, NamedAlgorithm]:
+    """Our algorithms and those that installed packages announce, by name.
 
     Raises:
-        AlgorithmUnknown: There is none of that name.
-        RequestUnreadable, SettingUnknown, SettingSenseless, SettingsRefused: Its settings are not right.
-        NotImportable, AttributeLacking, NotAnAlgorithm: It is not where it is said to be.
+        PluginError: What a package announces cannot be used.
     """
-    request = Request.of(text)
-    if request.attribute is not None:
-        return algorithm_of(request, imported(request))
-    if request.name in (SCREENING, POLISH_ONLY):
-        check(request.name, request.settings, ())
-    if request.name not in ALGORITHMS:
-        raise AlgorithmUnknown(request.name, [SCREENING, *ALGORITHMS, POLISH_ONLY])
-    return ALGORITHMS[request.name].made(request.settings)
+    if not entry_points(group=GROUP):
+        return ALGORITHMS
+    from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
+
+    kinds = announced(GROUP, Algorithm, taken=[SCREENING, *ALGORITHMS, POLISH_ONLY], name="")
+    titles = {name: (inspect.getdoc(kind) or name).splitlines()[0].rstrip(".") for name, kind in kinds.items()}
+    return {**ALGORITHMS, **{name: NamedAlgorithm(name, titles[name], kind, None) for name, kind in kinds.items()}}
+
+
+def algorithm_named(text: str) -> Any:
+    """Make the pymoo algorithm that a text names: `NAME` or `package.module:attribute`, with `:key=value` after it.
+
+    Raises:
+        UsageError: There is no such algorithm, or it cannot be made with these settings.
+    """
+    spec = AlgorithmSpec.of(text)
+    if spec.attribute is not None:
+        return user_algorithm(spec)
+    if spec.name in (SCREENING, POLISH_ONLY):
+        check(spec.name, spec.settings, ())
+    if spec.name not in algorithms():
+        raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
+    return algorithms()[spec.name].make_with(spec.settings)
+
+
+def unknown_algorithm(name: str, known: Iterable[str]) -> UsageError:
+    """No algorithm has that name."""
+    return UsageError(f"No algorithm '{name}'.{near(name, known)} One of your own is package.module:attribute.")

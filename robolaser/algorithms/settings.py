@@ -1,14 +1,14 @@
-"""Settings as they are typed: what a value may be, and what an algorithm understands."""
+"""Settings of algorithms and operators: how a typed value is read, and which values make sense."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.errors import SettingSenseless, SettingUnknown
+from robolaser.errors import RobolaserError, UsageError, near
 
 Value = int | float | bool | str | None
-"""Of a setting: a whole number, a number, yes or no, a word, or nothing."""
+"""A setting's value."""
 
 _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 
@@ -16,21 +16,21 @@ _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 @final
 @dataclass(frozen=True)
 class Setting:
-    """One that an algorithm understands.
+    """A setting that an algorithm has.
 
     Attributes:
         name: Its key.
-        expected: What it may be, for a person.
-        fits: Whether a value has a meaning.
+        expected: The values that make sense, in words.
+        fits: Whether a value makes sense.
     """
 
     name: str
     expected: str
     fits: Callable[[Value], bool]
 
-    def of(self, part: str) -> "Setting":
-        """The same as a part's: `prob` of the crossover is `crossover.prob`."""
-        return Setting(f"{part}.{self.name}", self.expected, self.fits)
+    def of(self, slot: str) -> "Setting":
+        """The same setting of an operator in a slot: `prob` of the crossover is `crossover.prob`."""
+        return Setting(f"{slot}.{self.name}", self.expected, self.fits)
 
 
 def whole(name: str, least: int = 1) -> Setting:
@@ -43,7 +43,7 @@ def whole(name: str, least: int = 1) -> Setting:
 
 
 def number(name: str, least: float = 0.0, most: float = math.inf) -> Setting:
-    """A finite number from one to another."""
+    """A finite number between two others."""
 
     def fits(value: Value) -> bool:
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -60,18 +60,18 @@ def share(name: str) -> Setting:
 
 
 def switch(name: str) -> Setting:
-    """Yes or no."""
+    """True or false."""
     return Setting(name, "true or false", lambda value: isinstance(value, bool))
 
 
 def word(name: str, words: Iterable[str]) -> Setting:
-    """One of some words."""
+    """One of several words."""
     known = tuple(words)
     return Setting(name, f"one of {', '.join(known)}", lambda value: value in known)
 
 
 def read(text: str) -> Value:
-    """A value as typed."""
+    """Read a value as typed."""
     if text.casefold() in _WORDS:
         return _WORDS[text.casefold()]
     for kind in (int, float):
@@ -83,15 +83,25 @@ def read(text: str) -> Value:
 
 
 def check(algorithm: str, given: Mapping[str, Value], known: Iterable[Setting]) -> None:
-    """See that an algorithm understands all its settings.
+    """Check that an algorithm has all settings that are given, with values that make sense.
 
     Raises:
-        SettingUnknown: It has none of that name.
-        SettingSenseless: A value has no meaning.
+        UsageError: It has no such setting, or the value makes no sense.
     """
     by_name = {setting.name: setting for setting in known}
     for name, value in given.items():
         if name not in by_name:
-            raise SettingUnknown(algorithm, name, by_name)
+            raise unknown_setting(algorithm, name, by_name)
         if not by_name[name].fits(value):
-            raise SettingSenseless(algorithm, name, value, by_name[name].expected)
+            raise UsageError(f"{algorithm}: {name} is {value!r}, expected {by_name[name].expected}.")
+
+
+def unknown_setting(algorithm: str, name: str, known: Iterable[str]) -> UsageError:
+    """An algorithm has no such setting."""
+    return UsageError(f"{algorithm} has no setting '{name}'.{near(name, known)}")
+
+
+def not_made(text: str, error: Exception) -> UsageError:
+    """An algorithm raised an error when it was made with its settings."""
+    reason = str(error) if isinstance(error, RobolaserError) else f"{type(error).__name__}: {error}"
+    return UsageError(f"{text} cannot be made. {reason.rstrip('.')}. Give it other settings.")

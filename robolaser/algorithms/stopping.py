@@ -1,4 +1,4 @@
-"""When a search has found enough, or nothing for too long."""
+"""Terminations: a cost is reached, or the best cost has stalled."""
 
 from typing import Any, final
 
@@ -6,16 +6,24 @@ import numpy as np
 from pymoo.core.termination import Termination
 
 from robolaser.algorithms.array_based import ArrayBased
-from robolaser.errors import ManyObjectives, OperatorSetting
+from robolaser.errors import AlgorithmError
 
 
 def _best_cost(algorithm: Any, where: str) -> float:
     if algorithm.problem.n_obj != 1:
-        raise ManyObjectives(where, algorithm.problem.n_obj)
+        raise several_objectives(where, algorithm.problem.n_obj)
     if isinstance(algorithm, ArrayBased):
         return algorithm.best_cost()
     costs = algorithm.opt.get("F")[algorithm.opt.get("feas"), 0]
     return float(np.min(costs, initial=np.inf, where=~np.isnan(costs)))
+
+
+def several_objectives(where: str, objectives: int) -> AlgorithmError:
+    """A search for one objective met a problem with several."""
+    return AlgorithmError(
+        f"{where} minimises one objective, but the problem has {objectives}."
+        " Take NSGA2 or another multi-objective algorithm; robolaser's operators work in it."
+    )
 
 
 @final
@@ -42,13 +50,13 @@ class Stalled(Termination):
         generations: How many; the paper waits for 10 000.
 
     Raises:
-        OperatorSetting: `generations` is below 1.
+        AlgorithmError: `generations` is below 1.
     """
 
     def __init__(self, generations: int = 10_000) -> None:
         super().__init__()
         if generations < 1:
-            raise OperatorSetting("Stalled", "generations", generations, "a number from 1 up")
+            raise AlgorithmError(f"Stalled: generations is {generations!r}, expected a number from 1 up.")
         self.generations = generations
         self.best = np.inf
         self.since = 0

@@ -1,4 +1,4 @@
-"""By how much candidates violate the constraints, as pymoo's individuals say it, all in one go."""
+"""Violation of the constraints by many candidates at once, as pymoo's individuals compute it."""
 
 from typing import Any
 
@@ -8,19 +8,19 @@ from pymoo.core.individual import Individual, constr_to_cv
 from robolaser.arrays import Array, Bools
 
 
-def violation_of(said: dict[str, Any]) -> tuple[Array, Bools]:
+def violation_of(values: dict[str, Any]) -> tuple[Array, Bools]:
     """Violation, (n, 1), and whether pymoo tolerates it, (n,).
 
     Args:
-        said: What a problem said of n candidates: of G (n, g), which is to be at most 0, H (n, h), which is to be 0,
+        values: Values of n candidates: of G (n, g), which is to be at most 0, H (n, h), which is to be 0,
             and CV (n, 1), the violation itself, those that there are.
     """
     config = Individual.default_config()
-    if "CV" in said:
-        violation = np.asarray(said["CV"], np.float64)[:, 0]
+    if "CV" in values:
+        violation = np.asarray(values["CV"], np.float64)[:, 0]
     else:
-        G = _each(said["G"], config["cv_ieq"]) if "G" in said else 0.0
-        H = _each(np.abs(said["H"]), config["cv_eq"]) if "H" in said else 0.0
+        G = _each(values["G"], config["cv_ieq"]) if "G" in values else 0.0
+        H = _each(np.abs(values["H"]), config["cv_eq"]) if "H" in values else 0.0
         violation = np.asarray(G + H, np.float64)
     return violation[:, None], violation <= config.get("cv_eps", 0.0)
 

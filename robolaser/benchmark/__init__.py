@@ -1,1 +1,1 @@
-"""Optimisers side by side on the same questions: who is better, by how much, and how sure is that?"""
+"""Optimisers side by side on the same problems: who is better, by how much, and how sure is that?"""

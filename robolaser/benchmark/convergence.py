@@ -1,4 +1,4 @@
-"""The course of one run: when it became better, and by how much."""
+"""The convergence trace of one run: when it improved, and to which cost."""
 
 from dataclasses import dataclass
 from typing import final
@@ -10,13 +10,13 @@ from robolaser.arrays import Array, Ints
 
 @final
 @dataclass(frozen=True, eq=False)
-class Course:
+class ConvergenceTrace:
     """Every improvement of a run, in order (k).
 
     Attributes:
-        evaluations: Candidates evaluated up to and with the better one, (k,).
-        seconds: Wall time by then, (k,).
-        costs: Its cost, falling, (k,).
+        evaluations: Candidates evaluated up to and including the improvement, (k,).
+        seconds: Wall time by then [s], (k,).
+        costs: The improved cost, falling, (k,).
     """
 
     evaluations: Ints
@@ -25,18 +25,18 @@ class Course:
 
     @property
     def final(self) -> float:
-        """Lowest cost; infinite where no candidate had a finite one."""
+        """Lowest cost; infinite if no candidate had a finite one."""
         return float(self.costs[-1]) if len(self.costs) else np.inf
 
-    def first(self, targets: Array) -> tuple[Array, Array]:
-        """Evaluations and seconds at which costs (t,) were first reached, (t,) each; infinite where they never were."""
+    def first_hits(self, targets: Array) -> tuple[Array, Array]:
+        """Evaluations and seconds until costs (t,) were first reached, (t,) each; infinite where they never were."""
+        if not len(self.costs):
+            return np.full(len(targets), np.inf), np.full(len(targets), np.inf)
         at = np.searchsorted(-self.costs, -targets)  # the first that is no higher
         reached = at < len(self.costs)
         at = np.where(reached, at, 0)
-        if not len(self.costs):
-            return np.full(len(targets), np.inf), np.full(len(targets), np.inf)
         return np.where(reached, self.evaluations[at], np.inf), np.where(reached, self.seconds[at], np.inf)
 
-    def after(self, evaluations: Array) -> Array:
-        """Lowest cost after so many evaluations (e,) -> (e,); infinite before the first."""
+    def best_after(self, evaluations: Array) -> Array:
+        """Lowest cost after that many evaluations (e,) -> (e,); infinite before the first."""
         return np.append(np.inf, self.costs)[np.searchsorted(self.evaluations, evaluations, side="right")]

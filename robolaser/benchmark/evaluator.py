@@ -1,4 +1,4 @@
-"""Who stands beside a run with a stop-watch: counts evaluations, notes every improvement, ends it when it is time."""
+"""A problem as one run sees it: evaluations are counted, improvements recorded, and the run ends with its budget."""
 
 import time
 from typing import final
@@ -6,36 +6,37 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.problem import Question
-from robolaser.errors import CandidateNotANumber, CandidateShape
+from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.errors import BenchmarkError
 
 
-class Over(BaseException):
-    """The budget or the time is used up. No `Exception`: contestants that survive their own errors must not hold it."""
+class BudgetExhausted(BaseException):
+    """The budget or time is used up. Not an `Exception`: solvers that survive their own errors must not catch it."""
 
 
 @final
-class Watch:
-    """The question as one run sees it.
+class BudgetedEvaluator:
+    """Evaluates candidates of a problem until the budget or the time of the run is used up.
 
-    A candidate outside the bounds is counted and costs infinitely much; so does one at a pole.
+    A candidate outside the bounds is counted and has infinite cost; so has one at a pole.
 
     Attributes:
-        question: What is asked.
+        problem: The problem.
         budget: Candidates that may be evaluated.
         evaluations: Candidates evaluated so far.
         best: Lowest cost so far.
+        out_of_time: Whether the run was ended by its time limit.
     """
 
-    def __init__(self, question: Question, *, budget: int, time_limit_s: float) -> None:
-        self.question = question
+    def __init__(self, problem: BenchmarkProblem, *, budget: int, time_limit_s: float) -> None:
+        self.problem = problem
         self.budget = budget
         self.evaluations = 0
         self.best = np.inf
         self.out_of_time = False
         self._time_limit_s = time_limit_s
-        self._noted: list[tuple[int, float, float]] = []
+        self._improvements: list[tuple[int, float, float]] = []
         self._began = time.perf_counter()
 
     @property
@@ -51,69 +52,72 @@ class Watch:
         """Costs of candidates, (c, d) -> (c,).
 
         Raises:
-            Over: The budget or the time is used up; what lies beyond the budget does not count.
-            CandidateNotANumber: A candidate is not a number.
-            CandidateShape: The array is no (c, d).
+            BudgetExhausted: The budget or the time is used up; candidates beyond the budget do not count.
+            BenchmarkError: The array is not (c, d), or a candidate is not a number.
         """
         x = self._checked(x)
-        return self._noting(x, self.question.cost(x))
+        return self._recorded(x, self.problem.cost(x))
 
     def residuals(self, x: Array) -> Array:
         """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation.
 
         Raises:
-            Over, CandidateNotANumber, CandidateShape: As `cost` does.
+            BudgetExhausted, BenchmarkError: As `cost` does.
         """
-        if self.question.residuals is None:
-            raise TypeError(f"{self.question.name} is no sum of squares")
+        if self.problem.residuals is None:
+            raise TypeError(f"{self.problem.name} is not a sum of squares")
         x = self._checked(x)
-        residuals = self.question.residuals(x)
-        self._noting(x, np.einsum("cr,cr->c", residuals, residuals))
+        residuals = self.problem.residuals(x)
+        self._recorded(x, np.einsum("cr,cr->c", residuals, residuals))
         return residuals
 
-    def saw(self, evaluations: int, cost: float) -> None:
-        """Take note of candidates that a contestant evaluated by itself, the best of which cost so much.
+    def record(self, evaluations: int, cost: float) -> None:
+        """Count candidates that a solver evaluated without this evaluator, and the lowest cost among them.
 
         Raises:
-            Over: The budget or the time is used up.
+            BudgetExhausted: The budget or the time is used up.
         """
         self.evaluations += evaluations
         if self.evaluations <= self.budget and cost < self.best:
-            self._note(self.evaluations, cost)
-        self._look_at_the_clock()
+            self._improve(self.evaluations, cost)
+        self._end_if_exhausted()
 
-    def course(self) -> Course:
+    def trace(self) -> ConvergenceTrace:
         """Every improvement so far."""
-        evaluations, seconds, costs = zip(*self._noted, strict=True) if self._noted else ((), (), ())
-        return Course(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+        evaluations, seconds, costs = zip(*self._improvements, strict=True) if self._improvements else ((), (), ())
+        return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
 
     def _checked(self, x: Array) -> Array:
         x = np.asarray(x, np.float64)
-        if x.ndim != 2 or x.shape[1] != self.question.dimension:
-            raise CandidateShape(x.shape, self.question.dimension)
+        if x.ndim != 2 or x.shape[1] != self.problem.dimension:
+            raise BenchmarkError(
+                f"The solver evaluated an array of shape {x.shape}, expected (candidates, {self.problem.dimension}):"
+                " one row for each candidate."
+            )
         if np.isnan(x).any():
-            raise CandidateNotANumber(self.question.variables[int(np.argwhere(np.isnan(x))[0, 1])])
+            variable = self.problem.variables[int(np.argwhere(np.isnan(x))[0, 1])]
+            raise BenchmarkError(f"The solver evaluated a candidate whose {variable} is not a number.")
         return x
 
-    def _noting(self, x: Array, costs: Array) -> Array:
-        outside = ((x < self.question.lower) | (x > self.question.upper)).any(axis=1)
+    def _recorded(self, x: Array, costs: Array) -> Array:
+        outside = ((x < self.problem.lower) | (x > self.problem.upper)).any(axis=1)
         costs = np.where(np.isnan(costs) | outside, np.inf, costs)
         allowed = costs[: self.left]
         lowest = np.minimum.accumulate(np.append(self.best, allowed))
         for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
-            self._note(self.evaluations + int(i) + 1, float(allowed[i]))
+            self._improve(self.evaluations + int(i) + 1, float(allowed[i]))
         self.evaluations += len(allowed)
-        self._look_at_the_clock()
+        self._end_if_exhausted()
         return costs
 
-    def _note(self, evaluations: int, cost: float) -> None:
+    def _improve(self, evaluations: int, cost: float) -> None:
         self.best = cost
-        self._noted.append((evaluations, self.seconds(), cost))
+        self._improvements.append((evaluations, self.seconds(), cost))
 
-    def _look_at_the_clock(self) -> None:
+    def _end_if_exhausted(self) -> None:
         if self.evaluations >= self.budget:
             self.evaluations = self.budget
-            raise Over
+            raise BudgetExhausted
         if self.seconds() > self._time_limit_s:
             self.out_of_time = True
-            raise Over
+            raise BudgetExhausted

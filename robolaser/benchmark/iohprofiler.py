@@ -1,6 +1,6 @@
 """Runs in the format of IOHprofiler, so that others can look at them with the field's own tools.
 
-A folder for each contestant; in it, for each problem, a file of JSON that says what was run and a table of every
+A folder for each solver; in it, for each problem, a file of JSON that says what was run and a table of every
 improvement. IOHanalyzer and iohinspector read it. Doerr, Wang, Ye, van Rijn, Bäck: IOHprofiler, arXiv:1810.05281.
 """
 
@@ -11,8 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from robolaser.benchmark.result import Comparison, Contested
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.data.csv_tables import write_together
 
 LAYOUT = "0.3.18"
@@ -20,31 +20,31 @@ LAYOUT = "0.3.18"
 HEADER = "evaluations raw_y seconds"
 
 
-def export(comparison: Comparison, folder: Path) -> None:
+def export(result: BenchmarkResult, folder: Path) -> None:
     """Write all runs that found anything.
 
     Args:
-        comparison: What was run.
+        result: The benchmark.
         folder: Created where it is not there; files of the same names are replaced.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: A file cannot be written.
     """
     files: dict[Path, bytes] = {}
-    for number, problem in enumerate(comparison.problems, start=1):
-        for algorithm, title in comparison.contestants.items():
+    for number, problem in enumerate(result.problems, start=1):
+        for algorithm, title in result.solvers.items():
             runs = [
                 run
-                for run in sorted(comparison.runs, key=lambda run: run.seed)
-                if (run.problem, run.algorithm) == (problem.name, algorithm) and len(run.course.costs)
+                for run in sorted(result.runs, key=lambda run: run.seed)
+                if (run.problem, run.algorithm) == (problem.name, algorithm) and len(run.trace.costs)
             ]
             if not runs:
                 continue
             name = f"{number}_{_plain(problem.name)}"
             home = folder / _plain(algorithm)
             table = Path(f"data_f{name}") / f"IOHprofiler_f{number}_DIM{problem.dimension}.dat"
-            said = _about(problem, number, algorithm, title, table, runs)
-            files[home / f"IOHprofiler_f{name}.json"] = (json.dumps(said, indent=1) + "\n").encode()
+            header = _about(problem, number, algorithm, title, table, runs)
+            files[home / f"IOHprofiler_f{name}.json"] = (json.dumps(header, indent=1) + "\n").encode()
             files[home / table] = ("\n".join(line for run in runs for line in _lines(run)) + "\n").encode()
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,7 @@ def export(comparison: Comparison, folder: Path) -> None:
 
 
 def _about(
-    problem: Contested, number: int, algorithm: str, title: str, table: Path, runs: Sequence[Run]
+    problem: ProblemSummary, number: int, algorithm: str, title: str, table: Path, runs: Sequence[BenchmarkRun]
 ) -> dict[str, Any]:
     return {
         "version": LAYOUT,
@@ -70,7 +70,7 @@ def _about(
                     {
                         "instance": run.seed,
                         "evals": run.evaluations,
-                        "best": {"evals": int(run.course.evaluations[-1]), "y": run.course.final, "x": []},
+                        "best": {"evals": int(run.trace.evaluations[-1]), "y": run.trace.final, "x": []},
                     }
                     for run in runs
                 ],
@@ -79,16 +79,16 @@ def _about(
     }
 
 
-def _lines(run: Run) -> Iterator[str]:
+def _lines(run: BenchmarkRun) -> Iterator[str]:
     """A run as lines of the table; the tools tell runs by their first evaluation and want the last one too."""
-    course = run.course
+    trace = run.trace
     yield HEADER
-    if course.evaluations[0] > 1:
+    if trace.evaluations[0] > 1:
         yield "1 inf 0.0"
-    for evaluations, seconds, cost in zip(course.evaluations, course.seconds, course.costs, strict=True):
+    for evaluations, seconds, cost in zip(trace.evaluations, trace.seconds, trace.costs, strict=True):
         yield f"{evaluations} {float(cost)!r} {seconds:.6f}"
-    if course.evaluations[-1] < run.evaluations:
-        yield f"{run.evaluations} {course.final!r} {run.seconds:.6f}"
+    if trace.evaluations[-1] < run.evaluations:
+        yield f"{run.evaluations} {trace.final!r} {run.seconds:.6f}"
 
 
 def _plain(name: str) -> str:

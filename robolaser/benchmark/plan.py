@@ -1,4 +1,4 @@
-"""What is to be compared, and on what terms."""
+"""Which solvers run on which problems, with which seeds and limits."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,53 +7,53 @@ from typing import final
 
 import numpy as np
 
+from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.engines import Task
-from robolaser.benchmark.problem import Question
-from robolaser.benchmark.problem_specs import Source, sources
-from robolaser.benchmark.result import Comparison, Contested, Effort
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.problem_specs import ProblemSpec, specs_of
+from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers import DEFAULT, find
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.errors import OperatorSetting
+from robolaser.benchmark.solvers.solver import Solver
+from robolaser.errors import UsageError
 from robolaser.estimation.multistart import multistart
 
 OUR_OWN = "robolaser's own search"
-"""Who found a lowest cost that no contestant came below."""
+"""Found the lowest cost, if no solver came below it."""
 THEORY = "theory"
 OUR_SEEDS = (1, 2, 3)
-"""Of our own search for the lowest cost, outside the contest."""
+"""Seeds of our own search for the lowest cost, outside the benchmark."""
 LOWER = 1e-9
-"""A lowest cost counts as found by another only if it is lower by more than this share."""
+"""A solver has improved the best known cost only if it is lower by more than this share."""
 PROBES, PROBE_SEED, PROBE_DIGITS = 8, 1, 9
-"""Candidates by whose costs a question is recognised, and to how many digits: another machine may round otherwise."""
+"""Candidates whose costs identify a problem, and their digits: another machine may round differently."""
 
 
 Key = tuple[str, str, int]
-"""Problem, algorithm and seed of a run: what it is known by."""
+"""Problem, algorithm and seed of a run: what identifies it."""
 
 
-def key(one: Run | Task) -> Key:
-    """What a run is known by."""
-    return one.problem, one.algorithm, one.seed
+def key(run: BenchmarkRun | Task) -> Key:
+    """What identifies a run."""
+    return run.problem, run.algorithm, run.seed
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Contest:
-    """Every contestant gets every question it has something to say on, once with each seed.
+class RunPlan:
+    """Every solver runs once with each seed on every problem that it applies to.
 
     Attributes:
-        sources: Of the questions.
-        contestants: Who takes part.
-        seeds: The same for all: where contestants draw the same first candidates, they begin alike.
+        specs: Of the problems.
+        solvers: The solvers to be compared.
+        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
         budget: Evaluations a run may spend.
         time_limit_s: Wall time a run may take [s].
         memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
     """
 
-    sources: tuple[Source, ...]
-    contestants: tuple[Contestant, ...]
+    specs: tuple[ProblemSpec, ...]
+    solvers: tuple[Solver, ...]
     seeds: tuple[int, ...]
     budget: int
     time_limit_s: float
@@ -70,22 +70,21 @@ class Contest:
         budget: int = BUDGET,
         time_limit_s: float = TIME_LIMIT_S,
         memory_limit_b: int = MEMORY_LIMIT_B,
-    ) -> "Contest":
-        """What is asked for by texts.
+    ) -> "RunPlan":
+        """Plan a benchmark of problems and solvers by name.
 
         Args:
-            problems: See `sources.source`.
-            algorithms: See `contestants.find`; one that is named twice takes part once.
-            seeds: How many.
-            first_seed: From 1; the others follow it.
+            problems: See `problem_specs.spec_of`.
+            algorithms: See `solvers.find`; one that is named twice takes part once.
+            seeds: Number of seeds.
+            first_seed: The first of them, at least 1; the others follow it.
             budget: Evaluations a run may spend.
             time_limit_s: Wall time a run may take [s].
             memory_limit_b: Memory a run may take [B].
 
         Raises:
-            WrongUsage: There is no such problem or algorithm, or it has no such setting.
-            OperatorSetting: Nothing of something is asked for.
-            RobolaserError: A data set is not right.
+            UsageError: There is no such problem, algorithm or setting, or a number is not above 0.
+            BenchmarkError, DataError: A problem cannot be built.
         """
         for what, value in (
             ("problems", len(problems)),
@@ -97,9 +96,9 @@ class Contest:
             ("memory_limit_b", memory_limit_b),
         ):
             if not value > 0:
-                raise OperatorSetting("Contest", what, value, "more than 0")
+                raise UsageError(f"RunPlan: {what} is {value!r}, expected more than 0.")
         return cls(
-            sources(problems),
+            specs_of(problems),
             tuple(find(name) for name in dict.fromkeys(algorithms)),
             tuple(range(first_seed, first_seed + seeds)),
             budget,
@@ -108,47 +107,47 @@ class Contest:
         )
 
     @cached_property
-    def questions(self) -> tuple[Question, ...]:
-        """What is asked."""
-        return tuple(source.question() for source in self.sources)
+    def problems(self) -> tuple[BenchmarkProblem, ...]:
+        """The problems, built."""
+        return tuple(spec.problem() for spec in self.specs)
 
     @cached_property
     def refused(self) -> Mapping[tuple[str, str], str]:
-        """Why a contestant has nothing to say on a question, by (question, contestant)."""
+        """Why a solver does not apply to a problem, by (problem, solver)."""
         return {
-            (question.name, contestant.name): reason
-            for question in self.questions
-            for contestant in self.contestants
-            if (reason := _refusal(contestant, question)) is not None
+            (problem.name, solver.name): reason
+            for problem in self.problems
+            for solver in self.solvers
+            if (reason := _refusal(solver, problem)) is not None
         }
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
-        """All runs: all with the first seed first, so that a contest is fair whenever it is stopped."""
+        """All runs, those with the first seed first: a benchmark that is stopped early is fair to all solvers."""
         return tuple(
-            Task(source.name, contestant.name, seed, self.budget, self.time_limit_s, self.memory_limit_b)
+            Task(spec.name, solver.name, seed, self.budget, self.time_limit_s, self.memory_limit_b)
             for seed in self.seeds
-            for source in self.sources
-            for contestant in self.contestants
-            if (source.name, contestant.name) not in self.refused
+            for spec in self.specs
+            for solver in self.solvers
+            if (spec.name, solver.name) not in self.refused
         )
 
     @cached_property
     def fingerprints(self) -> Mapping[str, str]:
-        """What a question is recognised by: its bounds, and what some candidates cost."""
-        return {question.name: _fingerprint(question) for question in self.questions}
+        """What identifies a problem besides its name: its bounds, and the costs of some candidates."""
+        return {problem.name: _fingerprint(problem) for problem in self.problems}
 
-    def own(self, runs: Iterable[Run]) -> tuple[Run, ...]:
-        """Those runs that are part of it."""
-        asked = {key(task) for task in self.tasks}
-        return tuple(run for run in runs if key(run) in asked)
+    def select(self, runs: Iterable[BenchmarkRun]) -> tuple[BenchmarkRun, ...]:
+        """The runs that are part of this plan."""
+        planned = {key(task) for task in self.tasks}
+        return tuple(run for run in runs if key(run) in planned)
 
-    def so_far(self, runs: Iterable[Run], effort: Effort) -> Comparison:
-        """What came of it, with the runs that were made."""
+    def result(self, runs: Iterable[BenchmarkRun], effort: Effort) -> BenchmarkResult:
+        """The result so far, given the runs that were made."""
         runs = tuple(runs)
-        return Comparison(
-            problems=tuple(self._contested(question, runs) for question in self.questions),
-            contestants={contestant.name: contestant.title for contestant in self.contestants},
+        return BenchmarkResult(
+            problems=tuple(self._summary(problem, runs) for problem in self.problems),
+            solvers={solver.name: solver.title for solver in self.solvers},
             refused=self.refused,
             seeds=self.seeds,
             budget=self.budget,
@@ -159,42 +158,42 @@ class Contest:
 
     @cached_property
     def _known(self) -> Mapping[str, tuple[float, str]]:
-        return {question.name: _best_known(question) for question in self.questions}
+        return {problem.name: _best_known(problem) for problem in self.problems}
 
-    def _contested(self, question: Question, runs: tuple[Run, ...]) -> Contested:
-        best, found_by = self._known[question.name]
+    def _summary(self, problem: BenchmarkProblem, runs: tuple[BenchmarkRun, ...]) -> ProblemSummary:
+        best, found_by = self._known[problem.name]
         for run in runs:
-            if run.problem == question.name and run.course.final < best - LOWER * abs(best):
-                best, found_by = run.course.final, run.algorithm
-        return Contested(
-            question.name,
-            question.title,
-            question.family,
-            question.dimension,
-            question.unit,
-            scale=max(abs(best), question.scale) if np.isfinite(best) else question.scale,
+            if run.problem == problem.name and run.trace.final < best - LOWER * abs(best):
+                best, found_by = run.trace.final, run.algorithm
+        return ProblemSummary(
+            problem.name,
+            problem.title,
+            problem.family,
+            problem.dimension,
+            problem.unit,
+            scale=max(abs(best), problem.scale) if np.isfinite(best) else problem.scale,
             best=best,
             found_by=found_by,
         )
 
 
-def _refusal(contestant: Contestant, question: Question) -> str | None:
+def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
     try:
-        return contestant.refuses(question)
-    except Exception as error:  # somebody's own
-        return f"it failed when it was asked whether it has anything to say ({type(error).__name__}: {error})"
+        return solver.refuses(problem)
+    except Exception as error:  # a user's own solver
+        return f"asked whether it applies, it failed ({type(error).__name__}: {error})"
 
 
-def _best_known(question: Question) -> tuple[float, str]:
-    """The lowest cost that is known without the contest, and whence."""
-    if question.lowest is not None:
-        return question.lowest, THEORY
-    if question.model is None:
+def _best_known(problem: BenchmarkProblem) -> tuple[float, str]:
+    """The lowest cost that is known before any run, and who found it."""
+    if problem.lowest is not None:
+        return problem.lowest, THEORY
+    if problem.model is None:
         return np.inf, ""
-    return min(multistart(question.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
+    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
-def _fingerprint(question: Question) -> str:
-    probes = question.anywhere(np.random.default_rng(PROBE_SEED), PROBES)
-    numbers = np.concatenate([question.lower, question.upper, question.cost(probes)])
+def _fingerprint(problem: BenchmarkProblem) -> str:
+    probes = problem.sample_uniform(np.random.default_rng(PROBE_SEED), PROBES)
+    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes)])
     return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

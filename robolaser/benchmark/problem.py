@@ -1,4 +1,4 @@
-"""What contestants are asked: where are the bounds, what does a candidate cost, and what is as good as nothing?"""
+"""A cost that solvers minimise: its bounds, its residuals where it has any, and what difference can be neglected."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,27 +10,27 @@ from robolaser.arrays import Array
 from robolaser.model.forward_model import Model
 
 CALIBRATION, TEST_FUNCTION = "calibration", "test function"
-"""Families of questions; only members of one are ranked together."""
+"""Families of problems; only problems of one family are ranked together."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Question:
+class BenchmarkProblem:
     """A cost to be minimised within bounds.
 
     Attributes:
-        name: As the user and all results call it.
-        title: What it is, for a person.
+        name: The user's name for it, and that of all results.
+        title: A description for a person.
         family: `CALIBRATION` or `TEST_FUNCTION`.
         variables: Their names, d of them.
         lower: Lower bounds, (d,).
         upper: Upper bounds, (d,).
         cost: Of candidates (c, d) -> (c,); infinite or not a number at poles.
         unit: Of the cost.
-        scale: A cost so small that a difference of it can be neglected where the lowest cost is zero, in `unit`.
-        residuals: Candidates (c, d) -> (c, r), whose squares add up to the cost; None where it is no sum of squares.
-        model: Of a calibration.
-        lowest: The lowest cost there is, where theory knows.
+        scale: A difference in cost that can be neglected where the lowest cost is zero, in `unit`.
+        residuals: Candidates (c, d) -> (c, r), whose squares add up to the cost; None if it is not a sum of squares.
+        model: The forward model of a calibration.
+        lowest: The lowest cost, where theory knows it.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Question:
     lowest: float | None = None
 
     def __post_init__(self) -> None:
-        """Keep bounds from being written into: one run's mistake would be another's question."""
+        """Make the bounds read-only: what one run wrote into them would change the problem of the next."""
         for name in ("lower", "upper"):
             bound = np.array(getattr(self, name), np.float64)
             bound.setflags(write=False)
@@ -55,10 +55,10 @@ class Question:
 
     @property
     def dimension(self) -> int:
-        """Variables to be found."""
+        """Number of variables."""
         return len(self.variables)
 
-    def anywhere(self, rng: np.random.Generator, candidates: int = 1) -> Array:
+    def sample_uniform(self, rng: np.random.Generator, candidates: int = 1) -> Array:
         """Candidates, uniform within the bounds, (candidates, d)."""
         x: Array = rng.uniform(self.lower, self.upper, (candidates, self.dimension))
         return x

@@ -1,4 +1,4 @@
-"""Where questions come from: data sets, what their closed forms leave over, the paper's experiment, test functions."""
+"""Which problems can be named: data sets, their reductions, the paper's experiment, test functions."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -9,54 +9,47 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, Question
+from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkProblem
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.errors import (
-    DimensionSenseless,
-    NoClosedForm,
-    NothingToSearch,
-    ProblemTwice,
-    ProblemUnknown,
-    TestFunctionUnknown,
-)
-from robolaser.problems.reduction import Reduction
+from robolaser.errors import BenchmarkError, UsageError, near
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
+from robolaser.problems.reduction import Reduction
 
 PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
-"""How problems that are no folders are asked for."""
+"""Names of problems that are not folders."""
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
-"""Of pymoo's, those of any dimension whose lowest cost is known."""
+"""pymoo's test functions of any dimension whose lowest cost is known."""
 DIMENSION = 10
-"""Of a test function, if none is asked for."""
+"""Variables of a test function, unless the name says otherwise."""
 NEGLIGIBLE_M2 = 1e-12
-"""Of a point's squared error: a micrometre."""
+"""Squared error of a point that can be neglected: a micrometre's."""
 
 
-class Source(ABC):
-    """Makes a question; can be sent to another process or machine, where the question, a tangle of functions, cannot.
+class ProblemSpec(ABC):
+    """Builds a problem; unlike the problem, whose functions cannot be pickled, it can be sent to another process.
 
     Attributes:
-        name: Of the question.
+        name: Name of the problem.
     """
 
     name: str
 
     @abstractmethod
-    def question(self) -> Question:
-        """Make it."""
+    def problem(self) -> BenchmarkProblem:
+        """Build the problem."""
 
 
 @final
 @dataclass(frozen=True)
-class Calibration(Source):
+class CalibrationSpec(ProblemSpec):
     """All parameters of a data set's sensor, within their bounds."""
 
     name: str
     dataset: Dataset
 
-    def question(self) -> Question:
+    def problem(self) -> BenchmarkProblem:
         """Minimise J, eq. 18, in all parameters."""
         model = Model(self.dataset)
         searched = model.parameters
@@ -65,24 +58,24 @@ class Calibration(Source):
 
 @final
 @dataclass(frozen=True)
-class ReducedCalibration(Source):
-    """Those parameters of a data set's sensor that do not follow from the others in closed form."""
+class ReducedCalibrationSpec(ProblemSpec):
+    """The parameters of a data set's sensor that do not follow from the others in closed form."""
 
     name: str
     dataset: Dataset
 
-    def question(self) -> Question:
-        """Minimise J in the parameters that are left, the others the best for them."""
+    def problem(self) -> BenchmarkProblem:
+        """Minimise J in the remaining parameters; the others are optimal given them."""
         reduction = Reduction(Model(self.dataset))
         left = reduction.parameters
-        words = f"{len(left)} parameters left by the closed form"
-        return _calibration(self.name, reduction.model, left, reduction.completed, words)
+        title = f"{len(left)} parameters left by the closed form"
+        return _calibration(self.name, reduction.model, left, reduction.completed, title)
 
 
 @final
 @dataclass(frozen=True)
-class TestFunction(Source):
-    """One of pymoo's standard test functions: a sanity check, for what is known of it."""
+class TestFunctionSpec(ProblemSpec):
+    """One of pymoo's standard test functions, a sanity check because its optimum is known."""
 
     __test__ = False  # its name misleads pytest
 
@@ -90,8 +83,8 @@ class TestFunction(Source):
     function: str
     dimension: int
 
-    def question(self) -> Question:
-        """Minimise it."""
+    def problem(self) -> BenchmarkProblem:
+        """Minimise the function."""
         from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
 
         problem = get_problem(self.function, n_var=self.dimension)
@@ -99,7 +92,7 @@ class TestFunction(Source):
         def cost(x: Array) -> Array:
             return np.asarray(problem.evaluate(x, return_values_of=["F"]), np.float64)[:, 0]
 
-        return Question(
+        return BenchmarkProblem(
             self.name,
             f"pymoo's {self.function} function, {self.dimension} variables",
             TEST_FUNCTION,
@@ -113,43 +106,47 @@ class TestFunction(Source):
         )
 
 
-def source(text: str) -> Source:
-    """What a problem's text stands for: a folder or `paper`, perhaps after `reduced:`, or `pymoo:NAME[-DIMENSION]`.
+def spec_of(text: str) -> ProblemSpec:
+    """Read the name of a problem: a folder or `paper`, with or without `reduced:`, or `pymoo:NAME[-DIMENSION]`.
 
     Raises:
-        ProblemUnknown: It stands for nothing.
-        TestFunctionUnknown, DimensionSenseless: pymoo has none of that name, or not with so many variables.
-        NoClosedForm: Reduced, and a test function.
-        NothingToSearch: Reduced, and every parameter follows from the data in closed form.
-        RobolaserError: The data set is not right.
+        UsageError: There is no such problem, or a test function with a wrong dimension or with `reduced:`.
+        BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
+        DataError: The data set cannot be read.
     """
     if text.startswith(PYMOO):
         return _test_function(text)
     whole = text.removeprefix(REDUCED)
     if whole.startswith(PYMOO):
-        raise NoClosedForm(text)
+        raise UsageError(f"{text}: test functions have no closed form, only calibrations have. Leave out `reduced:`.")
     if not text.startswith(REDUCED):
-        return Calibration(*_dataset(whole))
+        return CalibrationSpec(*_dataset(whole))
     name, dataset = _dataset(whole)
     if not len(Reduction(Model(dataset)).parameters):
-        raise NothingToSearch(text)
-    return ReducedCalibration(REDUCED + name, dataset)
+        raise BenchmarkError(
+            f"{text}: every parameter follows from the data in closed form, nothing is left to be searched."
+            " Only stripe scanners have a reduced problem worth comparing on."
+        )
+    return ReducedCalibrationSpec(REDUCED + name, dataset)
 
 
-def sources(texts: Sequence[str]) -> tuple[Source, ...]:
-    """What problems' texts stand for; one that is named twice is asked once.
+def specs_of(texts: Sequence[str]) -> tuple[ProblemSpec, ...]:
+    """Read the names of problems; one that is named twice counts once.
 
     Raises:
-        ProblemTwice: Two of them have the same name.
-        RobolaserError: As `source` does.
+        UsageError: Two problems have the same name.
+        UsageError, BenchmarkError, DataError: As `spec_of` does.
     """
-    found: dict[str, tuple[str, Source]] = {}
+    found: dict[str, tuple[str, ProblemSpec]] = {}
     for text in dict.fromkeys(texts):
-        one = source(text)
-        if one.name in found:
-            raise ProblemTwice(one.name, found[one.name][0], text)
-        found[one.name] = text, one
-    return tuple(one for _, one in found.values())
+        spec = spec_of(text)
+        if spec.name in found:
+            raise UsageError(
+                f"{found[spec.name][0]} and {text} are both called '{spec.name}', and results go by names."
+                " Give one of them another `name` in its dataset.toml, or leave it out."
+            )
+        found[spec.name] = text, spec
+    return tuple(spec for _, spec in found.values())
 
 
 def _dataset(text: str) -> tuple[str, Dataset]:
@@ -161,30 +158,37 @@ def _dataset(text: str) -> tuple[str, Dataset]:
 
         return PAPER, paper(find_robot("scorbot_er7"), seed=1).dataset
     if not folder.exists():
-        raise ProblemUnknown(text)
+        raise UsageError(
+            f"No folder '{text}', and no problem of that name. A problem is the folder of a data set; `paper`, the"
+            " simulated experiment of Lee et al. 2004; `reduced:` before either, the search problem that its closed"
+            " form leaves; or `pymoo:` and a test function, as in pymoo:rastrigin."
+        )
     dataset = load(folder)
     return dataset.name, dataset
 
 
-def _test_function(text: str) -> TestFunction:
+def _test_function(text: str) -> TestFunctionSpec:
     function, dash, typed = text.removeprefix(PYMOO).partition("-")
     if function not in TEST_FUNCTIONS:
-        raise TestFunctionUnknown(PYMOO + function, [PYMOO + name for name in TEST_FUNCTIONS])
+        hint = near(PYMOO + function, [PYMOO + name for name in TEST_FUNCTIONS])
+        raise UsageError(
+            f"No test function '{PYMOO}{function}'.{hint} A number of variables may follow: pymoo:rastrigin-14."
+        )
     if dash and not (typed.isdecimal() and int(typed) > 1):
-        raise DimensionSenseless(text, typed)
+        raise UsageError(f"{text}: '{typed}' variables, expected a whole number from 2: pymoo:rastrigin-14.")
     dimension = int(typed) if dash else DIMENSION
-    return TestFunction(f"{PYMOO}{function}-{dimension}", function, dimension)
+    return TestFunctionSpec(f"{PYMOO}{function}-{dimension}", function, dimension)
 
 
 def _calibration(
-    name: str, model: Model, searched: Parameters, completed: Callable[[Array], Array], words: str
-) -> Question:
-    """Minimise J in some parameters, given how candidates of them become candidates of the whole model."""
+    name: str, model: Model, searched: Parameters, completed: Callable[[Array], Array], title: str
+) -> BenchmarkProblem:
+    """Minimise J in some parameters, given how candidates of them are completed for the whole model."""
     dataset = model.dataset
     arm = dataset.robot.name if dataset.robot else "measured flange poses"
-    return Question(
+    return BenchmarkProblem(
         name,
-        f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses, {words}",
+        f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses, {title}",
         CALIBRATION,
         searched.names,
         searched.lower,

@@ -1,7 +1,8 @@
-"""The record of a contest: every run on disk as soon as it is done, so that it can be stopped and gone on with.
+"""The record of a benchmark: every run is on disk as soon as it is done, so a stopped benchmark can be resumed.
 
-A file of JSON lines. The first says on what terms; then each session says where it runs, and each run what came of it
-and how long the session had lasted by then. A last line that a power cut left unfinished is dropped.
+A file of JSON lines. The first holds the conditions that all runs share; then come a line for each session, which says
+where it runs, and a line for each run, with its result and how long the session had lasted by then. A last line that a
+power cut left unfinished is dropped.
 """
 
 import json
@@ -13,21 +14,21 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.plan import Contest, Key, key
+from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.plan import Key, RunPlan, key
 from robolaser.benchmark.result import Effort
-from robolaser.benchmark.single_run import FAILED, Run
-from robolaser.errors import ComparisonForeign, RecordUnreadable, unreadable, unwritable
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun
+from robolaser.errors import BenchmarkError, unreadable, unwritable
 
 FORMAT = "robolaser-runs/1"
 PACKAGES = ("robolaser", "numpy", "numba", "scipy", "pymoo", "cma")
-"""Another version of one of these may search otherwise: its runs do not compare."""
+"""Packages whose other versions may search differently: runs with them are not comparable."""
 
 
 @final
 @dataclass
 class _Session:
-    """One stretch of work on a contest."""
+    """One stretch of work on a benchmark."""
 
     engine: str
     workers: int
@@ -36,95 +37,107 @@ class _Session:
 
 
 @final
-class Record:
-    """Runs of a contest in a file.
+class RunRecord:
+    """Runs of a benchmark in a file.
 
     Raises:
-        RecordUnreadable: The file is no record.
+        BenchmarkError: The file is not such a record, or is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._runs: dict[Key, Run] = {}
+        self._runs: dict[Key, BenchmarkRun] = {}
         self._sessions: list[_Session] = []
-        self._terms: dict[str, Any] = {}
+        self._conditions: dict[str, Any] = {}
         self._size = 0
         if path.exists():
             self._read()
 
     @property
-    def runs(self) -> tuple[Run, ...]:
-        """Every run in it; of one that was made again, the last."""
+    def runs(self) -> tuple[BenchmarkRun, ...]:
+        """Every run in it; if a run was made again, the last one."""
         return tuple(self._runs.values())
 
     @property
-    def made(self) -> tuple[Run, ...]:
-        """Runs that need not be made again: those that did not fail."""
+    def made(self) -> tuple[BenchmarkRun, ...]:
+        """The runs that did not fail, and need not be made again."""
         return tuple(run for run in self._runs.values() if run.state != FAILED)
 
     @property
     def effort(self) -> Effort:
-        """What all sessions took."""
+        """Time and workers of all sessions."""
         last = self._sessions[-1] if self._sessions else _Session("", 0)
         return Effort(
             last.engine,
             last.workers,
-            seconds=sum(one.lasted_s for one in self._sessions),
-            capacity_s=sum(one.lasted_s * one.workers for one in self._sessions),
-            busy_s=sum(one.busy_s for one in self._sessions),
+            seconds=sum(session.lasted_s for session in self._sessions),
+            capacity_s=sum(session.lasted_s * session.workers for session in self._sessions),
+            busy_s=sum(session.busy_s for session in self._sessions),
         )
 
-    def begin(self, contest: Contest, *, engine: str, workers: int) -> None:
+    def begin(self, plan: RunPlan, *, engine: str, workers: int) -> None:
         """Open a session.
 
         Args:
-            contest: What the runs are about.
+            plan: Which runs will be made.
             engine: Where they are made.
-            workers: How many at a time.
+            workers: Runs at a time.
 
         Raises:
-            ComparisonForeign: The runs in the file were made on other terms.
-            OutputError: The disk or the rights say no.
+            BenchmarkError: The runs in the file were made under other conditions.
+            OutputError: The file cannot be written.
         """
-        self._check(contest)
-        self._terms = {
+        self._check(plan)
+        self._conditions = {
             "format": FORMAT,
-            "budget": contest.budget,
-            "time_limit_s": contest.time_limit_s,
-            "problems": self._terms.get("problems", {}) | dict(contest.fingerprints),
+            "budget": plan.budget,
+            "time_limit_s": plan.time_limit_s,
+            "problems": self._conditions.get("problems", {}) | dict(plan.fingerprints),
             "versions": _versions(),
         }
         self._sessions.append(_Session(engine, workers))
-        self._append({"terms": self._terms})
+        self._append({"conditions": self._conditions})
         self._append({"session": {"engine": engine, "workers": workers}})
 
-    def add(self, run: Run, *, after_s: float) -> None:
-        """Take in a run that was done so many seconds after the session began.
+    def add(self, run: BenchmarkRun, *, after_s: float) -> None:
+        """Add a run that was done so many seconds after the session began.
 
         Raises:
-            OutputError: The disk or the rights say no.
+            OutputError: The file cannot be written.
         """
         self._append({"run": _as_json(run), "after_s": round(after_s, 3)})
         self._take(run, after_s)
 
-    def _take(self, run: Run, after_s: float) -> None:
+    def _take(self, run: BenchmarkRun, after_s: float) -> None:
         self._runs[key(run)] = run
         self._sessions[-1].lasted_s = after_s
         self._sessions[-1].busy_s += run.seconds
 
-    def _check(self, contest: Contest) -> None:
-        """Refuse runs that do not compare with those to come."""
-        known = self._terms.get("problems", {})
-        for name, fingerprint in contest.fingerprints.items():
+    def _check(self, plan: RunPlan) -> None:
+        """Raise unless the runs in the file are comparable with those to come."""
+        known = self._conditions.get("problems", {})
+        for name, fingerprint in plan.fingerprints.items():
             if known.get(name, fingerprint) != fingerprint:
-                raise ComparisonForeign(self._path, f"the problem {name}", "another one", "this one")
+                raise self._incomparable(f"the problem {name}", "another one", "this one")
         for package, here in _versions().items():
-            if self._terms.get("versions", {}).get(package, here) != here:
-                raise ComparisonForeign(self._path, package, self._terms["versions"][package], here)
+            if self._conditions.get("versions", {}).get(package, here) != here:
+                raise self._incomparable(package, self._conditions["versions"][package], here)
         for what in ("budget", "time_limit_s"):
-            here = getattr(contest, what)
-            if self._terms.get(what, here) != here:
-                raise ComparisonForeign(self._path, what, self._terms[what], here)
+            here = getattr(plan, what)
+            if self._conditions.get(what, here) != here:
+                raise self._incomparable(what, self._conditions[what], here)
+
+    def _incomparable(self, what: str, there: object, here: object) -> BenchmarkError:
+        return BenchmarkError(
+            f"{self._path} holds runs under other conditions: {what} is {there} there, here it is {here}, and such runs"
+            " are not comparable. Go on with the same, take another folder, or begin anew with --force."
+        )
+
+    def _unreadable(self, line: int, reason: str) -> BenchmarkError:
+        return BenchmarkError(
+            f"{self._path}, line {line}, does not belong to a record of benchmark runs ({reason})."
+            " Take another folder, begin anew with --force, or delete that line to go on without it."
+        )
 
     def _append(self, line: Mapping[str, Any]) -> None:
         """Write a line after the last whole one."""
@@ -146,39 +159,41 @@ class Record:
         *lines, _ = data.split(b"\n")  # what comes after the last end of a line was cut off
         for number, line in enumerate(lines, start=1):
             try:
-                self._understand(json.loads(line))
+                self._parse(json.loads(line))
             except (ValueError, KeyError, TypeError) as error:
-                raise RecordUnreadable(self._path, number, f"{type(error).__name__}: {error}") from None
+                raise self._unreadable(number, f"{type(error).__name__}: {error}") from None
             self._size += len(line) + 1
-        if data and not self._terms:
-            raise RecordUnreadable(self._path, 1, "it does not begin with the terms of a comparison")
+        if data and not self._conditions:
+            raise self._unreadable(1, "it does not begin with the conditions of a benchmark")
 
-    def _understand(self, line: dict[str, Any]) -> None:
-        if "terms" in line:
-            if line["terms"]["format"] != FORMAT:
-                raise ValueError(f"format {line['terms']['format']}")
-            self._terms = line["terms"]
+    def _parse(self, line: dict[str, Any]) -> None:
+        if "conditions" in line:
+            if line["conditions"]["format"] != FORMAT:
+                raise ValueError(f"format {line['conditions']['format']}")
+            self._conditions = line["conditions"]
         elif "session" in line:
             self._sessions.append(_Session(**line["session"]))
-        elif not (self._terms and self._sessions):
-            raise ValueError("a run before the terms and the session that it belongs to")
+        elif not (self._conditions and self._sessions):
+            raise ValueError("a run before the conditions and the session that it belongs to")
         else:
             self._take(_from_json(line["run"]), float(line["after_s"]))
 
 
 def _versions() -> dict[str, str]:
-    """Of what makes the runs."""
+    """Of the packages that make the runs."""
     return {package: version(package) for package in PACKAGES}
 
 
-def _as_json(run: Run) -> dict[str, Any]:
-    course = run.course
+def _as_json(run: BenchmarkRun) -> dict[str, Any]:
+    trace = run.trace
     return {
-        **{name: value for name, value in vars(run).items() if name != "course"},
-        "course": [course.evaluations.tolist(), course.seconds.round(6).tolist(), course.costs.tolist()],
+        **{name: value for name, value in vars(run).items() if name != "trace"},
+        "trace": [trace.evaluations.tolist(), trace.seconds.round(6).tolist(), trace.costs.tolist()],
     }
 
 
-def _from_json(run: dict[str, Any]) -> Run:
-    evaluations, seconds, costs = run.pop("course")
-    return Run(**run, course=Course(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float)))
+def _from_json(run: dict[str, Any]) -> BenchmarkRun:
+    evaluations, seconds, costs = run.pop("trace")
+    return BenchmarkRun(
+        **run, trace=ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+    )

@@ -1,27 +1,27 @@
-"""A comparison as it stands: questions, contestants and every run so far."""
+"""A benchmark's result: its problems, its solvers and every run so far."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.benchmark.results_array import Tally
-from robolaser.benchmark.single_run import FAILED, Run
+from robolaser.benchmark.result_arrays import ResultArrays
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 
 
 @final
 @dataclass(frozen=True)
-class Contested:
-    """A question, and the lowest cost that anybody found.
+class ProblemSummary:
+    """A problem, and the lowest cost that was ever found.
 
     Attributes:
-        name: Of the question.
-        title: What it is, for a person.
-        family: See `Question`.
-        dimension: Variables to be found.
+        name: Name of the problem.
+        title: A description for a person.
+        family: See `BenchmarkProblem`.
+        dimension: Number of variables.
         unit: Of the cost.
-        scale: What tolerances of targets are measured in: the lowest cost itself, unless it is next to nothing.
+        scale: Unit of the targets' tolerances: the lowest cost itself, unless it is close to zero.
         best: The lowest cost known.
-        found_by: Who found it: a contestant's name, "theory", or "robolaser's own search".
+        found_by: A solver's name, "theory", or "robolaser's own search".
     """
 
     name: str
@@ -37,14 +37,14 @@ class Contested:
 @final
 @dataclass(frozen=True)
 class Effort:
-    """What the comparison itself took, over all its sessions if it was resumed.
+    """What the benchmark itself took, over all its sessions if it was resumed.
 
     Attributes:
-        engine: What the runs went through last: "this machine" or the address of a Dask scheduler.
-        workers: Runs at a time, last.
+        engine: Where the last session's runs were made: "this machine" or the address of a Dask scheduler.
+        workers: Runs at a time in the last session.
         seconds: Wall time.
-        capacity_s: Wall time that all workers had together.
-        busy_s: How much of it went into runs.
+        capacity_s: Wall time of all workers together.
+        busy_s: The part of it that went into runs.
     """
 
     engine: str
@@ -61,27 +61,27 @@ class Effort:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Comparison:
-    """All that was asked, and all that came of it so far.
+class BenchmarkResult:
+    """All that was planned, and every run so far.
 
     Attributes:
-        problems: What was contested.
-        contestants: Title of each by name, in the order asked for.
-        refused: Why a contestant has nothing to say on a problem, by (problem, contestant).
-        seeds: Of the runs: each contestant has a run with each on each problem.
+        problems: The problems.
+        solvers: Title of each by name, in the order in which they were named.
+        refused: Why a solver does not apply to a problem, by (problem, solver).
+        seeds: Of the runs: each solver has a run with each of them on each problem.
         budget: Evaluations a run may spend.
         time_limit_s: Wall time a run may take [s].
-        runs: Those that were made.
-        effort: What it took.
+        runs: The runs that were made.
+        effort: Time and workers.
     """
 
-    problems: tuple[Contested, ...]
-    contestants: Mapping[str, str]
+    problems: tuple[ProblemSummary, ...]
+    solvers: Mapping[str, str]
     refused: Mapping[tuple[str, str], str]
     seeds: tuple[int, ...]
     budget: int
     time_limit_s: float
-    runs: tuple[Run, ...]
+    runs: tuple[BenchmarkRun, ...]
     effort: Effort
 
     @property
@@ -91,28 +91,26 @@ class Comparison:
 
     @property
     def wanted(self) -> int:
-        """Runs that were asked for."""
-        return (len(self.problems) * len(self.contestants) - len(self.refused)) * len(self.seeds)
+        """Number of runs that were planned."""
+        return (len(self.problems) * len(self.solvers) - len(self.refused)) * len(self.seeds)
 
     @property
-    def failures(self) -> tuple[Run, ...]:
-        """Runs that failed."""
+    def failures(self) -> tuple[BenchmarkRun, ...]:
+        """The runs that failed."""
         return tuple(run for run in self.runs if run.state == FAILED)
 
-    def of(self, family: str) -> tuple[Contested, ...]:
+    def of(self, family: str) -> tuple[ProblemSummary, ...]:
         """The problems of a family."""
         return tuple(problem for problem in self.problems if problem.family == family)
 
-    def tally(self, family: str) -> Tally:
-        """Runs on the problems of a family as arrays; contestants that have nothing to say on any are left out."""
+    def arrays(self, family: str) -> ResultArrays:
+        """Runs on the problems of a family as arrays, without solvers that apply to none of them."""
         problems = self.of(family)
-        return Tally.of(
+        return ResultArrays.of(
             self.runs,
             problems=[problem.name for problem in problems],
             algorithms=[
-                name
-                for name in self.contestants
-                if any((problem.name, name) not in self.refused for problem in problems)
+                name for name in self.solvers if any((problem.name, name) not in self.refused for problem in problems)
             ],
             seeds=self.seeds,
             best=[problem.best for problem in problems],

@@ -1,4 +1,4 @@
-"""A contest is held: runs go out to an engine, and come back in whatever order they are done."""
+"""The loop of a benchmark: runs are handed to an engine and collected in the order in which they are done."""
 
 import math
 import pickle
@@ -11,26 +11,26 @@ from queue import Empty, SimpleQueue
 from typing import final
 
 from robolaser.benchmark.engines import Engine, Task, ThisMachine
-from robolaser.benchmark.plan import Contest, Key, key
-from robolaser.benchmark.result import Comparison, Effort
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.plan import Key, RunPlan, key
+from robolaser.benchmark.result import BenchmarkResult, Effort
+from robolaser.benchmark.single_run import BenchmarkRun
 
 AHEAD = 2
-"""Runs handed out for each worker, so that none waits for the next."""
-LOOK_S = 0.5
-"""How often whoever watches is told."""
+"""Runs handed out for each worker, so that none waits for its next."""
+REPORT_S = 0.5
+"""Time between two reports of progress."""
 
 
 @final
 @dataclass(frozen=True)
-class Moment:
-    """How far a contest has come.
+class RunProgress:
+    """How far a benchmark has come.
 
     Attributes:
         done: Runs that were made.
-        wanted: Runs that were asked for.
-        running: What runs now: those handed out longest ago; nothing while there are no workers.
-        left_s: Time that the others will take [s]; None while nobody can say.
+        wanted: Runs that were planned.
+        running: Runs under way: those handed out longest ago; none while there are no workers.
+        left_s: Estimated time that the others will take [s]; None before any run is done.
     """
 
     done: int
@@ -39,73 +39,73 @@ class Moment:
     left_s: float | None
 
 
-def held(
-    contest: Contest,
+def run_all(
+    plan: RunPlan,
     engine: Engine,
     *,
-    made: Collection[Run] = (),
-    tell: Callable[[Moment], None] = lambda moment: None,
-) -> Iterator[Run]:
-    """Hold a contest, and give each run as it comes.
+    made: Collection[BenchmarkRun] = (),
+    on_progress: Callable[[RunProgress], None] = lambda progress: None,
+) -> Iterator[BenchmarkRun]:
+    """Make all runs of a plan, and yield each as soon as it is done.
 
     Args:
-        contest: What is asked of whom.
-        engine: Where.
+        plan: Which runs.
+        engine: Where they are made.
         made: Runs that need not be made again.
-        tell: Is told how far it has come, twice a second.
+        on_progress: Called twice a second.
     """
-    payloads = {source.name: engine.share(pickle.dumps(source)) for source in contest.sources}
+    payloads = {spec.name: engine.share(pickle.dumps(spec)) for spec in plan.specs}
     done = {key(run): run for run in made}
-    coming = iter([task for task in contest.tasks if key(task) not in done])
-    flying: dict[Future[Run], Task] = {}
-    landed: SimpleQueue[Future[Run]] = SimpleQueue()
-    told = -math.inf
+    waiting = iter([task for task in plan.tasks if key(task) not in done])
+    pending: dict[Future[BenchmarkRun], Task] = {}
+    completed: SimpleQueue[Future[BenchmarkRun]] = SimpleQueue()
+    reported = -math.inf
     while True:
-        while len(flying) < AHEAD * engine.workers and (task := next(coming, None)) is not None:
+        while len(pending) < AHEAD * engine.workers and (task := next(waiting, None)) is not None:
             future = engine.submit(task, payloads[task.problem])
-            flying[future] = task
-            future.add_done_callback(landed.put)
-        if not flying:
+            pending[future] = task
+            future.add_done_callback(completed.put)
+        if not pending:
             return
         try:
-            future = landed.get(timeout=LOOK_S)
+            future = completed.get(timeout=REPORT_S)
         except Empty:
             pass
         else:
-            del flying[future]
+            del pending[future]
             run = future.result()
             done[key(run)] = run
             yield run
-        if time.monotonic() - told > LOOK_S:
-            running = () if engine.empty else tuple(islice(flying.values(), engine.workers))
-            tell(Moment(len(done), len(contest.tasks), running, _left_s(contest, done, engine.workers)))
-            told = time.monotonic()
+        if time.monotonic() - reported > REPORT_S:
+            running = () if engine.empty else tuple(islice(pending.values(), engine.workers))
+            on_progress(RunProgress(len(done), len(plan.tasks), running, _left_s(plan, done, engine.workers)))
+            reported = time.monotonic()
 
 
-def compare(contest: Contest, engine: Engine | None = None) -> Comparison:
-    """Hold a contest, and keep nothing on disk.
+def compare(plan: RunPlan, engine: Engine | None = None) -> BenchmarkResult:
+    """Make all runs of a plan, and write nothing to disk.
 
     Args:
-        contest: What is asked of whom, see `Contest.of`.
-        engine: Where; all cores of this machine by default.
+        plan: Which solvers run on which problems, see `RunPlan.of`.
+        engine: Where the runs are made; on all cores of this machine by default.
     """
     began = time.monotonic()
     with engine or ThisMachine() as chosen:
         workers = chosen.workers
-        runs = tuple(held(contest, chosen, tell=lambda moment: None))
+        runs = tuple(run_all(plan, chosen))
         lasted_s = time.monotonic() - began
         busy_s = sum(run.seconds for run in runs)
-        return contest.so_far(runs, Effort(chosen.label, workers, lasted_s, lasted_s * workers, busy_s))
+        return plan.result(runs, Effort(chosen.label, workers, lasted_s, lasted_s * workers, busy_s))
 
 
-def _left_s(contest: Contest, done: Mapping[Key, Run], workers: int) -> float | None:
-    """Time that the runs left will take, judged by those that were made."""
+def _left_s(plan: RunPlan, done: Mapping[Key, BenchmarkRun], workers: int) -> float | None:
+    """Time that the remaining runs will take, estimated from those of the same problem and solver."""
     if not done:
         return None
     taken: dict[tuple[str, str], list[float]] = {}
     for run in done.values():
         taken.setdefault((run.problem, run.algorithm), []).append(run.seconds)
     means = {pair: sum(times) / len(times) for pair, times in taken.items()}
-    usual = sum(means.values()) / len(means)
-    left = (means.get((task.problem, task.algorithm), usual) for task in contest.tasks if key(task) not in done)
+    overall = sum(means.values()) / len(means)
+    left = (means.get((task.problem, task.algorithm), overall) for task in plan.tasks if key(task) not in done)
     return sum(left) / workers

@@ -1,22 +1,22 @@
-"""A run that is to be made, as it goes to another process or machine."""
+"""A run that is to be made, as it is sent to another process or machine."""
 
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.single_run import FAILED, Run
+from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 
 
 @final
 @dataclass(frozen=True)
 class Task:
-    """Who is to search, where and on what terms.
+    """Which solver is to run on which problem, with which seed and limits.
 
     Attributes:
-        problem: Name of the question.
-        algorithm: The contestant, as it was asked for.
+        problem: Name of the problem.
+        algorithm: The solver, as the user named it.
         seed: Of the run.
         budget: Evaluations it may spend.
         time_limit_s: Wall time it may take [s].
@@ -30,7 +30,7 @@ class Task:
     time_limit_s: float
     memory_limit_b: int
 
-    def failed(self, reason: str, *, seconds: float = 0.0) -> Run:
-        """The run of which nothing is known but why it failed, and after how long."""
-        nothing = Course(np.empty(0, np.int64), np.empty(0), np.empty(0))
-        return Run(self.problem, self.algorithm, self.seed, FAILED, reason, 0, seconds, 0.0, nothing)
+    def failed(self, reason: str, *, seconds: float = 0.0) -> BenchmarkRun:
+        """A failed run of which only the reason and the time are known."""
+        nothing = ConvergenceTrace(np.empty(0, np.int64), np.empty(0), np.empty(0))
+        return BenchmarkRun(self.problem, self.algorithm, self.seed, FAILED, reason, 0, seconds, 0.0, nothing)

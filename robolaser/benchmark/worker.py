@@ -1,4 +1,4 @@
-"""The process in which contestants search: what they do to it hurts nobody else. Its parent is `worker_process`."""
+"""The process in which solvers run: what they do to it harms no other run. `worker_process` starts it."""
 
 import os
 import pickle
@@ -12,8 +12,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import final
 
-from robolaser.benchmark.problem import Question
-from robolaser.benchmark.single_run import WARM_UP, Run, run
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.single_run import WARM_UP, BenchmarkRun, run
 from robolaser.benchmark.task import Task
 
 try:
@@ -21,37 +21,37 @@ try:
 except ImportError:  # pragma: no cover - Windows
     resource = None  # type: ignore[assignment]
 
-NEEDED, READY, BEGUN = "the question is needed", "the question is there", "the clock runs"
-"""What a child says before it answers."""
+NEEDED, READY, BEGUN = "the problem is needed", "the problem is there", "the clock runs"
+"""Messages of a worker before its answer."""
 IDLE_S = 600.0
-"""A child of which nothing was wanted for so long goes."""
+"""A worker without a task for so long exits."""
 SWOLLEN = 0.5
-"""A child that has grown by more than this share of the memory allowed to a run is not fit for another."""
+"""A worker that has grown by more than this share of a run's memory limit is not reused."""
 
 
 @final
 class Runner:
-    """Makes runs, and keeps questions and what has been compiled for the next."""
+    """Makes runs, and keeps problems and compiled loops for the next."""
 
     def __init__(self, parent: Connection) -> None:
         self._parent = parent
-        self._questions: dict[str, Question] = {}
+        self._problems: dict[str, BenchmarkProblem] = {}
         self._warm: set[tuple[str, str]] = set()
 
-    def answer(self, task: Task, digest: str, *, warm_up: bool) -> tuple[Run, bool]:
-        """A run, and whether this process is fit for another."""
+    def answer(self, task: Task, digest: str, *, warm_up: bool) -> tuple[BenchmarkRun, bool]:
+        """Make a run; also return whether this process is fit for another."""
         from robolaser.benchmark.solvers import find  # noqa: PLC0415 - with it come pymoo and SciPy
 
         try:
-            question = self._question(digest)
-            contestant = find(task.algorithm)
+            problem = self._problem(digest)
+            solver = find(task.algorithm)
             self._parent.send(READY)
             used = _address_space()
             with _limited(used + task.memory_limit_b):
                 if warm_up and (digest, task.algorithm) not in self._warm:
                     budget = min(WARM_UP, task.budget)
                     run(
-                        question,
+                        problem,
                         find(task.algorithm),
                         seed=task.seed,
                         budget=budget,
@@ -59,21 +59,21 @@ class Runner:
                     )
                     self._warm.add((digest, task.algorithm))
                 self._parent.send(BEGUN)
-                made = run(question, contestant, seed=task.seed, budget=task.budget, time_limit_s=task.time_limit_s)
+                made = run(problem, solver, seed=task.seed, budget=task.budget, time_limit_s=task.time_limit_s)
             fit = _address_space() - used < SWOLLEN * task.memory_limit_b
             return replace(made, problem=task.problem, algorithm=task.algorithm), fit
-        except BaseException as error:  # sys.exit in a contestant is its failure too
+        except BaseException as error:  # sys.exit in a solver is its failure too
             return task.failed(f"{type(error).__name__}: {error}".removesuffix(": ")), False
 
-    def _question(self, digest: str) -> Question:
-        if digest not in self._questions:
+    def _problem(self, digest: str) -> BenchmarkProblem:
+        if digest not in self._problems:
             self._parent.send(NEEDED)
-            self._questions[digest] = pickle.loads(self._parent.recv_bytes()).question()
-        return self._questions[digest]
+            self._problems[digest] = pickle.loads(self._parent.recv_bytes()).problem()
+        return self._problems[digest]
 
 
 def main() -> None:
-    """Answer the parent until it has no more questions."""
+    """Make runs until the parent sends no more tasks."""
     talk, life = map(int, sys.argv[1:])
     _die_with(life)
     parent = Connection(talk)
@@ -86,7 +86,7 @@ def main() -> None:
 
 def _die_with(life: int) -> None:
     """Die at once, with all that was started, when the other end of a pipe is closed."""
-    if sys.platform == "linux":  # even while a contestant does not let go of the interpreter
+    if sys.platform == "linux":  # even while a solver does not let go of the interpreter
         import fcntl  # noqa: PLC0415
 
         signal.signal(signal.SIGIO, signal.SIG_DFL)
@@ -102,7 +102,7 @@ def _end_at_end(life: int) -> None:
 
 @contextmanager
 def _limited(address_space: int) -> Iterator[None]:
-    """No more memory than that, where the platform tells how much is used; a MemoryError to who wants more."""
+    """Limit the address space [B], where the platform says how much is used; more raises MemoryError."""
     if resource is None or not _address_space():
         yield
         return
@@ -116,7 +116,7 @@ def _limited(address_space: int) -> Iterator[None]:
 
 
 def _address_space() -> int:
-    """What this process has of it [B]; 0 where the platform does not say."""
+    """Address space of this process [B]; 0 where the platform does not say."""
     pages = Path("/proc/self/statm")
     return int(pages.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
 

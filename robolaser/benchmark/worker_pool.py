@@ -5,9 +5,9 @@ import time
 from collections.abc import Callable
 from typing import final
 
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_process import Session, WorkerProcess, WorkerTimeout
+from robolaser.benchmark.worker_process import ClientProcess, WorkerProcess, WorkerTimeout
 
 ATTEMPTS = 2
 """A worker that is killed from outside is not the run's fault; if the next one dies too, the run has failed."""
@@ -18,11 +18,11 @@ class WorkerPool:
     """Worker processes for as many runs as are wanted at the same time; each is kept for the next run.
 
     Args:
-        session: The program that wants the runs.
+        program: The program that wants the runs.
     """
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(self, program: ClientProcess) -> None:
+        self._program = program
         self._lock = threading.Lock()
         self._idle: list[WorkerProcess] = []
         self._busy: set[WorkerProcess] = set()
@@ -40,7 +40,7 @@ class WorkerPool:
         with self._lock:
             return (*self._idle, *self._busy)
 
-    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> Run:
+    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> BenchmarkRun:
         """Make a run, from any thread.
 
         Args:
@@ -57,7 +57,7 @@ class WorkerPool:
             reusable, sent = False, time.monotonic()
             warm_up = (digest, task.algorithm) not in self._slow_to_start
             try:
-                run, reusable = worker.run(task, digest, payload, self._session, warm_up=warm_up)
+                run, reusable = worker.run(task, digest, payload, self._program, warm_up=warm_up)
                 return run
             except WorkerTimeout as timeout:
                 if worker.began is None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import final
 
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker import BEGUN, NEEDED, READY
 
@@ -34,7 +34,7 @@ _ENVIRONMENT = {
 
 @final
 @dataclass(frozen=True)
-class Session:
+class ClientProcess:
     """The program that wants the runs.
 
     Attributes:
@@ -46,7 +46,7 @@ class Session:
     paths: tuple[str, ...]
 
     @classmethod
-    def here(cls) -> "Session":
+    def here(cls) -> "ClientProcess":
         """This process, now."""
         return cls(uuid.uuid4().hex, _paths())
 
@@ -99,8 +99,8 @@ class WorkerProcess:
         return self._process.poll() is None
 
     def run(
-        self, task: Task, digest: str, payload: Callable[[], bytes], session: Session, *, warm_up: bool
-    ) -> tuple[Run, bool]:
+        self, task: Task, digest: str, payload: Callable[[], bytes], program: ClientProcess, *, warm_up: bool
+    ) -> tuple[BenchmarkRun, bool]:
         """Have it make a run; also return whether it is fit for another.
 
         Raises:
@@ -108,7 +108,7 @@ class WorkerProcess:
             EOFError, OSError: It died.
         """
         self.began, self.heard = None, False
-        self._connection.send((task, digest, session.paths, warm_up))
+        self._connection.send((task, digest, program.paths, warm_up))
         allowed_s = STARTUP_S
         while self._connection.poll(min(allowed_s, _LONGEST_S)):
             message = self._connection.recv()
@@ -149,4 +149,5 @@ class WorkerProcess:
 
 
 def _paths() -> tuple[str, ...]:
-    return tuple(os.path.abspath(path) for path in sys.path)
+    """Import paths of this process, and the current directory, last: users' solvers may lie there."""
+    return tuple(dict.fromkeys(os.path.abspath(path) for path in (*sys.path, "")))

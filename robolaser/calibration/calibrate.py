@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Bools
-from robolaser.calibration.checks import check_poses, check_target
+from robolaser.arrays import Array, Bools
+from robolaser.calibration.checks import check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, nothing_found
 from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import Progress
-from robolaser.calibration.result import Calibration
+from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
@@ -56,7 +56,7 @@ def calibrate(
 
     Raises:
         EstimationError, DataError: The data cannot be calibrated from.
-        EffectError, AlgorithmError, UsageError: There is no effect, location, algorithm or loss of that name.
+        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
     """
     began = time.perf_counter()
     plan = plan or Plan()
@@ -93,7 +93,7 @@ def calibrate(
         on_bound=on_bound,
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
         residuals=residuals,
-        held_out=None if unseen is None else unseen.errors,
+        held_out=None if unseen is None else model.in_metres(x, unseen.errors),
         noise=sigmas,
         history=start.history,
         evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
@@ -102,6 +102,7 @@ def calibrate(
             *dataset.warnings,
             *start.warnings,
             *outlier_warnings(problem, x),
+            *_setup_warnings(model, x, residuals, on_bound),
             *_bound_warnings(model, on_bound),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
@@ -109,6 +110,11 @@ def calibrate(
 
 
 TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."
+
+
+def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -> list[str]:
+    warning = setup_warning(model, on_bound, rms(model.in_metres(x, residuals)))
+    return [warning] if warning else []
 
 
 def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:

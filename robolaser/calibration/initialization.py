@@ -67,7 +67,7 @@ def find_start(
 
     Raises:
         EstimationError: All candidates lie at poles.
-        AlgorithmError: There is no algorithm of that name.
+        UsageError: There is no algorithm of that name.
     """
     tell = progress or (lambda what, share: None)
     algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)

@@ -81,7 +81,7 @@ def search(
         progress: Is told the generation.
 
     Raises:
-        CheckpointForeign, CheckpointUnreadable: The checkpoint is another run's, or damaged.
+        AlgorithmError: The checkpoint is another run's, or damaged.
     """
     from pymoo.termination import get_termination  # noqa: PLC0415 - pymoo takes a second to import
 
@@ -117,8 +117,8 @@ def _generation(algorithm: Any) -> tuple[Array, Array]:
     from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415
 
     if isinstance(algorithm, ArrayBased):
-        members = algorithm.members
-        return members.X, members.F
+        arrays = algorithm.arrays
+        return arrays.X, arrays.F
     X, F = algorithm.pop.get("X", "F")
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.model.effects.run_summary import RunSummary
@@ -32,8 +33,8 @@ class Calibration:
         std: One standard deviation of each, (d,); NaN where it is held or the data cannot fix it.
         on_bound: Parameters that ended on one of their bounds, (d,).
         unidentifiable: Directions that the data cannot fix.
-        residuals: Known or measured points less predicted ones, (m, 3) [m].
-        held_out: The same for poses left out of the fit, (m, 3) [m]; None with too few poses.
+        residuals: Known or measured less predicted, in the sensor's unit, (m, k).
+        held_out: Errors on poses left out of the fit, at the points' places, (m, j) [m]; None with too few poses.
         noise: Standard deviations that the errors of measurement were taken to have.
         history: The course of the global search; None without one.
         evaluations: Candidates evaluated in all.
@@ -61,13 +62,23 @@ class Calibration:
 
     @cached_property
     def objective_m2(self) -> float:
-        """J of eq. 18."""
+        """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit."""
         return float((self.residuals**2).sum())
+
+    @cached_property
+    def errors_m(self) -> Array:
+        """The residuals at the points' places, (m, j) [m]."""
+        return self.model.in_metres(self.x, self.residuals)
 
     @cached_property
     def rms_m(self) -> float:
         """Root-mean-square 3-D error of the calibration points."""
-        return rms(self.residuals)
+        return rms(self.errors_m)
+
+    @property
+    def setup_warning(self) -> str | None:
+        """What result of this kind says that start values, axes or units are wrong; None where none does."""
+        return setup_warning(self.model, self.on_bound, self.rms_m)
 
     @cached_property
     def held_out_rms_m(self) -> float | None:
@@ -80,7 +91,7 @@ class Calibration:
 
 
 def rms(errors: Array) -> float:
-    """Root-mean-square length of errors (m, 3)."""
+    """Root-mean-square length of errors (m, j)."""
     return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
 
@@ -116,14 +127,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     robot = dataset.robot
     sensor = len(model.parameters) - len(model.effect_parameters)
     items = zip(model.parameters.items[:sensor], calibration.x, calibration.std, strict=False)
-    description: dict[str, Any] = {"sensor": dataset.kind}
-    if dataset.kind == "stripe":
-        description |= {
-            "stripe_axis": dataset.stripe_axis,
-            "bracket_quat": list(dataset.bracket_quat),
-            "angles": dataset.angles,
-        }
-    description |= {
+    description = {
+        "sensor": dataset.kind,
+        **model.sensor.description,
         "robot": "robot.urdf" if robot else None,
         "flange": robot.flange if robot else None,
         "joints": list(robot.joints) if robot else None,
@@ -143,8 +149,8 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "run": RunSummary.of(dataset).as_json(),
         "objective_m2": calibration.objective_m2,
         "rms_m": calibration.rms_m,
-        "max_m": float(np.linalg.norm(calibration.residuals, axis=-1).max()),
-        "axis_max_m": [float(a) for a in np.abs(calibration.residuals).max(axis=0)],
+        "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),
+        "axis_max_m": [float(a) for a in np.abs(calibration.errors_m).max(axis=0)],
         "held_out_rms_m": calibration.held_out_rms_m,
         "noise": {name: float(sigma) for name, sigma in calibration.noise.items()},
         "warnings": list(calibration.warnings),

@@ -7,7 +7,7 @@ from typing import Any, final
 import cv2
 
 from robolaser.cell.camera import Camera, Image, Warn, grey, see_to
-from robolaser.data.image_list import shots_of
+from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
 from robolaser.errors import CameraLost, CameraUnusable
 
@@ -60,7 +60,7 @@ def _of_folder(folder: Path) -> Iterator[Image]:
 
 def _shots(folder: Path) -> list[str]:
     """Images of a recording: of each pose all with the laser on, then the one without."""
-    return [str(file.relative_to(folder)) for shots in shots_of(load(folder)) for file in shots.files]
+    return [str(file.relative_to(folder)) for shots in images_of_poses(load(folder)) for file in shots.files]
 
 
 def _of_film(source: Path) -> Iterator[Image]:

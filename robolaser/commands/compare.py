@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.benchmark.terms import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
 from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import ClusterLost, Interrupted, OutputError, UsageError
+from robolaser.errors import Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
     from robolaser.benchmark.engines import Engine
-    from robolaser.benchmark.plan import Contest
-    from robolaser.benchmark.record import Record
-    from robolaser.benchmark.run_loop import Moment
+    from robolaser.benchmark.plan import RunPlan
+    from robolaser.benchmark.record import RunRecord
+    from robolaser.benchmark.run_loop import RunProgress
 
 RESULT_FILE, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
 GB = 1e9
@@ -66,9 +66,9 @@ def compare(
         resume: Go on with a comparison that was stopped.
         force: Overwrite an earlier result.
     """
-    from robolaser.benchmark.engines import DaskCluster, ThisMachine
-    from robolaser.benchmark.plan import Contest
-    from robolaser.benchmark.record import Record
+    from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
+    from robolaser.benchmark.plan import RunPlan
+    from robolaser.benchmark.record import RunRecord
     from robolaser.benchmark.solvers import DEFAULT
 
     if not datasets:
@@ -77,7 +77,7 @@ def compare(
         raise UsageError("--scheduler fixes what --jobs would change: leave out one or the other.")
     if not (resume or force):
         _refuse_to_mix(output)
-    contest = Contest.of(
+    plan = RunPlan.of(
         datasets,
         DEFAULT if algorithms is None else [name.strip() for name in algorithms.split(",")],
         seeds=seeds,
@@ -91,27 +91,27 @@ def compare(
         make_folder(output)
         if not resume:
             (output / RECORD).unlink(missing_ok=True)
-        record = Record(output / RECORD)
+        record = RunRecord(output / RECORD)
         try:
-            record.begin(contest, engine=engine.label, workers=engine.workers)
-            _run(contest, engine, record, terminal)
-        except (KeyboardInterrupt, ClusterLost) as stopped:
+            record.begin(plan, engine=engine.label, workers=engine.workers)
+            _run(plan, engine, record, terminal)
+        except (KeyboardInterrupt, EngineLost) as stopped:
             engine.close()
-            with suppress(KeyboardInterrupt):  # who cannot wait for the report has the record
-                _conclude(contest, record, output, export_to, terminal, typed)
-            why = str(stopped).rstrip(".") if isinstance(stopped, ClusterLost) else "Stopped"
+            with suppress(KeyboardInterrupt):  # the record is there even without the report
+                _conclude(plan, record, output, export_to, terminal, typed)
+            why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
             raise Interrupted(
-                f"{why}, after {len(contest.own(record.runs))} of {len(contest.tasks)} runs. They are in"
+                f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
                 f" {output / RECORD}: go on with --resume."
             ) from None
-    _conclude(contest, record, output, export_to, terminal, typed)
+    _conclude(plan, record, output, export_to, terminal, typed)
 
 
 def _refuse_to_mix(output: Path) -> None:
-    """Runs and results are overwritten only if somebody says so."""
-    from robolaser.benchmark.record import Record
+    """Raise if runs or a result would be overwritten."""
+    from robolaser.benchmark.record import RunRecord
 
-    if runs := Record(output / RECORD).runs:
+    if runs := RunRecord(output / RECORD).runs:
         raise OutputError(
             f"{output} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew"
             " with --force."
@@ -119,26 +119,26 @@ def _refuse_to_mix(output: Path) -> None:
     refuse_to_overwrite(output / RESULT_FILE, force=False)
 
 
-def _run(contest: "Contest", engine: "Engine", record: "Record", terminal: Terminal) -> None:
+def _run(plan: "RunPlan", engine: "Engine", record: "RunRecord", terminal: Terminal) -> None:
     """Make the runs that are not in the record, and record each as it comes."""
-    from robolaser.benchmark.run_loop import held
+    from robolaser.benchmark.run_loop import run_all
 
     began = time.monotonic()
     with terminal.progress() as progress:
-        for run in held(
-            contest,
+        for run in run_all(
+            plan,
             engine,
-            made=contest.own(record.made),
-            tell=lambda moment: progress(_words(moment), moment.done / max(1, moment.wanted)),
+            made=plan.select(record.made),
+            on_progress=lambda state: progress(_words(state), state.done / max(1, state.wanted)),
         ):
             record.add(run, after_s=time.monotonic() - began)
 
 
-def _words(moment: "Moment") -> str:
+def _words(state: "RunProgress") -> str:
     """How far a comparison is, and what runs now."""
-    running = "; ".join(f"{one.algorithm} on {one.problem}, seed {one.seed}" for one in moment.running[:MOST_SHOWN])
-    left = "" if moment.left_s is None else f"{_duration(moment.left_s)} left, "
-    return f"{moment.done}/{moment.wanted} runs, {left}{running or 'waiting for the first worker'}"
+    running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in state.running[:MOST_SHOWN])
+    left = "" if state.left_s is None else f"{_duration(state.left_s)} left, "
+    return f"{state.done}/{state.wanted} runs, {left}{running or 'waiting for the first worker'}"
 
 
 def _duration(seconds: float) -> str:
@@ -148,20 +148,20 @@ def _duration(seconds: float) -> str:
 
 
 def _conclude(
-    contest: "Contest", record: "Record", output: Path, export_to: Path | None, terminal: Terminal, typed: str
+    plan: "RunPlan", record: "RunRecord", output: Path, export_to: Path | None, terminal: Terminal, typed: str
 ) -> None:
-    """Write and show what came of it."""
+    """Write and show the result."""
     from robolaser.benchmark.iohprofiler import export
-    from robolaser.benchmark.results import comparison_json, runs_csv
+    from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
     from robolaser.data.csv_tables import write_together
     from robolaser.report.comparison import page, print_comparison
 
-    comparison = contest.so_far(contest.own(record.runs), record.effort)
-    judged = tuple(standings(comparison, family) for family in comparison.families)
-    result = comparison_json(comparison, judged)
-    texts = {RUNS: runs_csv(comparison), PAGE: page(comparison, judged, command=typed), RESULT_FILE: result}
+    result = plan.result(plan.select(record.runs), record.effort)
+    ranked = tuple(standings(result, family) for family in result.families)
+    text = comparison_json(result, ranked)
+    texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
     write_together({output / name: text.encode() for name, text in texts.items()})
     if export_to is not None:
-        export(comparison, export_to)
-    terminal.show(result, lambda: print_comparison(comparison, judged, output))
+        export(result, export_to)
+    terminal.show(text, lambda: print_comparison(result, ranked, output))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from robolaser.data.stripe_file import Stripes
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
-Centre = Literal["mass", "gauss", "steger"]
+Centre = Literal["gauss", "gravity", "steger"]
 
 
 def extract(
@@ -45,7 +45,7 @@ def extract(
         output: New data set, images copied, which states the stripe's noise. Default: points go into RECORDING, and
             nothing else in it changes.
         step: Lines of pixels from point to point.
-        centre: The stripe's centre is that of the best Gaussian, the centre of mass, or Steger's ridge, which smooths
+        centre: The stripe's centre is that of the best Gaussian, the centre of gravity, or Steger's ridge, which smooths
             along the stripe.
         force: Overwrite earlier points.
     """
@@ -77,7 +77,7 @@ def _points(
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
-        found, dataset = points_from_images(recording, step=step, centring=centre, progress=progress)
+        found, dataset = points_from_images(recording, step=step, detector=centre, progress=progress)
     terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
     for frame in found.frames:
         if frame.skipped:
@@ -137,7 +137,7 @@ def _stripes(
             yield block
 
     with terminal.progress() as progress:
-        blocks = stripes_from_images(recording, step=step, centring=centre, progress=progress)
+        blocks = stripes_from_images(recording, step=step, detector=centre, progress=progress)
         centres = write_stripes(file, counted(blocks), overwrite=force)
     if output is not None:
         with _told_if_stopped(str(file), "its poses and images"):
@@ -157,9 +157,9 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
 
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
-    from robolaser.data.image_list import shots_of
+    from robolaser.data.image_list import images_of_poses
 
-    for image in (file.relative_to(source) for shots in shots_of(recording) for file in shots.files):
+    for image in (file.relative_to(source) for shots in images_of_poses(recording) for file in shots.files):
         make_folder((folder / image).parent)
         try:
             shutil.copyfile(source / image, folder / image)

@@ -46,11 +46,11 @@ def _effects() -> Iterable[tuple[str, ...]]:
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:
-    from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY, SCREENING
-    from robolaser.benchmark.solvers import CONTESTANTS
+    from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithms
+    from robolaser.benchmark.solvers import solver_titles
 
-    for name, title in CONTESTANTS.items():
-        yield name, "calibrate, compare" if name in (SCREENING, *ALGORITHMS) else "compare", title
+    for name, title in solver_titles().items():
+        yield name, "calibrate, compare" if name in (SCREENING, *algorithms()) else "compare", title
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 

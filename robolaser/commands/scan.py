@@ -64,7 +64,7 @@ def scan(
     from robolaser.scan import prepare, read_calibration
     from robolaser.scan.ply import write_ply
     from robolaser.scan.quality import measure
-    from robolaser.scan.subsample import Survey
+    from robolaser.scan.subsample import Subsample
 
     files = [output, *([output.with_suffix(".html")] if report else [])]
     for path in files:
@@ -74,13 +74,13 @@ def scan(
     make_folder(output.parent)
     for warning in (*made.recording.warnings, *made.warnings):
         terminal.warn(warning)
-    survey = Survey()
+    subsample = Subsample()
     with terminal.progress() as progress:
-        pieces = survey.watch(made.cloud.pieces(progress))
+        pieces = subsample.watch(made.cloud.pieces(progress))
         write_ply(output, pieces, made.comments(), overwrite=force)
     wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
     try:
-        quality = measure(survey.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
+        quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
         if report:
             write_text(files[1], page(made, quality, command=typed))
     except KeyboardInterrupt:
@@ -89,7 +89,7 @@ def scan(
         ) from None
     bodies = [
         {"body": body.what, "size_m": body.size_m, "std_m": body.std_m, "known_m": body.known_m, "rms_m": body.rms_m}
-        for body in quality.bodies
+        for body in quality.primitives
     ]
     result = {"cloud": str(output), "bodies": bodies, "missing": [str(one) for one in quality.missing]}
     terminal.show(result, lambda: print_cloud(made, quality, *files))

@@ -34,20 +34,20 @@ def view(
         browser: Open the page in the browser.
     """
     from robolaser.data.loading import load
-    from robolaser.report.viewer.downsampling import thinned
-    from robolaser.report.viewer.model import Belief, calibrated, nominal
+    from robolaser.report.viewer.cell_model import CellModel, calibrated, nominal
+    from robolaser.report.viewer.downsampling import downsampled
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.scan import read_calibration
     from robolaser.scan.ply import map_ply
 
     data = load(dataset)
-    beliefs: tuple[Belief, ...] = (nominal(data),)
+    models: tuple[CellModel, ...] = (nominal(data),)
     if calibration is not None:
-        beliefs = (*beliefs, calibrated(read_calibration(calibration), data))
-    points = None if cloud is None else thinned(map_ply(cloud))
-    for warning in (*data.warnings, *(note for belief in beliefs for note in belief.notes)):
+        models = (*models, calibrated(read_calibration(calibration), data))
+    points = None if cloud is None else downsampled(map_ply(cloud))
+    for warning in (*data.warnings, *(note for model in models for note in model.notes)):
         terminal.warn(warning)
-    app = ViewerApp(beliefs, points, port)
+    app = ViewerApp(models, points, port)
     terminal.show({"url": app.url}, lambda: print(f"{data.name} is at {app.url}; stop with Ctrl-C.", flush=True))
     if browser:
         webbrowser.open(app.url)

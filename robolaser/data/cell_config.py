@@ -9,7 +9,7 @@ from msgspec import Meta
 from robolaser.data.dataset import Dataset, Positive
 from robolaser.data.dataset_file import Text, check_format, describe
 from robolaser.data.toml_schema import read_toml, typed, wrong
-from robolaser.errors import CellWithoutRobot, DataError
+from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 
 FILE = "cell.toml"
@@ -150,8 +150,7 @@ def load_cell(folder: str | Path) -> Cell:
     """Read and check a cell.
 
     Raises:
-        CellWithoutRobot: There is no arm in it.
-        DataError: With file and key of what is wrong.
+        DataError: With file and key of what is wrong; there is no arm in it.
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
@@ -166,7 +165,12 @@ def load_cell(folder: str | Path) -> Cell:
     read = typed(contents, CellFile, file=FILE)
     description = describe(folder)
     if description.robot is None:
-        raise CellWithoutRobot(folder)
+        raise DataError(
+            f"{folder}: dataset.toml has no [robot], so there is no arm to move."
+            " Name its urdf, flange and joints there.",
+            file="dataset.toml",
+            column="robot",
+        )
     _check_arm(read.arm, len(description.robot.joints))
     return Cell(
         description=description,

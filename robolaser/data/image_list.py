@@ -7,7 +7,7 @@ from typing import final
 
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
-from robolaser.errors import ImageUnnamed
+from robolaser.errors import DataError
 
 LIT = "image"
 """Column of poses.csv with the first image taken with the laser on."""
@@ -19,7 +19,7 @@ REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")
 
 @final
 @dataclass(frozen=True)
-class Shots:
+class PoseImages:
     """Files of one pose's images.
 
     Attributes:
@@ -40,22 +40,21 @@ class Shots:
         return self.lit if self.unlit is None else (*self.lit, self.unlit)
 
 
-def repeats_of(poses: Poses) -> list[str]:
+def repeat_columns(poses: Poses) -> list[str]:
     """Columns of poses.csv that name repeats, in order."""
     return sorted((name for name in poses.extra if REPEAT.fullmatch(name)), key=lambda name: int(name[6:]))
 
 
-def shots_of(recording: Dataset) -> list[Shots]:
+def images_of_poses(recording: Dataset) -> list[PoseImages]:
     """The images of a recording on disk, of each pose that has any.
 
     Raises:
-        ImageUnnamed: A pose has other images, but not the first.
-        DataError: A path points out of the recording's folder.
+        DataError: A pose has other images, but not the first, or a path points out of the recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:
         return []
-    columns = {LIT: poses.image, **{name: poses.extra[name] for name in repeats_of(poses)}}
+    columns = {LIT: poses.image, **{name: poses.extra[name] for name in repeat_columns(poses)}}
     unlit = poses.extra.get(UNLIT, ("",) * len(poses))
 
     def file(column: str, path: str) -> Path:
@@ -66,7 +65,14 @@ def shots_of(recording: Dataset) -> list[Shots]:
         lit = {column: paths[row] for column, paths in columns.items() if paths[row]}
         if LIT in lit:
             files = tuple(file(column, path) for column, path in lit.items())
-            shots.append(Shots(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
+            shots.append(PoseImages(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
-            raise ImageUnnamed(pose, next(iter(lit), UNLIT))
+            column = next(iter(lit), UNLIT)
+            raise DataError(
+                f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image"
+                " with the laser on in column image, or leave all of the pose's empty.",
+                file="poses.csv",
+                row=row + 2,
+                column=LIT,
+            )
     return shots

@@ -15,7 +15,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from robolaser.data.record_stream import write_streamed
-from robolaser.errors import StripesForeign, unreadable
+from robolaser.errors import DataError, unreadable
 
 FILE = "stripes.npy"
 """Its name in the recording's folder."""
@@ -30,8 +30,7 @@ def open_stripes(path: Path) -> Stripes:
     """Map a file of stripes into memory, to be read piece by piece, (n,) of STRIPE.
 
     Raises:
-        DataError: It is missing, cut off or no file of NumPy's.
-        StripesForeign: It holds another kind of array.
+        DataError: It is missing, cut off, no file of NumPy's, or holds another kind of array.
     """
     try:
         if not stat.S_ISREG(path.stat().st_mode):
@@ -44,7 +43,10 @@ def open_stripes(path: Path) -> Stripes:
     except ValueError as error:
         raise unreadable(path, str(error)) from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
-        raise StripesForeign(path, f"{dtype} {shape}", f"{STRIPE} (n,)")
+        raise DataError(
+            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it anew with `robolaser extract --force`.",
+            file=path,
+        )
     if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
         raise unreadable(path, f"it is cut off: its header promises {shape[0]} middles")
     if shape[0] == 0:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.subsampling import chosen_rows, kept_poses
-from robolaser.model.derivatives import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
@@ -91,7 +91,7 @@ class AveragedData:
         """
         sources, known = self._sources(model, x, raw)
         if any(source.level != "pose" and known.get(source.name) is None for source in sources):
-            J = jacobian(model, x[None])[0].reshape(len(x), -1).T
+            J = jacobian_matrix(model, x)
             return noise_without_pose_errors(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 

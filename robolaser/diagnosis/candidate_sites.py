@@ -91,7 +91,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
         return
     seen = derivatives.pixel()
     yield Site("camera", "image position", _over_rows(fit, seen, smooth(pixel)), most=MAX_DISTORTION_PX)
-    on_plane = derivatives.passing(Stage.LIGHT)
+    on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
     plane = derivatives.laser_plane()

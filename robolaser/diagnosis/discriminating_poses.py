@@ -9,13 +9,13 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.geometry.visibility import View, anywhere, limits
+from robolaser.geometry.visibility import View, limits, random_configurations
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation
 
 TRIED = 1500
-"""Postures that are tried: half near measured ones, half anywhere."""
+"""Postures that are tried: half near measured ones, half random."""
 NEAR_RAD = 0.4
 """How far from a measured one, as a standard deviation of each joint [rad or m]."""
 WANTED = 5
@@ -43,7 +43,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     lower, upper = limits(robot)
     seen = q[np.unique(dataset.points.pose)]
     near = seen[rng.integers(len(seen), size=TRIED)] + NEAR_RAD * rng.standard_normal((TRIED, q.shape[1]))
-    tried = np.concatenate([near[: TRIED // 2], anywhere(robot, TRIED - TRIED // 2, rng)])
+    tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
     still = np.ptp(q, axis=0) == 0
     tried[:, still] = q[0, still]
     tried = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
@@ -127,9 +127,9 @@ def _stripes(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Array, Array, Boo
     T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
     T_target_camera = inverse(T_base_target) @ T_base_camera
     level = float(np.median(dataset.points.xyz[:, 2]))
-    seen = view.lit(T_target_camera, level, np.linspace(*view.span(), ALONG)[None])
+    seen = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), ALONG)[None])
     pixel, shown = view.pixels(seen), apply(T_target_camera[:, None], seen)
     low, high = dataset.points.xyz.min(axis=0), dataset.points.xyz.max(axis=0)
     on = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2))
-    inside = view.holds(pixel.reshape(-1, 2)).reshape(len(q), -1).all(axis=1)
+    inside = view.contains(pixel.reshape(-1, 2)).reshape(len(q), -1).all(axis=1)
     return pixel, shown, np.asarray(on & inside)

@@ -108,7 +108,7 @@ class StageDerivatives:
 
     def laser_plane(self) -> Array:
         """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
-        return self._by_shift(Stage.SHEET, SHIFT_M * np.array([[0.0, 0.0, 0.0, 1.0]]))
+        return self._by_shift(Stage.LASER_PLANE, SHIFT_M * np.array([[0.0, 0.0, 0.0, 1.0]]))
 
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""

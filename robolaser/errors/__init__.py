@@ -1,15 +1,10 @@
 """Every error a user can meet."""
 
 from robolaser.errors.base import *  # noqa: F403
-from robolaser.errors.cells import *  # noqa: F403
 from robolaser.errors.challenges import *  # noqa: F403
-from robolaser.errors.comparisons import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
-from robolaser.errors.images import *  # noqa: F403
-from robolaser.errors.scans import *  # noqa: F403
-from robolaser.errors.searches import *  # noqa: F403
 from robolaser.errors.types import (
     AlgorithmError as AlgorithmError,
 )
@@ -61,4 +56,3 @@ from robolaser.errors.types import (
 from robolaser.errors.types import (
     UsageError as UsageError,
 )
-from robolaser.errors.visits import *  # noqa: F403

@@ -12,16 +12,6 @@ class ArmUnknown(RobolaserError):
         super().__init__(f"cell.toml, [arm] kind: no arm speaks '{kind}'.{near(kind, known)}")
 
 
-class CellWithoutRobot(RobolaserError):
-    """A cell that does not say which robot it has."""
-
-    def __init__(self, folder: object) -> None:
-        super().__init__(
-            f"{folder}: dataset.toml has no [robot], so there is no arm to move."
-            " Name its urdf, flange and joints there."
-        )
-
-
 class OutputMissing(RobolaserError):
     """An output that the arm's controller does not have."""
 

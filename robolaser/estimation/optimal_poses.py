@@ -8,12 +8,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Board, Dataset, Points, Poses
-from robolaser.errors import CannotPlan, TargetPlaceUnknown, TooFewSights
-from robolaser.estimation.jacobian import jacobian
+from robolaser.errors import DataError, PlanError
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.geometry.visibility import TILT, View, anywhere
+from robolaser.geometry.visibility import TILT, View, random_configurations
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import SIX, motion
@@ -50,12 +50,12 @@ class _Sight:
         """Postures from which the whole board is in the image and the stripe falls on it, (≥ wanted, j).
 
         Raises:
-            TooFewSights: There are not enough.
+            PlanError: There are not enough.
         """
         enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
         found, tried, seeing = np.empty((0, len(self.robot.joints))), 0, 0
         for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
-            start = anywhere(self.robot, BATCH, rng)
+            start = random_configurations(self.robot, BATCH, rng)
             start = start[self._turned_to_it(start)]
             inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
             goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
@@ -67,8 +67,17 @@ class _Sight:
             if len(found) >= enough:
                 break
         if len(found) < wanted:
-            raise TooFewSights(self.robot.name, wanted, tried, seeing, len(found))
+            raise self._too_few(wanted, tried, seeing, len(found))
         return found[:enough]
+
+    def _too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> PlanError:
+        limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
+        narrow = "widen [limits] in cell.toml if it may, take a smaller --run-up, " if 2 * allowed < seeing else ""
+        return PlanError(
+            f"{self.robot.name} sees the whole board and the stripe on it from {seeing} of {tried} configurations that"
+            f" were tried{limits}, but {wanted} are wanted. Ask for fewer poses, {narrow}move the board nearer to the"
+            " middle of the arm's reach, or correct target.x ... in dataset.toml."
+        )
 
     def _in_flange(self, aside: float) -> Array:
         """A point of the sheet on the flange, in the middle of the stripe or beside it, (3,) [m]."""
@@ -93,11 +102,11 @@ class _Sight:
         good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
         corners = np.pad(np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * self.size_m, ((0, 0), (0, 1)))
         shown = self.view.pixels(apply(inverse(T)[:, None], corners))
-        good &= self.view.holds(shown, MARGIN).all(axis=1)
+        good &= self.view.contains(shown, MARGIN).all(axis=1)
         frames = self.robot.joint_frames(q[None])[0][:, len(self.robot.chain) // 2 :, :3, 3]
         above = apply(inverse(self.T_base_target), frames)[..., 2]
         good &= (facing[:, None] * above > 0).all(axis=1)
-        stripe = self.view.lit(T, 0.0, np.linspace(*self.view.span(), ALONG)[None])
+        stripe = self.view.illuminated(T, 0.0, np.linspace(*self.view.stripe_range(), ALONG)[None])
         return np.asarray(good & np.isfinite(stripe).all(axis=(1, 2)))
 
 
@@ -117,8 +126,8 @@ def planned(
         Joint values, (count, j) [rad or m], each next to the one before.
 
     Raises:
-        CannotPlan, TargetPlaceUnknown: Something is not said.
-        TooFewSights: The arm sees the board from too few postures where it may stand.
+        DataError: The data set lacks a robot, a board, or where the board lies.
+        PlanError: The arm sees the board from too few postures where it may stand.
         UsageError, EffectError: The effects cannot be.
     """
     sight = _sight(description)
@@ -177,13 +186,18 @@ def _gain(slopes: Array, known: Array) -> Array:
 def _sight(description: Dataset) -> _Sight:
     robot, board, size = description.robot, description.board, description.image_px
     if robot is None or size is None:
-        raise CannotPlan("the cell has no [robot], or no stripe scanner")
+        raise _cannot_plan("the cell has no [robot], or no stripe scanner")
     if board is None:
-        raise CannotPlan("dataset.toml has no [board], so there is no target to look at")
+        raise _cannot_plan("dataset.toml has no [board], so there is no target to look at")
     place = [f"target.{part}" for part in SIX]
     missing = [name for name in place if name not in description.parameters]
     if missing:
-        raise TargetPlaceUnknown(missing)
+        raise DataError(
+            f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be"
+            " planned where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own poses"
+            " with --poses.",
+            file="dataset.toml",
+        )
     v = {name: item.nominal for name, item in description.parameters.items()}
     turn = from_angles(*(np.array(v[name]) for name in ("w", "phi", "psi")), order=description.angles)
     mount = pose(from_quaternion(np.array(description.bracket_quat)) @ turn, np.array([v["t_x"], v["t_y"], v["t_z"]]))
@@ -191,11 +205,15 @@ def _sight(description: Dataset) -> _Sight:
     return _Sight(robot, View(mount, v, description.stripe_axis, size), board, T_base_target)
 
 
+def _cannot_plan(lacking: str) -> DataError:
+    return DataError(f"Poses cannot be planned: {lacking}. Or give your own poses with --poses.", file="dataset.toml")
+
+
 def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str]) -> Array:
     """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
     n = len(q)
     T = inverse(sight.T_base_target) @ sight.robot.forward(q[None])[0] @ sight.view.T_flange_camera
-    lit = sight.view.lit(T, 0.0, np.linspace(*sight.view.span(), ALONG)[None])
+    lit = sight.view.illuminated(T, 0.0, np.linspace(*sight.view.stripe_range(), ALONG)[None])
     names = tuple(str(i) for i in range(ALONG)) * n
     points = Points(
         np.repeat(np.arange(n), ALONG),
@@ -208,7 +226,7 @@ def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str
     model = Model(dataset, candidate_effects(effects, dataset))
     x = np.array([item.nominal for item in model.parameters.items])
     free = ~np.isin(model.parameters.names, model.sensor.fixed)
-    slopes = (jacobian(model, x) * model.parameters.width / ERROR_M)[:, free]
+    slopes = (jacobian_matrix(model, x) * model.parameters.width / ERROR_M)[:, free]
     return slopes.reshape(n, 3 * ALONG, -1)
 
 

@@ -75,7 +75,7 @@ def solve(
         starts: (c, d); moved to the nearest point within the bounds.
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
-        enough: Cost that an optimum may be missed by, in its own unit: where rows are whitened, a little of chi-squared.
+        enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
         most_steps: Stop after so many.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)

@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.visibility import PATCH, SPARE, anywhere, apart, limits
+from robolaser.geometry.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
 
 Forward = Callable[[Array], Array]
 """Joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm."""
@@ -72,7 +72,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
     for goal in goals:
         found, tried = np.empty((0, len(robot.joints))), 0
         for _ in range(ATTEMPTS):
-            start = anywhere(robot, 2 * SPARE * each + 20, rng)
+            start = random_configurations(robot, 2 * SPARE * each + 20, rng)
             q, good = touching(robot, lambda q: robot.forward(q[None])[0], tool, np.tile(goal, (len(start), 1)), start)
             found, tried = np.concatenate([found, q[good]]), tried + len(start)
             if len(found) >= each or not len(found):
@@ -83,7 +83,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
                 f"{robot.name}: from {tried} starts within the joint limits, {len(found)} configurations reach the"
                 f" socket at ({at}) m, but {each} are needed. Ask for fewer poses, or take another seed."
             )
-        of_goal.append(found[apart(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
+        of_goal.append(found[farthest_first(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
     deep = min(len(q) for q in of_goal)
     return np.stack([q[:deep] for q in of_goal], axis=1).reshape(-1, len(robot.joints)), np.tile(
         np.arange(len(goals)), deep
@@ -92,9 +92,9 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
 
 def within_reach(robot: Robot, tool: Array, count: int, rng: np.random.Generator) -> Array:
     """Places that a point on the flange reaches from many sides, one by the other, (count, 3) [m]."""
-    T = robot.forward(anywhere(robot, 2000 + 50 * count, rng)[None])[0]
+    T = robot.forward(random_configurations(robot, 2000 + 50 * count, rng)[None])[0]
     places = apply(T, tool)
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=-1).max())
     near = np.linalg.norm(places[:, None] - places[None, :200], axis=-1) < PATCH * reach
     near_most: Array = places[near[:, near.sum(axis=0).argmax()]]
-    return near_most[apart(near_most)[:count]]
+    return near_most[farthest_first(near_most)[:count]]

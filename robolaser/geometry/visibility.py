@@ -1,4 +1,4 @@
-"""Postures from which a scanner on an arm sees a flat target below it."""
+"""Joint configurations from which a scanner on an arm sees a flat target below it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from robolaser.geometry import camera as optics
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 
-BATCH = 20_000  # postures at a time: some ten milliseconds
-BATCHES = 20  # where they promise nothing; five times as many where they do
+BATCH = 20_000  # configurations at a time: some ten milliseconds
+BATCHES = 20  # tried at most; five times as many where one in five of those wanted has been found
 INSIDE = 0.02  # of a joint's range: stay clear of its limits
-TURN = float(np.pi)  # a joint that turns for ever is used within ± this
+TURN = float(np.pi)  # a continuous joint is used within ± this
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
 MARGIN = 0.08  # of the image, left free on each side
 ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
 PATCH = 0.3  # radius of the target over the arm's reach
 CLEAR = 0.3  # the middle of the stripe keeps this far from the base's axis, over the arm's reach
 LEVEL_STEP_M = 0.05
-NATURAL = 0.3  # the base's own level is taken where it offers this share of the best level's postures
-SPARE = 4  # candidates for each posture wanted,
+NATURAL = 0.3  # the base's own level is taken where it offers this share of the best level's configurations
+SPARE = 4  # candidates for each configuration wanted,
 MOST_SPARE = 80  # but no more than this beyond them
 
 
@@ -49,8 +49,8 @@ class View:
         """Column of the pixel coordinate that the stripe runs along."""
         return 0 if self.stripe_axis == "u" else 1
 
-    def lit(self, T_base_camera: Array, level: float, at: Array) -> Array:
-        """Where the sheet meets the plane z = level, for an undistorted lens.
+    def illuminated(self, T_base_camera: Array, level: float, at: Array) -> Array:
+        """Where the laser plane meets the plane z = level, for an undistorted lens.
 
         Args:
             T_base_camera: (n, 4, 4).
@@ -73,20 +73,20 @@ class View:
             return np.stack([x, slope * depth, np.where(depth > 0, depth, np.nan)], axis=-1)
 
     def pixels(self, point: Array) -> Array:
-        """Where points of the camera frame show through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
+        """Pixels of points of the camera frame through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
         flat = {**{name: np.array([value]) for name, value in self.values.items()}, "k": np.zeros(1)}
         return optics.project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
 
     def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
-        """Where the stripe on the plane z = level shows, (n, k, 2) [px]; arguments as those of `lit`."""
-        return self.pixels(self.lit(T_base_camera, level, at))
+        """Pixels of the stripe on the plane z = level, (n, k, 2) [px]; arguments as those of `illuminated`."""
+        return self.pixels(self.illuminated(T_base_camera, level, at))
 
-    def span(self, margin: float = MARGIN) -> tuple[float, float]:
-        """First and last pixel of the stripe that a margin (a share of the image) leaves."""
+    def stripe_range(self, margin: float = MARGIN) -> tuple[float, float]:
+        """First and last pixel along the stripe, a margin (a share of the image) left free."""
         length = self.image_px[self.along] - 1
         return margin * length, (1 - margin) * length
 
-    def holds(self, pixel: Array, margin: float = MARGIN) -> Bools:
+    def contains(self, pixel: Array, margin: float = MARGIN) -> Bools:
         """Whether pixels (..., 2) lie in the image, a margin (a share of it) left free."""
         size = np.array(self.image_px) - 1.0
         room = np.abs(pixel - size / 2) <= (0.5 - margin) * size + ROUNDING_PX
@@ -94,27 +94,27 @@ class View:
 
 
 def limits(robot: Robot) -> tuple[Array, Array]:
-    """Joint limits with a little room left, (j,) and (j,); a joint that turns for ever gets ±π."""
+    """Joint limits with a small margin, (j,) and (j,); a continuous joint gets ±π."""
     lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
     upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
     room = INSIDE * (upper - lower)
     return lower + room, upper - room
 
 
-def anywhere(robot: Robot, count: int, rng: np.random.Generator) -> Array:
-    """Postures drawn uniformly within the limits, (count, j)."""
+def random_configurations(robot: Robot, count: int, rng: np.random.Generator) -> Array:
+    """Configurations drawn uniformly within the limits, (count, j)."""
     lower, upper = limits(robot)
     q: Array = rng.uniform(lower, upper, (count, len(lower)))
     return q
 
 
-def looking_down(
+def configurations_looking_down(
     robot: Robot, view: View, *, wanted: int, level: float | None, rng: np.random.Generator
 ) -> tuple[Array, float]:
-    """Postures from which the whole stripe on a flat target is in the image.
+    """Configurations from which the whole stripe on a flat target is in the image.
 
-    Postures are drawn within the joint limits until enough look down on one patch of the target, which lies clear of
-    the base; of these, ones far from each other (in place, tilt and heading of the camera) come first.
+    Configurations are drawn within the joint limits until enough look down on one patch of the target, which lies
+    clear of the base; of these, ones far from each other (in place, tilt and heading of the camera) come first.
 
     Args:
         robot: Any arm.
@@ -122,10 +122,10 @@ def looking_down(
         wanted: How many are needed; up to three times as many follow as spares.
         level: Height of the target in the base frame [m]. None: the base's own level where the arm can look at it,
             else the level that most postures look at.
-        rng: Where chance comes from.
+        rng: Random numbers.
 
     Returns:
-        Postures (`wanted` and some more, j), and the level.
+        Configurations (`wanted` and some more, j), and the level.
 
     Raises:
         RobotError: Not enough are found.
@@ -136,7 +136,7 @@ def looking_down(
     enough = min(SPARE * wanted, wanted + MOST_SPARE)
     down = tried = 0
     while len(seeing) < enough and tried < BATCH * BATCHES * (5 if 5 * len(seeing) >= wanted else 1):
-        q = anywhere(robot, BATCH, rng)
+        q = random_configurations(robot, BATCH, rng)
         T = robot.forward(q[None])[0]
         reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
         T = T @ view.T_flange_camera
@@ -156,12 +156,12 @@ def looking_down(
             " for another level of the target or rotation of the camera on the flange (bracket_quat)."
         )
     seeing = rng.permutation(seeing)[:enough]
-    order = apart(_features(kept_T[seeing], view, PATCH * reach))
+    order = farthest_first(_features(kept_T[seeing], view, PATCH * reach))
     return kept_q[seeing[order]], float(level or 0.0)
 
 
 def _focus(T_base_camera: Array, view: View) -> Array:
-    """Where the sheet crosses the middle of the view, (n, 3) [m]."""
+    """Where the laser plane crosses the optical axis, (n, 3) [m]."""
     depth = abs(view.values["b"] / np.tan(view.values["theta"]))
     return apply(T_base_camera, np.array([0.0, 0.0, depth]))
 
@@ -176,8 +176,8 @@ def _level(T_base_camera: Array, view: View) -> float:
 
 def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float) -> Bools:
     """Whether both ends and the middle of the stripe are in the image, and the forearm is above the target."""
-    at = np.linspace(*view.span(), 3)[None]
-    seen: Bools = np.asarray(view.holds(view.stripe(T_base_camera, level, at)).all(axis=1))
+    at = np.linspace(*view.stripe_range(), 3)[None]
+    seen: Bools = np.asarray(view.contains(view.stripe(T_base_camera, level, at)).all(axis=1))
     rows = np.flatnonzero(seen)
     if len(rows):
         outer = robot.joint_frames(q[None, rows])[0][:, len(robot.chain) // 2 :, 2, 3]
@@ -186,7 +186,7 @@ def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float
 
 
 def _patch(xy: Array, radius: float) -> Ints:
-    """Those within the disc of this radius that holds most, (n, 2) -> numbers."""
+    """Numbers of the points within the disc of this radius that holds most of them, (n, 2) -> (k,)."""
     if not len(xy):
         return np.empty(0, dtype=np.int64)
     centres = xy[:500]
@@ -195,15 +195,15 @@ def _patch(xy: Array, radius: float) -> Ints:
 
 
 def _features(T_base_camera: Array, view: View, patch: float) -> Array:
-    """Place, tilt, heading and height of the camera, each about one wide, (n, 7)."""
+    """Position, tilt, heading and height of the camera, each scaled to a width of about one, (n, 7)."""
     place = _focus(T_base_camera, view)[:, :2] / patch
     tilt = T_base_camera[:, :2, 2] / np.sin(TILT)
     height = T_base_camera[:, 2, 3:] / abs(view.values["b"])
     return np.concatenate([place, tilt, T_base_camera[:, :2, 0], height], axis=1)
 
 
-def apart(features: Array) -> Ints:
-    """An order in which each is as far as can be from all before it, (n, k) -> (n,)."""
+def farthest_first(features: Array) -> Ints:
+    """Farthest-first order: each is as far as possible from all before it, (n, k) -> (n,)."""
     order = [0]
     nearest = np.linalg.norm(features - features[0], axis=1)
     for _ in range(len(features) - 1):

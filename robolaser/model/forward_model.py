@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.errors import NoPoints, NothingSeen
+from robolaser.errors import DataError
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -35,7 +35,12 @@ class Model:
     def __post_init__(self) -> None:
         if not len(self.dataset.points):
             folder = self.dataset.folder
-            raise NothingSeen() if folder and (folder / "points.csv").exists() else NoPoints(folder)
+            raise DataError(
+                "points.csv has a header but no rows: there is nothing to calibrate from."
+                if folder and (folder / "points.csv").exists()
+                else f"{folder} has no points.csv yet. Run `robolaser extract {folder}` first, or measure points.",
+                file="points.csv",
+            )
 
     @cached_property
     def sensor(self) -> Sensor:
@@ -115,9 +120,10 @@ class Model:
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
 
-        They are white already. A fit that weighs rows by their noise appends them as they are. A plain fit, which
-        minimises J, appends them times the standard deviation s of a row's numbers: it then minimises
-        s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as their noise says.
+        They are white already. A fit that weighs rows by their whole noise appends them as they are. A fit that does
+        not know how large the rows' errors are, as the plain one that minimises J, appends them times the standard
+        deviation s of a row's numbers: it then minimises s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as
+        their noise says.
         """
         known = self.known_distances
         return np.empty((len(x), 0)) if known is None else known.residuals(self.parameters.values(x)) / known.sigma_m

@@ -1,4 +1,4 @@
-"""The places at which an effect can perturb what passes from encoder and image to a point."""
+"""The stages at which effects can perturb a value on its way from encoder and image to a residual."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 
 
 class Stage(Enum):
-    """The places a value passes on its way from encoder and image to a point, in this order.
+    """The stages that a value passes on its way from encoder and image to a residual, in this order.
 
     What passes, for c candidates, n poses, j joints and m rows of points:
     """
@@ -20,15 +20,15 @@ class Stage(Enum):
     MOUNT = "T_flange_camera, (c, n or 1, 4, 4)"
     PIXELS = "pixels as read, (c, m, 2) [px]"
     IMAGE = "metric image coordinates, distortion taken off, (c, m, 2) [m]"
-    SHEET = "plane of the light for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
-    LIGHT = "points where the viewing rays meet the sheet, camera frame, (c, m, 3) [m]"
+    LASER_PLANE = "laser plane for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
+    POINTS = "points where the viewing rays meet the laser plane, camera frame, (c, m, 3) [m]"
     TARGET = "target points as given, (c, m, 3) [m]"
 
 
 @final
 @dataclass(frozen=True)
 class Perturbation:
-    """Passes a value through all effects that sit at a stage; called with both.
+    """Passes a value through all effects at a stage; called with both.
 
     Attributes:
         steps: What each effect does, and at which stage; those at one stage act in this order.
@@ -44,5 +44,5 @@ class Perturbation:
         return value
 
     def touches(self, *stages: Stage) -> bool:
-        """Whether any effect sits at one of these stages."""
+        """Whether any effect is at one of these stages."""
         return any(at in stages for at, _ in self.steps)

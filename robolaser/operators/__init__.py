@@ -1,4 +1,4 @@
-"""Ways to move: the operators of Lee et al. 2004, each usable in any pymoo algorithm."""
+"""The operators of the genetic algorithm of Lee et al. 2004, for pymoo's algorithms."""
 
 from robolaser.operators.arithmetic_crossover import ArithmeticCrossover
 from robolaser.operators.elitist_replacement import ElitistReplacement

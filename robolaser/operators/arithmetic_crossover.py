@@ -1,4 +1,4 @@
-"""Two children on the straight line between their parents."""
+"""Arithmetic crossover: two children on the straight line between their parents."""
 
 from typing import Any, final
 

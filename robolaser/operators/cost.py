@@ -1,4 +1,4 @@
-"""How bad an individual is, as one number: its objectives and constraints taken together."""
+"""The cost of an individual as one number, from its objectives and constraints."""
 
 import math
 from typing import Any

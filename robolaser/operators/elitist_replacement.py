@@ -1,4 +1,4 @@
-"""One generation gives way to the next; only its best stay."""
+"""Elitist replacement: the offspring replace all parents but the best."""
 
 from typing import Any, final
 
@@ -6,7 +6,7 @@ import numpy as np
 from pymoo.core.survival import Survival
 
 from robolaser.arrays import Array, Ints
-from robolaser.errors import OperatorSetting
+from robolaser.errors import AlgorithmError
 from robolaser.operators import cost
 
 
@@ -37,13 +37,13 @@ class ElitistReplacement(Survival):
         n_elites: Parents that pass untouched.
 
     Raises:
-        OperatorSetting: `n_elites` is negative.
+        AlgorithmError: `n_elites` is negative.
     """
 
     def __init__(self, n_elites: int = 2) -> None:
         super().__init__(filter_infeasible=False)
         if n_elites < 0:
-            raise OperatorSetting("ElitistReplacement", "n_elites", n_elites, "a number from 0 up")
+            raise AlgorithmError(f"ElitistReplacement: n_elites is {n_elites!r}, expected a number from 0 up.")
         self.n_elites = n_elites
 
     def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, **kwargs: Any) -> Any:

@@ -1,6 +1,6 @@
-"""Mutation that searches widely at first and ever closer as the run goes on."""
+"""Non-uniform mutation: steps that shrink as the run goes on."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Literal, final
 
 import numpy as np
@@ -8,19 +8,19 @@ from pymoo.core.mutation import Mutation
 from pymoo.core.variable import Real, get
 
 from robolaser.arrays import Array, Bools
-from robolaser.errors import BoundsMissing, OperatorSetting, ProgressUnknown
+from robolaser.errors import AlgorithmError
 from robolaser.operators import schedule
 
 Form = Literal["linear", "power"]
 
 
-def shrink(r: Array, progress: float, b: float, form: Form = "linear") -> Array:
+def step_size(r: Array, progress: float, b: float, form: Form = "linear") -> Array:
     """Step as a share of the distance to the bound, (...) -> (...), between 0 and 1. Lee et al. 2004, eq. 23.
 
     Args:
         r: Uniform draws from 0 to 1.
         progress: k/T, from 0 to 1.
-        b: Non-uniformity: how soon the steps shrink.
+        b: Non-uniformity: how soon the steps step_size.
         form: "linear" r (1 − k/T)^b, the paper's, or "power" 1 − r^((1 − k/T)^b); both are Michalewicz's.
     """
     wide = float((1.0 - progress) ** b)
@@ -46,17 +46,16 @@ class NonUniformMutation(Mutation):
 
     Args:
         prob_var: Probability that a gene is moved.
-        b: Non-uniformity: how soon the steps shrink.
-        form: "linear" in r, the paper's, or "power"; see `shrink`.
+        b: Non-uniformity: how soon the steps step_size.
+        form: "linear" in r, the paper's, or "power"; see `step_size`.
         last_generation: T. By default the algorithm's own, see `schedule.progress`.
-        progress: k/T itself, or a function without arguments that returns it, for algorithms that do not
-            tell their operators the time.
+        progress: k/T itself, or a function without arguments that returns it, for algorithms that do not pass
+            themselves to their operators.
         prob: Probability that an individual takes part.
 
     Raises:
-        OperatorSetting: A setting has no meaning.
-        BoundsMissing: When called, if a variable has no finite bounds.
-        ProgressUnknown: When called, if there is neither an algorithm nor `progress`.
+        AlgorithmError: A setting makes no sense; when called, if a variable has no finite bounds, or if there is
+            neither an algorithm nor `progress`.
     """
 
     def __init__(
@@ -72,11 +71,11 @@ class NonUniformMutation(Mutation):
     ) -> None:
         super().__init__(prob=prob, prob_var=prob_var, **kwargs)
         if form not in ("linear", "power"):
-            raise OperatorSetting(self.name, "form", form, "'linear' or 'power'")
+            raise self._senseless("form", form, "'linear' or 'power'")
         if not b >= 0:
-            raise OperatorSetting(self.name, "b", b, "a number from 0 up")
+            raise self._senseless("b", b, "a number from 0 up")
         if last_generation is not None and not last_generation > 0:
-            raise OperatorSetting(self.name, "last_generation", last_generation, "a number above 0")
+            raise self._senseless("last_generation", last_generation, "a number above 0")
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))
         self.form: Form = form
         self.last_generation = last_generation
@@ -92,33 +91,48 @@ class NonUniformMutation(Mutation):
         **kwargs: Any,
     ) -> Array:
         lower, upper = self._bounds(problem)
-        hit = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
-        gene = np.nonzero(hit)[1]
+        mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
+        gene = np.nonzero(mutated)[1]
         upward = random_state.random(len(gene)) < 0.5
-        share = shrink(random_state.random(len(gene)), self.progress_of(algorithm), get(self.b), self.form)
+        share = step_size(random_state.random(len(gene)), self.progress_of(algorithm), get(self.b), self.form)
 
         mutants = np.clip(X.astype(np.float64), lower, upper)
-        mutants[hit] = non_uniform(mutants[hit], lower[gene], upper[gene], upward, share)
+        mutants[mutated] = non_uniform(mutants[mutated], lower[gene], upper[gene], upward, share)
         return mutants
+
+    def _senseless(self, setting: str, value: object, expected: str) -> AlgorithmError:
+        return AlgorithmError(f"{self.name}: {setting} is {value!r}, expected {expected}.")
 
     def _bounds(self, problem: Any) -> tuple[Array, Array]:
         if problem.xl is None or problem.xu is None:
-            raise BoundsMissing(self.name, range(problem.n_var))
+            raise bounds_missing(self.name, range(problem.n_var))
         lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
         open_ended = ~(np.isfinite(lower) & np.isfinite(upper))
         if open_ended.any():
-            raise BoundsMissing(self.name, np.flatnonzero(open_ended))
+            raise bounds_missing(self.name, np.flatnonzero(open_ended))
         return lower, upper
 
     def progress_of(self, algorithm: Any) -> float:
         """k/T of a run, from 0 to 1.
 
         Raises:
-            ProgressUnknown: There is neither an algorithm nor `progress`.
+            AlgorithmError: There is neither an algorithm nor `progress`.
         """
         if self.progress is not None:
-            told = self.progress() if callable(self.progress) else self.progress
-            return min(max(float(told), 0.0), 1.0)
+            share = self.progress() if callable(self.progress) else self.progress
+            return min(max(float(share), 0.0), 1.0)
         if algorithm is None:
-            raise ProgressUnknown(self.name)
+            raise AlgorithmError(
+                f"{self.name} does not know how far the run has come: its algorithm does not pass itself on to its"
+                f" operators (MOEAD and differential evolution do not). Pass {self.name}(progress=...), a share of the"
+                " run from 0 to 1 or a function without arguments that returns it."
+            )
         return schedule.progress(algorithm, self.last_generation)
+
+
+def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
+    """Variables have no finite bounds, but step sizes are relative to them."""
+    return AlgorithmError(
+        f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
+        f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
+    )

@@ -1,4 +1,4 @@
-"""Parents drawn in proportion to their fitness: a wheel with a wide slot for the good."""
+"""Roulette selection: parents are drawn in proportion to their fitness."""
 
 import math
 from typing import Any, final
@@ -31,7 +31,7 @@ def fitness(J: Array) -> Array:
     return 1.0 / (1.0 + excess / np.median(others)) if len(others) else np.asarray(best == J, np.float64)
 
 
-def spin(weights: Array, at: Array) -> Ints:
+def roulette_wheel(weights: Array, at: Array) -> Ints:
     """Slots, as wide as their weights (n,), of the wheel where it stops, at [0, 1) (...) -> (...). Eq. 20."""
     wheel = weights.cumsum()
     slots: Ints = wheel.searchsorted(at * wheel[-1], side="right")
@@ -57,4 +57,4 @@ class RouletteSelection(Selection):
         random_state: Any = None,
         **kwargs: Any,
     ) -> Ints:
-        return spin(fitness(cost.of_population(pop)), random_state.random((n_select, n_parents)))
+        return roulette_wheel(fitness(cost.of_population(pop)), random_state.random((n_select, n_parents)))

@@ -1,4 +1,4 @@
-"""How far a run has come: k/T, from what the algorithm knows of its own end."""
+"""Progress k/T of a run, from the algorithm's termination."""
 
 import math
 from collections.abc import Iterator

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import apply, carry, from_quaternion, inverse, nearest_rotation
+from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, inverse, nearest_rotation
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Stage
@@ -29,9 +29,9 @@ def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
     pose, T_base_flange = model.dataset.points.pose, model.flange(values, perturb)
     moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
     moved = np.broadcast_to(moved, (len(moved), len(model.dataset.poses), 4, 4))
-    seen = carry(moved, pose, sensor.in_camera(values, perturb))
+    seen = sensor.in_camera(values, perturb)
     good = np.asarray(np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3)))
-    seen = np.where(good[:, None, None], seen, 0.0)
+    seen = carry(moved, pose, np.where(good[:, None, None], seen, 0.0))
     T = T_base_flange[:, pose]
     if model.dataset.placed:
         known = apply(inverse(T), sensor.target(values, perturb))
@@ -44,7 +44,7 @@ def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
             found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
             known = apply(inverse(T), sensor.target({**values, **found}, perturb))
     return {
-        name: np.where(good, np.clip(value, parameters[name].lower, parameters[name].upper), values[name])
+        name: np.where(good, np.clip(_unwound(value, item := parameters[name]), item.lower, item.upper), values[name])
         for name, value in found.items()
     }
 
@@ -56,17 +56,33 @@ def _at_origin(values: Values) -> Values:
 def _mounted(
     sensor: Stripe, values: Values, seen: Array, known: Array, parameters: dict[str, Parameter]
 ) -> tuple[Array, ...]:
-    """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange."""
-    middle_seen, middle_known = seen.mean(axis=1, keepdims=True), known.mean(axis=1, keepdims=True)
-    centred = seen - middle_seen
-    R, s = nearest_rotation(np.swapaxes(known - middle_known, 1, 2) @ centred)  # Umeyama 1991
+    """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange.
+
+    Points on a plane fit as well through minus the baseline, turned half: where the bounds allow both, the better one.
+    """
+    bounds = [parameters[name] for name in SIMILARITY]
+    reach = np.sort([bound / values["b"] for bound in (bounds[0].lower, bounds[0].upper)], axis=0)
+    bracket, order = from_quaternion(np.array(sensor.dataset.bracket_quat)), sensor.dataset.angles
+    best, least = np.zeros((len(SIMILARITY), len(seen))), np.full(len(seen), np.inf)
+    for sign in (1.0, -1.0) if reach[0].min() < 0.0 else (1.0,):
+        R, scale = _similarity(seen, known, reach, sign)
+        angles = _angles_within(bracket.T @ R, order, bounds[1:4])
+        angles = [np.clip(angle, item.lower, item.upper) for angle, item in zip(angles, bounds[1:4], strict=True)]
+        turned = scale[:, None, None] * (seen @ np.swapaxes(bracket @ from_angles(*angles, order=order), 1, 2))
+        t = (known - turned).mean(axis=1)
+        left = np.square(known - turned - t[:, None]).sum(axis=(1, 2))
+        best = np.where(left < least, np.stack([values["b"] * scale, *angles, *t.T]), best)
+        least = np.minimum(left, least)
+    return tuple(best)
+
+
+def _similarity(seen: Array, known: Array, reach: Array, sign: float) -> tuple[Array, Array]:
+    """Rotations (c, 3, 3) and scales (c,) of that sign, within their reach (2, c). Umeyama 1991."""
+    centred = seen - seen.mean(axis=1, keepdims=True)
+    H = np.swapaxes(known - known.mean(axis=1, keepdims=True), 1, 2) @ centred
+    R, s = nearest_rotation(sign * H)
     size = np.maximum(np.square(centred).sum(axis=(1, 2)), np.finfo(np.float64).tiny)
-    reach = np.sort([bound / values["b"] for bound in (parameters["b"].lower, parameters["b"].upper)], axis=0)
-    scale = np.clip(s.sum(axis=-1) / size, *reach)
-    turn = from_quaternion(np.array(sensor.dataset.bracket_quat)).T @ R
-    angles = _angles_within(turn, sensor.dataset.angles, [parameters[name] for name in SIMILARITY[1:4]])
-    t = middle_known[:, 0] - scale[:, None] * (R @ middle_seen[:, 0, :, None])[..., 0]
-    return values["b"] * scale, *angles, *t.T
+    return R, np.clip(sign * s.sum(axis=-1) / size, *reach)
 
 
 def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]:
@@ -80,10 +96,7 @@ def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]
         first = [np.arctan2(R[:, 1, 2], R[:, 0, 2]), phi, np.arctan2(R[:, 2, 1], -R[:, 2, 0])]
         second = [first[0] + np.pi, -phi, first[2] + np.pi]
     middles = [(item.lower + item.upper) / 2.0 for item in bounds]
-    sets = [
-        [(angle - middle + np.pi) % (2.0 * np.pi) - np.pi + middle for angle, middle in zip(some, middles, strict=True)]
-        for some in (first, second)
-    ]
+    sets = [[_unwound(angle, item) for angle, item in zip(some, bounds, strict=True)] for some in (first, second)]
     beyond = [
         sum(np.maximum(np.abs(angle - middle) - (item.upper - item.lower) / 2.0, 0.0)
             for angle, middle, item in zip(some, middles, bounds, strict=True))
@@ -92,10 +105,19 @@ def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]
     return [np.where(beyond[0] <= beyond[1], one, other) for one, other in zip(*sets, strict=True)]
 
 
+def _unwound(value: Array, item: Parameter) -> Array:
+    """An angle (c,) less the whole turns that take it away from its bounds; a length as it is."""
+    if item.unit != "rad":
+        return value
+    middle = (item.lower + item.upper) / 2.0
+    return np.asarray((value - middle + np.pi) % (2.0 * np.pi) - np.pi + middle)
+
+
 def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
     """Where an unplaced target's points lie on the flange, by the linear solution of AX = ZB, (c, m, 3) [m].
 
-    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n; then M is taken as a rotation times a scale.
+    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n. Points on a plane do not fix M, but they
+    do fix where it takes them.
 
     Args:
         seen: p in the camera frame, (c, m, 3).
@@ -111,5 +133,4 @@ def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
     right = -np.swapaxes(rows, 1, 2) @ T[..., :3, 3].reshape(c, 3 * m, 1)
     found = np.linalg.pinv(np.swapaxes(rows, 1, 2) @ rows, rcond=1e-12, hermitian=True) @ right
     M = found[:, :12, 0].reshape(c, 3, 4)
-    turned, s = nearest_rotation(M[..., :3])
-    return np.asarray(s.mean(axis=-1)[:, None, None] * (seen @ np.swapaxes(turned, 1, 2)) + M[:, None, :, 3])
+    return np.asarray(seen @ np.swapaxes(M[..., :3], 1, 2) + M[:, None, :, 3])

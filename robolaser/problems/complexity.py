@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 from pymoo.core.repair import Repair
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.errors import OperatorSetting
+from robolaser.errors import AlgorithmError
 
 IN_THE_MODEL = 0.5
 """Inclusion number above which an effect is in the model."""
@@ -76,14 +76,16 @@ class GapAgainstComplexity(Problem):
         fold: In which each plain row is held out, (m,).
 
     Raises:
-        OperatorSetting: There is no effect, or fewer than two folds.
+        AlgorithmError: There is no effect, or fewer than two folds.
     """
 
     def __init__(self, model: Neighbourhood, additions: Sequence[Addition], fold: Ints) -> None:
         if not additions:
-            raise OperatorSetting("GapAgainstComplexity", "additions", list(additions), "one effect or more")
+            raise AlgorithmError(f"GapAgainstComplexity: additions is {list(additions)}. Expected: one effect or more.")
         if len(np.unique(fold)) < 2:
-            raise OperatorSetting("GapAgainstComplexity", "fold", np.unique(fold).tolist(), "two folds or more")
+            raise AlgorithmError(
+                f"GapAgainstComplexity: fold is {np.unique(fold).tolist()}. Expected: two folds or more."
+            )
         self.names = tuple(addition.name for addition in additions)
         self.effect = np.repeat(np.arange(len(additions)), [len(addition.reach) for addition in additions])
         self.reach = np.concatenate([addition.reach for addition in additions])

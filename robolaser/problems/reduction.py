@@ -13,7 +13,7 @@ from robolaser.parameters import Parameters, Values
 from robolaser.problems.closed_form import SIMILARITY, solve_conditional
 
 AT_ONCE = 400_000  # candidates times rows: some tens of megabytes
-BREAKS_SCALE = (Stage.LIGHT, Stage.MOUNT)  # with effects here points do not grow with the baseline alone
+BREAKS_SCALE = (Stage.POINTS, Stage.MOUNT)  # with effects here points do not grow with the baseline alone
 
 
 @final

@@ -6,6 +6,15 @@ from collections.abc import Mapping
 SIGNIFICANT = 3
 """Digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent."""
 
+NEVER = "never"
+"""Of a running time to a target that no run reached."""
+TEN = 9.95
+"""What is written as 10 if there is to be one digit after the point."""
+MINUTE, HOUR = 60.0, 3600.0
+"""From one and a half of each on, durations are written in it [s]."""
+SURE = 1e-3
+"""Probabilities are not distinguished below this, nor above its complement."""
+
 HUMAN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),
     "rad": ("°", 180 / math.pi),
@@ -53,9 +62,61 @@ def millimetres(length_m: float | None) -> str:
     return "unknown" if length_m is None else f"{_plain(length_m * 1e3, SIGNIFICANT)} mm"
 
 
+def percent(share: float) -> str:
+    """A probability, never quite none and never quite all."""
+    if share > 1 - SURE:
+        return "> 99.9 %"
+    return "< 0.1 %" if share < SURE else f"{100 * share:.3g} %"
+
+
 def times(ratio: float) -> str:
     """How many times something is something else."""
     return f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}"
+
+
+def count(evaluations: float) -> str:
+    """Evaluations as a whole number of no more than three digits that matter."""
+    if not math.isfinite(evaluations):
+        return "" if math.isnan(evaluations) else NEVER
+    if evaluations < 1000:
+        return f"{evaluations:.0f}"
+    last = math.floor(math.log10(evaluations)) - 2
+    return f"{round(evaluations, -last):,.0f}"
+
+
+def duration(seconds: float) -> str:
+    """Wall time, in the unit a person would use."""
+    if not math.isfinite(seconds):
+        return "" if math.isnan(seconds) else NEVER
+    if seconds >= 1.5 * HOUR:
+        return f"{seconds / HOUR:.3g} h"
+    if seconds >= 1.5 * MINUTE:
+        return f"{seconds / MINUTE:.3g} min"
+    if seconds < 1e-3:
+        return f"{float(f'{seconds * 1e6:.2g}'):g} µs"
+    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
+
+
+def many(ratio: float) -> str:
+    """How many times the first's."""
+    return f"{manifold(ratio)} ×"
+
+
+def manifold(ratio: float) -> str:
+    """How many times, with two digits that matter."""
+    if ratio < TEN:
+        return f"{ratio:.1f}"
+    return f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
+
+
+def rate(share: float) -> str:
+    """A share of runs in whole per cent."""
+    return "" if math.isnan(share) else f"{100 * share:.0f} %"
+
+
+def interval(low: float, high: float) -> str:
+    """From one share to another."""
+    return "" if math.isnan(low + high) else f"{100 * low:.0f} to {100 * high:.0f} %"
 
 
 def _rounded(value: float, last: int) -> str:

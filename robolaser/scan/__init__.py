@@ -8,7 +8,7 @@ from robolaser.data.stripe_file import FILE
 from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
-from robolaser.scan.sources import newer_images, probe, source_of
+from robolaser.scan.sources import newer_images, sample_points, source_of
 
 __all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
 
@@ -35,7 +35,7 @@ class Scan:
         return (
             f"{self.recording.name}, scanned by robolaser, {self.calibrated.origin}",
             "x y z in the base frame of the robot, in metres",
-            "std in metres: how far noise moves a point, root mean square, by the noise that the calibration tells",
+            "std in metres: how far noise moves a point, root mean square, by the calibration's noise model",
             "what its model did not explain counts there as noise of the joints; errors shared by all points do not",
             "pose: row of poses.csv, the first is 0; intensity: grey of the stripe, 0 to 255",
         )
@@ -45,24 +45,22 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     """Bring scanner and recording together.
 
     Raises:
-        ScannerDiffers: They are not of one scanner.
-        NothingToScan: The recording has neither stripes nor points nor images.
-        NoMiddles: Its stripes.npy holds none.
-        ImageUnnamed, DataError: Its poses.csv names images as it must not.
-        StripesStray, DataError, StripesForeign: Its stripes.npy is broken.
+        ScanError: They are not of one scanner, or the recording holds nothing to scan.
+        DataError: Its poses.csv names images as it must not.
+        DataError: Its stripes.npy is broken.
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
-    sight, notes = carried_over(calibrated, fitted, probe(source, fitted))
+    scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
     warnings = (*notes, *_outdated(fitted)) if source.what == FILE else notes
-    return Scan(calibrated, fitted, Cloud(sight, source, arm_scatter(sight, calibrated)), warnings)
+    return Scan(calibrated, fitted, Cloud(scanner, source, arm_scatter(scanner, calibrated)), warnings)
 
 
 def _outdated(recording: Dataset) -> tuple[str, ...]:
-    """A word where stripes.npy may not hold what the images show."""
+    """A warning where stripes.npy may not hold what the images show."""
     newer = newer_images(recording)
     if newer == 0:
         return ()
     what = "1 image is" if newer == 1 else f"{newer} images are"
-    return (f"{what} newer than {FILE}, whose middles are scanned: if taken since, run `robolaser extract --force`.",)
+    return (f"{what} newer than {FILE}, which is scanned: if taken since, run `robolaser extract --force`.",)

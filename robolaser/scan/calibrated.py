@@ -12,15 +12,15 @@ from robolaser.calibration.result import FORMAT
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
-from robolaser.errors import CalibrationUnreadable, ScannerDiffers
+from robolaser.errors import ScanError
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter, Values
-from robolaser.scan.entries import Entries
-from robolaser.scan.found import effects_in_file
+from robolaser.scan.effects_in_file import effects_in_file
+from robolaser.scan.json_object import JsonObject, unusable
 
 FILE = "calibration.json"
 
@@ -35,7 +35,7 @@ class Calibrated:
         origin: Where its numbers come from, in words.
         parameters: The paper's fourteen, as they were before the calibration.
         values: The fourteen and the numbers of the effects as they were found, (1,) each.
-        located: The effects, in their order.
+        candidates: The effects, in their order.
         robot: The nominal arm; None where flange poses were measured.
         stripe_axis: Image axis that the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
@@ -50,7 +50,7 @@ class Calibrated:
     origin: str
     parameters: Mapping[str, Parameter]
     values: Values
-    located: tuple[CandidateEffect, ...]
+    candidates: tuple[CandidateEffect, ...]
     robot: Robot | None
     stripe_axis: str
     bracket_quat: tuple[float, float, float, float]
@@ -63,30 +63,30 @@ class Calibrated:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The effects with their numbers."""
-        return tuple(candidate_effect.at(self.values) for candidate_effect in self.located)
+        return tuple(candidate_effect.at(self.values) for candidate_effect in self.candidates)
 
     def as_drawn(self) -> "Calibrated":
         """The nominal scanner: before anything was fitted, and without effects."""
         nominal = {name: np.array([item.nominal]) for name, item in self.parameters.items()}
         origin = f"by the nominal model of {self.name}"
         noise = {key: sigma for key, sigma in self.noise.items() if key == "pixel"}
-        return replace(self, origin=origin, values=nominal, located=(), noise=noise, rms_m=None)
+        return replace(self, origin=origin, values=nominal, candidates=(), noise=noise, rms_m=None)
 
     def fitted_to(self, recording: Dataset) -> Dataset:
         """The recording as if the calibrated scanner and its arm were described in it.
 
         Raises:
-            ScannerDiffers: Sensor, image, arm or joints are of another scanner.
+            ScanError: Sensor, image, arm or joints are of another scanner.
         """
         same = (
-            ("kind of sensor", recording.kind, "stripe"),
+            ("kind of sensor", recording.kind, Stripe.format.kind),
             ("stripe_axis", recording.stripe_axis, self.stripe_axis),
             ("image size", recording.image_px, self.image_px),
             ("poses", _kind_of_poses(recording.robot), _kind_of_poses(self.robot)),
         )
         for what, found, expected in same:
             if found != expected:
-                raise ScannerDiffers(what, found, expected)
+                raise _of_another_scanner(what, found, expected)
         return replace(
             recording,
             robot=self.robot,
@@ -100,10 +100,17 @@ class Calibrated:
         if robot is None or self.robot is None or poses.q is None:
             return poses
         if set(robot.joints) != set(self.robot.joints):
-            raise ScannerDiffers("joints", ", ".join(robot.joints), ", ".join(self.robot.joints))
+            raise _of_another_scanner("joints", ", ".join(robot.joints), ", ".join(self.robot.joints))
         order = [robot.joints.index(joint) for joint in self.robot.joints]
         qd = None if poses.qd is None else np.ascontiguousarray(poses.qd[:, order])
         return replace(poses, q=np.ascontiguousarray(poses.q[:, order]), qd=qd)
+
+
+def _of_another_scanner(what: str, found: object, expected: object) -> ScanError:
+    return ScanError(
+        f"The recording's {what} is {found}, but the calibration's is {expected}: they are not of one scanner. Take the"
+        " calibration of the scanner that recorded, or correct dataset.toml."
+    )
 
 
 def read_calibration(path: Path) -> Calibrated:
@@ -113,21 +120,20 @@ def read_calibration(path: Path) -> Calibrated:
         path: The file, or the folder that it is in.
 
     Raises:
-        CalibrationUnreadable: It lacks something, something in it is impossible, or it is of no stripe scanner.
-        DataError: It is of another format.
-        EffectForeign: An effect is not known here.
+        DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
+        EffectError: An effect is not known here.
         DataError, RobotError: It or the robot beside it cannot be read.
     """
     path = path / FILE if path.is_dir() else path
     try:
         whole = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
-        raise CalibrationUnreadable(path, f"it is no JSON ({error})") from None
-    file = Entries(path, "", whole)
+        raise unusable(path, f"it is no JSON ({error})") from None
+    file = JsonObject(path, "", whole)
     check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")
-    if model.text("sensor") != "stripe":
-        raise CalibrationUnreadable(path, f"its sensor is of kind '{model.text('sensor')}', which takes no stripes")
+    if model.text("sensor") != Stripe.format.kind:
+        raise unusable(path, f"its sensor is of kind '{model.text('sensor')}', which sees no stripes")
     robot = _robot(path, model)
     values = {name: np.array([_value(name, numbers.part(name))]) for name in SCANNER}
     candidate_effects = effects_in_file(file.parts("effects"), robot)
@@ -137,14 +143,14 @@ def read_calibration(path: Path) -> Calibrated:
     quat, size = model.numbers("bracket_quat", 4), model.counts("image", 2)
     norm = float(np.linalg.norm(quat))
     if abs(norm - 1) > QUATERNION_SLACK:
-        raise CalibrationUnreadable(path, f"model.bracket_quat has length {norm:g}, which is no rotation's: that is 1")
+        raise unusable(path, f"model.bracket_quat has length {norm:g}, but a rotation has length 1")
     errors = [file.number(key, least=0.0) for key in ("held_out_rms_m", "rms_m") if file.has(key)]
     return Calibrated(
         name=file.text("dataset"),
         origin=f"calibrated from {file.text('dataset')}",
         parameters={name: _parameter(name, numbers.part(name)) for name in SCANNER},
         values=values,
-        located=candidate_effects,
+        candidates=candidate_effects,
         robot=robot,
         stripe_axis=model.one_of("stripe_axis", ("u", "v")),
         bracket_quat=(quat[0], quat[1], quat[2], quat[3]),
@@ -156,12 +162,12 @@ def read_calibration(path: Path) -> Calibrated:
     )
 
 
-def _parameter(name: str, part: Entries) -> Parameter:
+def _parameter(name: str, part: JsonObject) -> Parameter:
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
     return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
 
 
-def _robot(path: Path, model: Entries) -> Robot | None:
+def _robot(path: Path, model: JsonObject) -> Robot | None:
     if not model.has("robot"):
         return None
     urdf = inside(path.parent, model.text("robot"), f"{path.name}, model.robot")
@@ -174,15 +180,15 @@ def _robot(path: Path, model: Entries) -> Robot | None:
     )
 
 
-def _value(name: str, part: Entries) -> float:
+def _value(name: str, part: JsonObject) -> float:
     return part.positive("value") if name in Stripe.format.positive else part.number("value")
 
 
-def _noise(part: Entries) -> dict[str, float]:
+def _noise(part: JsonObject) -> dict[str, float]:
     return {key: part.number(key, least=0.0) for key in part.keys}
 
 
-def _run(part: Entries) -> RunSummary:
+def _run(part: JsonObject) -> RunSummary:
     x, y, z = part.numbers("middle_m", 3)
     low, high = part.numbers("temperature_c", 2) if part.has("temperature_c") else (0.0, 0.0)
     return RunSummary(

@@ -14,14 +14,14 @@ from robolaser.model.effects.effect import CarryOver, Effect, Run
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.stages import Stage
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.scanner_model import Sight
+from robolaser.scan.scanner_model import ScannerModel
 
 VISIBLE_M = 1e-6  # smaller moves matter to nobody
 CLEAR = 99.0  # percentile of sizes that is reported as the largest
 BEYOND = 0.1  # of the calibrated rise of temperature: so far it may be extrapolated without a warning
 
 
-def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> tuple[Sight, tuple[str, ...]]:
+def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> tuple[ScannerModel, tuple[str, ...]]:
     """What the scanner sees in a recording, and what the user should know about it.
 
     Args:
@@ -31,11 +31,11 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
     """
     run = _run_of(calibrated, recording)
     carried = tuple(_carried(calibrated, run))
-    sight = _sight(calibrated, run, (one.effect for _, one in carried))
+    scanner = _sight(calibrated, run, (one.effect for _, one in carried))
     bare = _sight(calibrated, run, ())
     notes = []
     for effect, one in carried:
-        reference = bare if one.effect is None else sight
+        reference = bare if one.effect is None else scanner
         others = [_instead(reference, one.effect, alternative) for alternative in one.alternatives]
         if one.doubt and (note := _note(effect, one, [_apart(reference, other, probe) for other in others], probe)):
             notes.append(note)
@@ -43,10 +43,10 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
         notes.append(
             "The recording is colder or warmer than the calibrated run ever was: its drift is extrapolated linearly."
         )
-    return sight, tuple(notes)
+    return scanner, tuple(notes)
 
 
-def sight_of(calibrated: Calibrated, recording: Dataset) -> Sight:
+def scanner_in(calibrated: Calibrated, recording: Dataset) -> ScannerModel:
     """What the scanner sees in a recording, as `Calibrated.fitted_to` gives it."""
     run = _run_of(calibrated, recording)
     return _sight(calibrated, run, (one.effect for _, one in _carried(calibrated, run)))
@@ -68,17 +68,17 @@ def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOv
             yield effect, CarryOver(effect) if as_found else effect.carried_to(run, calibrated.run)
 
 
-def _sight(calibrated: Calibrated, run: Run, effects: Iterable[Effect | None]) -> Sight:
+def _sight(calibrated: Calibrated, run: Run, effects: Iterable[Effect | None]) -> ScannerModel:
     acting = tuple(effect for effect in effects if effect is not None)
-    return Sight(run.dataset, calibrated.values, acting, run.course)
+    return ScannerModel(run.dataset, calibrated.values, acting, run.course)
 
 
-def _instead(sight: Sight, effect: Effect | None, alternative: Effect | None) -> Sight:
+def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:
     """The same with an alternative in the place of an effect; None stands for no effect."""
     if effect is None:
-        return sight if alternative is None else replace(sight, effects=(*sight.effects, alternative))
-    changed = (alternative if one is effect else one for one in sight.effects)
-    return replace(sight, effects=tuple(one for one in changed if one is not None))
+        return scanner if alternative is None else replace(scanner, effects=(*scanner.effects, alternative))
+    changed = (alternative if one is effect else one for one in scanner.effects)
+    return replace(scanner, effects=tuple(one for one in changed if one is not None))
 
 
 def _note(effect: Effect, carried: CarryOver, moves: list[Array], probe: Points) -> str:
@@ -100,7 +100,7 @@ def _extrapolates(rise: Array | None) -> bool:
     return rise is not None and bool(((rise < -BEYOND) | (rise > 1 + BEYOND)).any())
 
 
-def _apart(one: Sight, other: Sight, probe: Points) -> Array:
+def _apart(one: ScannerModel, other: ScannerModel, probe: Points) -> Array:
     """How far the two put each probe from one another, (m,) [m]; zero where either does not see it."""
     return np.asarray(np.nan_to_num(np.linalg.norm(one.in_base(probe) - other.in_base(probe), axis=-1)))
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from robolaser.arrays import Array
 from robolaser.data.record_stream import write_streamed
-from robolaser.errors import CloudUnreadable
+from robolaser.errors import DataError
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
@@ -43,23 +43,27 @@ def map_ply(path: Path) -> Vertices:
     """Map a cloud that `write_ply` wrote into memory, (n,) of VERTEX.
 
     Raises:
-        CloudUnreadable: It is no such file, or cut off.
+        DataError: It is no such file, or cut off.
     """
     try:
         with path.open("rb") as file:
             head = file.read(MOST_HEADER)
         size = path.stat().st_size
     except OSError as error:
-        raise CloudUnreadable(path, error.strerror or str(error)) from None
+        raise _unreadable(path, error.strerror or str(error)) from None
     lines, end, _ = head.partition(b"end_header\n")
     said = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
     counts = [line.split()[-1] for line in said if line.startswith("element vertex ")]
     if not end or said != _head(counts[0] if counts else "0"):
-        raise CloudUnreadable(path, "its header is not that of such a cloud")
+        raise _unreadable(path, "its header is not that of such a cloud")
     count, start = int(counts[0]), len(lines) + len(end)
     if size != start + count * VERTEX.itemsize:
-        raise CloudUnreadable(path, f"its header promises {count} points, but it is cut off or longer")
+        raise _unreadable(path, f"its header states {count} points, but it is cut off or longer")
     return np.memmap(path, VERTEX, mode="r", offset=start, shape=(count,)) if count else np.empty(0, VERTEX)
+
+
+def _unreadable(path: Path, reason: str) -> DataError:
+    return DataError(f"Cannot show {path}: {reason}. Expected a cloud as `robolaser scan` writes it.", file=path)
 
 
 def places_of(vertices: Vertices) -> Array:

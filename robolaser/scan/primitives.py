@@ -1,4 +1,4 @@
-"""Planes and spheres in clouds: found among strangers by samples, then fitted with each point's own scatter."""
+"""Planes and spheres in clouds: found by random samples, then fitted with each point's own scatter."""
 
 from dataclasses import dataclass
 from typing import final
@@ -8,20 +8,20 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.geometry.mad_scale import spread
 
-DRAWS = 600  # samples of points: with a fifth of them on the solid one is clean, but for one case in a hundred
+DRAWS = 600  # samples of points: with a fifth of them on the primitive, one is clean in 99 of 100 cases
 JUDGES = 4000  # points by which samples are judged
-NEAR_STD = 3.0  # scatters from a solid within which a point may belong to it
-LEAST_NEAR_M = 2e-4  # the same where points promise less: calibrations leave as much
+NEAR_STD = 3.0  # scatters from a primitive within which a point may belong to it
+LEAST_NEAR_M = 2e-4  # the same where points claim less: calibrations leave as much
 ROUNDS = 10  # of fitting and leaving out
-FEWEST = 30  # points that tell a solid
+FEWEST = 30  # points that determine a primitive
 FLOOR = 0.2  # of the median scatter: no point counts as if it had less
-CLEAR = 0.75  # of the points within three times as far: a body stands out, a cut through another one does not
+CLEAR = 0.75  # of the points within three times as far: a primitive has them, a cut through another one does not
 RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be taken for it
 
 
 @final
 @dataclass(frozen=True)
-class Plane:
+class FittedPlane:
     """A flat part of a cloud: normal · P = offset.
 
     Attributes:
@@ -46,7 +46,7 @@ class Plane:
 
 @final
 @dataclass(frozen=True)
-class Sphere:
+class FittedSphere:
     """A round part of a cloud.
 
     Attributes:
@@ -69,7 +69,7 @@ class Sphere:
         return float(np.sqrt(np.mean(self.distance[self.on] ** 2)))
 
 
-def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> Plane | None:
+def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> FittedPlane | None:
     """The plane with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -97,7 +97,7 @@ def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array |
     return _refined_plane(xyz, std, normals[best], float(offsets[best]), free=normal is None)
 
 
-def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> Plane | None:
+def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> FittedPlane | None:
     weight, near = _weights(std), _near(std)
     on = np.abs(xyz @ normal - offset) < near
     for _ in range(ROUNDS):
@@ -116,10 +116,10 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
     if free and normal[np.abs(normal).argmax()] < 0:
         normal, offset, off = -normal, -offset, -off
     w = weight[on] / weight[on].sum()
-    return Plane(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
+    return FittedPlane(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
 
 
-def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> Sphere | None:
+def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> FittedSphere | None:
     """The sphere of about a known radius with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -148,7 +148,7 @@ def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator)
     return found if found is not None and abs(found.radius - radius) < RADIUS_SLACK * radius else None
 
 
-def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sphere | None:
+def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> FittedSphere | None:
     """Gauss-Newton steps over the points that are near."""
     weight, near = _weights(std), _near(std)
     off = np.linalg.norm(xyz - centre, axis=-1) - radius
@@ -167,14 +167,14 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sph
         return None
     J, w = _towards(xyz[on], centre), weight[on]
     back = np.linalg.pinv(J.T @ (w[:, None] * J)) @ (w[:, None] * J).T
-    return Sphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
+    return FittedSphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
 
 
 def stands_out(distance: Array, on: Bools) -> bool:
-    """Whether the points on a body are most of those about it.
+    """Whether most of the points about a primitive are on it.
 
     Args:
-        distance: From the body, of all points that might have been on it, (n,) [m].
+        distance: From the primitive, of all points that might have been on it, (n,) [m].
         on: Those that are, (n,).
     """
     return bool(on.sum() > CLEAR * (np.abs(distance) < 3 * np.abs(distance[on]).max(initial=0.0)).sum())

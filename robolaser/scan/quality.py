@@ -1,4 +1,4 @@
-"""How good a cloud is: its own scatter, and bodies of known size measured in it."""
+"""How good a cloud is: its own scatter, and primitives of known size measured in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,20 +7,20 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.errors import SolidNotFound
+from robolaser.errors import ScanError
 from robolaser.scan.ply import Vertices, places_of
-from robolaser.scan.primitives import Plane, find_plane, find_sphere, stands_out
+from robolaser.scan.primitives import FittedPlane, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
-FAR_OFF = 3.0  # times that scatter and promise may differ without a word: shapes of noise and few points make two
-TINY = 1e-12  # metres: a promise of nothing is no divisor
-LEVEL = 0.9  # share of points whose scatter is below what is told beside the median
+FAR_OFF = 3.0  # times that scatter and prediction may differ without a warning: few points alone make two
+TINY = 1e-12  # metres: a prediction of zero is no divisor
+LEVEL = 0.9  # share of points whose scatter is below what is reported beside the median
 
 
 @final
 @dataclass(frozen=True)
 class Measured:
-    """A body in the cloud against what is known of it.
+    """A primitive in the cloud compared with what is known of it.
 
     Attributes:
         what: "plane", "step" or "sphere".
@@ -28,7 +28,7 @@ class Measured:
         std_m: Its standard deviation, of points whose errors are independent.
         known_m: What it is.
         rms_m: Scatter of its points about it.
-        promised_m: Root-mean-square of these points' own `std`; NaN where that is not known.
+        predicted_m: Root-mean-square of these points' own `std`; NaN where that is not known.
         points: How many of those looked at lie on it.
     """
 
@@ -37,7 +37,7 @@ class Measured:
     std_m: float | None
     known_m: float | None
     rms_m: float
-    promised_m: float
+    predicted_m: float
     points: int
 
     @property
@@ -55,7 +55,7 @@ class Quality:
         vertices: The points looked at, (n,) of VERTEX.
         scatter_m: Median of their `std`; NaN where it is not known.
         most_m: What LEVEL of them are below.
-        bodies: What was measured.
+        primitives: What was measured.
         missing: What was looked for in vain, and why, in the order wanted.
         plane: The largest plane, where one was looked for.
     """
@@ -63,9 +63,9 @@ class Quality:
     vertices: Vertices
     scatter_m: float
     most_m: float
-    bodies: tuple[Measured, ...] = ()
-    missing: tuple[SolidNotFound, ...] = ()
-    plane: Plane | None = None
+    primitives: tuple[Measured, ...] = ()
+    missing: tuple[ScanError, ...] = ()
+    plane: FittedPlane | None = None
 
     @property
     def places(self) -> Array:
@@ -74,14 +74,14 @@ class Quality:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """A sentence for each body whose scatter is far from what its points promise."""
-        return tuple(map(_doubt, filter(_differs, self.bodies)))
+        """A sentence for each primitive whose scatter is far from what its points' `std` predicts."""
+        return tuple(map(_doubt, filter(_differs, self.primitives)))
 
 
 def measure(
     vertices: Vertices, *, wanted: Sequence[str] = (), step_m: float = 0.0, sphere_m: float = 0.0, seed: int = 1
 ) -> Quality:
-    """Look for bodies of known size.
+    """Look for primitives of known size.
 
     Args:
         vertices: Points of a cloud, evenly taken.
@@ -99,35 +99,44 @@ def measure(
         return Quality(vertices, scatter, most)
     plane = find_plane(xyz, std, rng)
     left = np.ones(len(xyz), dtype=bool) if plane is None else ~plane.on
-    bodies: list[Measured] = []
-    missing: list[SolidNotFound] = []
+    primitives: list[Measured] = []
+    missing: list[ScanError] = []
     if plane is not None and ("plane" in wanted or "step" in wanted):
-        bodies.append(Measured("plane", None, None, None, plane.rms_m, _promised(std, plane.on), int(plane.on.sum())))
+        primitives.append(
+            Measured("plane", None, None, None, plane.rms_m, _predicted(std, plane.on), int(plane.on.sum()))
+        )
     elif "plane" in wanted:
-        missing.append(SolidNotFound("plane", "too few points lie on one"))
+        missing.append(_not_found("plane", "too few points lie on one"))
     if "step" in wanted:
         other = None if plane is None else _step(xyz, std, plane, step_m, rng)
         if plane is None or other is None:
             reason = f"too few points lie on a plane about {1e3 * step_m:.3g} mm off the largest one"
-            missing.append(SolidNotFound("step", reason))
+            missing.append(_not_found("step", reason))
         else:
             left &= ~other.on
             height, doubt = abs(other.offset - plane.offset), float(np.hypot(other.offset_std, plane.offset_std))
-            promised = _promised(std, other.on)
-            bodies.append(Measured("step", height, doubt, step_m, other.rms_m, promised, int(other.on.sum())))
+            predicted = _predicted(std, other.on)
+            primitives.append(Measured("step", height, doubt, step_m, other.rms_m, predicted, int(other.on.sum())))
     if "sphere" in wanted:
         sphere = find_sphere(xyz[left], std[left], sphere_m, rng)
         if sphere is None or not stands_out(sphere.distance, sphere.on):
             beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
-            missing.append(SolidNotFound("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
+            missing.append(_not_found("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
         else:
-            promised = _promised(std[left], sphere.on)
+            predicted = _predicted(std[left], sphere.on)
             size, doubt = sphere.radius, sphere.radius_std
-            bodies.append(Measured("sphere", size, doubt, sphere_m, sphere.rms_m, promised, int(sphere.on.sum())))
-    return Quality(vertices, scatter, most, tuple(bodies), tuple(missing), plane)
+            primitives.append(Measured("sphere", size, doubt, sphere_m, sphere.rms_m, predicted, int(sphere.on.sum())))
+    return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), plane)
 
 
-def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Generator) -> Plane | None:
+def _not_found(what: str, reason: str) -> ScanError:
+    return ScanError(
+        f"No {what} found in the cloud: {reason}. The cloud itself is written; leave the option out if nothing of the"
+        " kind was scanned."
+    )
+
+
+def _step(xyz: Array, std: Array, plane: FittedPlane, height: float, rng: np.random.Generator) -> FittedPlane | None:
     """The other plane, parallel to the first, about as far off as is known."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
     found = find_plane(xyz[there], std[there], rng, plane.normal)
@@ -138,23 +147,23 @@ def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Ge
     off = xyz @ found.normal - found.offset
     if not stands_out(off[~plane.on], on[~plane.on]):
         return None
-    return Plane(found.normal, found.offset, found.offset_std, on, off)
+    return FittedPlane(found.normal, found.offset, found.offset_std, on, off)
 
 
-def _promised(std: Array, on: Bools) -> float:
+def _predicted(std: Array, on: Bools) -> float:
     return float(np.sqrt(np.mean(std[on] ** 2)))
 
 
 def _differs(body: Measured) -> bool:
-    """Whether scatter and promise, where there is one, are more than FAR_OFF apart."""
-    return not (np.isnan(body.promised_m) or 1 / FAR_OFF <= body.rms_m / max(body.promised_m, TINY) <= FAR_OFF)
+    """Whether scatter and prediction, where there is one, are more than FAR_OFF apart."""
+    return not (np.isnan(body.predicted_m) or 1 / FAR_OFF <= body.rms_m / max(body.predicted_m, TINY) <= FAR_OFF)
 
 
 def _doubt(body: Measured) -> str:
     found = f"points scatter about the {body.what} by {1e3 * body.rms_m:.2g} mm"
-    said = f"{found}, their std promises {1e3 * body.promised_m:.2g} mm"
-    if body.rms_m > body.promised_m:
-        return f"{said}: the calibration does not fit this recording, or the surface is not what it is taken for."
+    said = f"{found}, their std predicts {1e3 * body.predicted_m:.2g} mm"
+    if body.rms_m > body.predicted_m:
+        return f"{said}: the calibration does not fit this recording, or the surface does not have that shape."
     return (
         f"{said}: more than noise. What the calibrated model does not explain counts there as noise of the joints, but"
         " is alike in points side by side."

@@ -1,4 +1,4 @@
-"""What a calibrated scanner sees: where camera and sheet stand at each pose, and where in the cell a pixel points."""
+"""What a calibrated scanner sees: camera and laser plane at each pose, and the point that a pixel shows."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,13 +16,13 @@ from robolaser.model.sensors.scanner_geometry import in_camera, mount
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-FARTHEST_M = 10.0  # from the camera: no scanner on a flange tells places beyond, where rays run along the sheet
+FARTHEST_M = 10.0  # from the camera: beyond, rays are nearly parallel to the laser plane
 STEP_PX = 0.25  # far above rounding, far below the lens's curvature
 
 
 @final
 @dataclass(frozen=True)
-class Sight:
+class ScannerModel:
     """A recording's poses as a calibrated scanner and its effects have them.
 
     Attributes:
@@ -61,8 +61,8 @@ class Sight:
         """T_base_flange at each pose, (n, 4, 4)."""
         robot = self.dataset.robot
         T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
-        bent: Array = self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0]
-        return bent
+        perturbed: Array = self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0]
+        return perturbed
 
     @cached_property
     def camera(self) -> Array:
@@ -71,13 +71,13 @@ class Sight:
         return T
 
     @cached_property
-    def sheet(self) -> Array:
-        """The light sheet at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
-        bent = self.perturb(self.at_poses)(Stage.SHEET, optics.sheet(self.values))[0]
-        return np.ascontiguousarray(np.broadcast_to(bent, (len(self.dataset.poses), 4)))
+    def laser_plane(self) -> Array:
+        """The laser plane at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
+        plane = self.perturb(self.at_poses)(Stage.LASER_PLANE, optics.sheet(self.values))[0]
+        return np.ascontiguousarray(np.broadcast_to(plane, (len(self.dataset.poses), 4)))
 
     def in_camera(self, points: Points) -> Array:
-        """Where the pixels of some points show the sheet, in the camera frame, (m, 3) [m].
+        """Where the rays of some pixels meet the laser plane, in the camera frame, (m, 3) [m].
 
         NaN where the ray does not meet it in front of the camera, within FARTHEST_M.
         """

@@ -11,12 +11,12 @@ import numpy as np
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.image_list import Shots, shots_of
+from robolaser.data.image_list import PoseImages, images_of_poses
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
-from robolaser.errors import NoMiddles, NothingToScan, StripesStray, unreadable
+from robolaser.errors import DataError, ScanError, unreadable
 
-AT_ONCE = 1 << 14  # middles that a core takes at a time: they and their points stay in its cache
-PROBES = 2000  # middles by which the sizes of doubts are told
+AT_ONCE = 1 << 14  # line centres that a core takes at a time: they and their points stay in its cache
+SAMPLES = 2000  # line centres for which the sizes of doubts are worked out
 SETTLED_S = 2.0  # disks that note times coarsely do so this coarsely
 
 
@@ -27,7 +27,7 @@ class Source:
 
     Attributes:
         what: Where they come from, for people.
-        pieces: Each gives some middles when called, from any thread, (n,) of STRIPE.
+        pieces: Each gives some line centres when called, from any thread, (n,) of STRIPE.
         points: The rows of points.csv, where these are the only piece; else None.
     """
 
@@ -41,22 +41,24 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
 
     Args:
         recording: On disk.
-        pixel_px: Standard deviation of a middle where its own is not known [px].
+        pixel_px: Standard deviation of a line centre where its own is not known [px].
 
     Raises:
-        NothingToScan: There is none of them.
-        NoMiddles: stripes.npy holds none.
-        DataError, StripesForeign: stripes.npy is broken.
-        ImageUnnamed, DataError: poses.csv names images as it must not.
+        ScanError: There is none of them, or stripes.npy is empty.
+        DataError: stripes.npy is broken.
+        DataError: poses.csv names images as it must not.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():
         return _from_file(folder / FILE)
     if len(recording.points):
         return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
-    shots = shots_of(recording)
+    shots = images_of_poses(recording)
     if not shots:
-        raise NothingToScan(folder)
+        raise ScanError(
+            f"{folder} has neither stripes.npy nor points.csv nor images named in poses.csv: there is nothing to scan."
+            " Record images, or run `robolaser extract` on them."
+        )
     return Source("images", [partial(_from_images, recording, one) for one in shots])
 
 
@@ -65,13 +67,15 @@ def newer_images(recording: Dataset) -> int:
     if recording.folder is None or not (recording.folder / FILE).exists():
         return 0
     known = (recording.folder / FILE).stat().st_mtime + SETTLED_S
-    return sum(file.stat().st_mtime > known for shots in shots_of(recording) for file in shots.files if file.is_file())
+    return sum(
+        file.stat().st_mtime > known for shots in images_of_poses(recording) for file in shots.files if file.is_file()
+    )
 
 
-def probe(source: Source, recording: Dataset) -> Points:
-    """Some middles, evenly taken from the whole recording; from images none are known yet, so places in them."""
+def sample_points(source: Source, recording: Dataset) -> Points:
+    """Some line centres, evenly taken from the whole recording; of images, which are not read yet, pixels all over."""
     if source.what == "images":
-        return places_in_images(recording, np.array([shots.row for shots in shots_of(recording)]))
+        return points_in_images(recording, np.array([shots.row for shots in images_of_poses(recording)]))
     if source.points is not None:
         return source.points.take(_spread(len(source.points)))
     assert recording.folder is not None  # stripes.npy lies in it
@@ -79,31 +83,43 @@ def probe(source: Source, recording: Dataset) -> Points:
     return as_points(_checked(stripes[_spread(len(stripes))], recording))
 
 
-def places_in_images(recording: Dataset, rows: Ints) -> Points:
-    """Places all over the image in some of the poses with these numbers, (n,)."""
+def points_in_images(recording: Dataset, rows: Ints) -> Points:
+    """Pixels all over the image in some of the poses with these numbers, (n,)."""
     assert recording.image_px is not None  # a stripe's data set has a size
     grid = np.linspace(0.2, 0.8, 3)
     places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
-    some = rows[np.unique(np.linspace(0, len(rows) - 1, PROBES // len(places)).astype(np.int64))]
+    some = rows[np.unique(np.linspace(0, len(rows) - 1, SAMPLES // len(places)).astype(np.int64))]
     return Points(some.repeat(len(places)), (), pixel=np.tile(places, (len(some), 1)))
 
 
 def as_points(stripes: Stripes) -> Points:
-    """Middles as rows of a data set; they have no names."""
+    """Line centres as points of a data set; they have no names."""
     pixel = np.empty((len(stripes), 2))
     pixel[:, 0], pixel[:, 1] = stripes["u"], stripes["v"]
     return Points(stripes["pose"].astype(np.int64), (), pixel=pixel)
 
 
 def check_poses(stripes: Stripes, recording: Dataset) -> None:
-    """See that all middles are of poses that there are.
+    """Check that all line centres are of poses that exist.
 
     Raises:
-        StripesStray: They are not.
+        DataError: They are not.
     """
     last = int(stripes["pose"].max(initial=0))
     if len(stripes) and last >= len(recording.poses):
-        raise StripesStray(recording.folder, last, len(recording.poses))
+        raise DataError(
+            f"{FILE} of {recording.folder} has line centres of row {last} of poses.csv, whose rows are 0 to"
+            f" {len(recording.poses) - 1}. They are not of one recording: run `robolaser extract --force` again.",
+            file=FILE,
+        )
+
+
+def no_line_centres(source: str) -> ScanError:
+    """No stripe was found."""
+    return ScanError(
+        f"No image shows a stripe: there is no line centre in {source}. Check that the laser was on, the exposure, and"
+        " [sensor] stripe_axis; then record again, or run `robolaser extract --force`."
+    )
 
 
 def _checked(stripes: Stripes, recording: Dataset) -> Stripes:
@@ -112,7 +128,7 @@ def _checked(stripes: Stripes, recording: Dataset) -> Stripes:
 
 
 def _spread(count: int) -> Ints:
-    return np.unique(np.linspace(0, max(count - 1, 0), min(count, PROBES)).astype(np.int64))
+    return np.unique(np.linspace(0, max(count - 1, 0), min(count, SAMPLES)).astype(np.int64))
 
 
 def _from_file(path: Path) -> Source:
@@ -122,7 +138,7 @@ def _from_file(path: Path) -> Source:
     firsts = range(0, len(stripes), AT_ONCE)
     count = len(stripes)
     if count == 0:
-        raise NoMiddles(str(path))
+        raise no_line_centres(str(path))
     return Source(FILE, [partial(_read, path, start, first, min(AT_ONCE, count - first)) for first in firsts])
 
 
@@ -145,9 +161,9 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
     return stripes
 
 
-def _from_images(recording: Dataset, shots: Shots) -> Stripes:
-    """The middles in the images of one pose, repeats among them."""
-    from robolaser.vision.traced import traces  # noqa: PLC0415 - OpenCV is slow to load
+def _from_images(recording: Dataset, shots: PoseImages) -> Stripes:
+    """The line centres in the images of one pose, repeats among them."""
+    from robolaser.vision.stripe_trace import traces  # noqa: PLC0415 - OpenCV is slow to load
 
     size = recording.image_px
     assert size is not None  # a stripe's data set has one

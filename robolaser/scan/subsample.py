@@ -7,11 +7,11 @@ import numpy as np
 
 from robolaser.scan.ply import VERTEX, Vertices
 
-MOST = 200_000  # points: more tell no more of a plane or a picture
+MOST = 200_000  # points: more say no more about a plane, and show no more in a picture
 
 
 @final
-class Survey:
+class Subsample:
     """Evenly taken points of a cloud of unknown size: every one at first, then ever fewer.
 
     Args:

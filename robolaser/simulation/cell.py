@@ -13,7 +13,7 @@ from robolaser.errors import EffectError
 from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.geometry.visibility import View, anywhere, limits, looking_down
+from robolaser.geometry.visibility import View, configurations_looking_down, limits, random_configurations
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.sensors.sensor import SIX
 from robolaser.simulation.effect_specs import numbers_of
@@ -108,7 +108,7 @@ def simulate(
         kind: "stripe", "point" (a tracker) or "socket".
         poses: How many.
         points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
-        repeats: Shots at each unmoved pose.
+        repeats: PoseImages at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
         effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
@@ -210,8 +210,8 @@ def _stripe(blank: Dataset, points: int, level: float | None, chances: _Chances)
     shift = np.array([truth[f"t_{axis}"] for axis in "xyz"])
     assert blank.image_px is not None  # said above
     view = View(pose(bracket @ turn, shift), truth, blank.stripe_axis, blank.image_px)
-    candidates, height = looking_down(robot, view, wanted=n, level=level, rng=chances.place)
-    first, last = view.span()
+    candidates, height = configurations_looking_down(robot, view, wanted=n, level=level, rng=chances.place)
+    first, last = view.stripe_range()
     step = (last - first) / points
     at = first + step * (np.arange(points) + 0.5 + JITTER * chances.along.uniform(-0.5, 0.5, (n, points)))
     if not blank.placed:
@@ -237,7 +237,7 @@ def _tracker(blank: Dataset, points: int, chances: _Chances) -> _World:
         angle, radius = 2 * np.pi * i / points + rng.uniform(-0.3, 0.3), rng.uniform(*REFLECTORS_M)
         place = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.08))
         truth |= {f"tool.{name}.{part}": float(value) for part, value in zip("xyz", place, strict=True)}
-    candidates = anywhere(_arm(blank), len(blank.poses), chances.place)
+    candidates = random_configurations(_arm(blank), len(blank.poses), chances.place)
     return _World(
         truth,
         candidates,
@@ -296,19 +296,18 @@ def _times(q: Array, pause_s: float) -> Array:
 
 
 def _noisy(exact: Dataset, noise: Noise, repeats: int, chances: _Chances) -> Dataset:
-    robot, poses, points = _arm(exact), exact.poses, exact.points
-    assert poses.q is not None  # postures were chosen above
+    (robot, q), poses, points = exact.arm, exact.poses, exact.points
     if noise.joint_rad is not None:
-        shaken = noise.joint_rad * chances.joint_noise.normal(size=poses.q.shape)
-        poses = replace(poses, q=poses.q + np.where(robot.prismatic, 0.0, shaken))
+        shaken = noise.joint_rad * chances.joint_noise.normal(size=q.shape)
+        poses = replace(poses, q=q + np.where(robot.prismatic, 0.0, shaken))
     rng = chances.point_noise
-    if exact.kind == "stripe" and points.xyz is not None and noise.target_m is not None:
+    if points.pixel is not None and points.xyz is not None and noise.target_m is not None:
         points = replace(points, xyz=points.xyz + noise.target_m * rng.normal(size=points.xyz.shape))
     if repeats > 1:
         shots = np.tile(np.arange(repeats), len(points))
         points = replace(points.take(np.repeat(np.arange(len(points)), repeats)), repeat=shots)
     if points.pixel is not None and noise.pixel_px is not None:
         points = replace(points, pixel=points.pixel + noise.pixel_px * rng.normal(size=points.pixel.shape))
-    if exact.kind == "point" and points.xyz is not None and noise.point_m is not None:
+    if points.pixel is None and points.xyz is not None and noise.point_m is not None:
         points = replace(points, xyz=points.xyz + noise.point_m * rng.normal(size=points.xyz.shape))
     return replace(exact, poses=poses, points=points)

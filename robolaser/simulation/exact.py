@@ -49,11 +49,9 @@ def stripe_points(
         theirs in the image, (n,).
     """
     n, k = at.shape
-    assert dataset.robot is not None  # a simulated cell has one
-    assert dataset.poses.q is not None
     along = view.along
     T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
-    camera = dataset.robot.forward(dataset.poses.q[None])[0] @ view.T_flange_camera
+    camera = dataset.flange() @ view.T_flange_camera
     pixel = view.stripe(camera, float(T_base_target[2, 3] + level), at).reshape(-1, 2)
     names = tuple(str(i) for _ in range(n) for i in range(k))
     points = Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.zeros((n * k, 3)))
@@ -72,7 +70,7 @@ def stripe_points(
             break
         pixel, given = _on_target(_sensor(model), values, T, perturb, pixel, 1 - along, T_base_target, level)
     shown = _sensor(model).in_camera(values, perturb)[0]
-    good = (left < EXACT_M) & view.holds(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
+    good = (left < EXACT_M) & view.contains(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
     return dataset, np.asarray(good.reshape(n, k).all(axis=1))
 
 
@@ -145,8 +143,7 @@ def tracker_points(
         perturb = model.perturb(values)
         T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
         seen = as_given(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
-        assert points.xyz is not None
-        settled = (np.abs(seen - points.xyz) < EXACT_M).all()
+        settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
         points = replace(points, xyz=seen)
         if settled:
             break
@@ -165,9 +162,7 @@ def seated(
         sockets: In the base frame, (s, 3) [m].
         of: The socket of each pose, (n,).
     """
-    robot, q = dataset.robot, dataset.poses.q
-    assert robot is not None  # a simulated cell has one
-    assert q is not None
+    robot, q = dataset.arm
     dataset = replace(dataset, points=Points(np.arange(len(q)), tuple(str(i) for i in of)))
 
     def standing(q: Array) -> Dataset:

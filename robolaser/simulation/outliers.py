@@ -55,11 +55,10 @@ def spoil(dataset: Dataset, share: float, rng: np.random.Generator) -> tuple[Dat
         xyz = points.xyz.copy()
         xyz[rows] += far * way / np.linalg.norm(way, axis=1, keepdims=True)
         return replace(dataset, points=replace(points, xyz=xyz)), rows
-    assert dataset.robot is not None  # a simulated cell has one
-    assert dataset.poses.q is not None
-    q, pose = dataset.poses.q.copy(), points.pose[rows]
-    joint = np.array(dataset.robot.chain)[rng.integers(len(dataset.robot.chain), size=len(rows))]
-    lower, upper = dataset.robot.lower[joint], dataset.robot.upper[joint]
+    (robot, read), pose = dataset.arm, points.pose[rows]
+    q = read.copy()
+    joint = np.array(robot.chain)[rng.integers(len(robot.chain), size=len(rows))]
+    lower, upper = robot.lower[joint], robot.upper[joint]
     q[pose, joint] = _strayed(q[pose, joint], sign * rng.uniform(*STRAY_RAD, len(rows)), lower, upper)
     return replace(dataset, poses=replace(dataset.poses, q=q)), rows
 

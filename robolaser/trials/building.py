@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.visibility import TILT, View, apart, limits, looking_down
+from robolaser.geometry.visibility import TILT, View, configurations_looking_down, farthest_first, limits
 from robolaser.parameters import Parameter
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.worlds.arm import Arm
@@ -43,7 +43,7 @@ class Ranges:
         points: Of a pose.
         pixel_px: Noise of a pixel.
         target_m: Noise of a target point.
-        repeats: Shots at each pose.
+        repeats: PoseImages at each pose.
     """
 
     poses: tuple[int, int] = (36, 72)
@@ -62,7 +62,7 @@ class Built:
         cell: Where everything truly is.
         blank: The data set without points.
         noise: What chance adds to the readings, stated or not.
-        repeats: Shots at each pose.
+        repeats: PoseImages at each pose.
     """
 
     cell: Cell
@@ -90,7 +90,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     view = View(eye.mount, eye.truth, "u", IMAGE_PX)
     q, level = _postures(robot, view, n, rng)
     count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
-    first, last = view.span(MARGIN)
+    first, last = view.stripe_range(MARGIN)
     step = (last - first) / count
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
     order = np.array([rng.permutation(3) for _ in range(n)])
@@ -137,7 +137,7 @@ def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dic
 
 def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
-    wide, level = looking_down(robot, view, wanted=n, level=None, rng=rng)
+    wide, level = configurations_looking_down(robot, view, wanted=n, level=None, rng=rng)
     whole = wide[_sees(robot, wide, view, level)]
     wide = whole if len(whole) >= n else wide
     if rng.random() < 0.3:
@@ -151,18 +151,18 @@ def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tup
             if len(kept) > 4 * n:
                 break
         if len(kept) > 2 * n:
-            chosen = kept[apart(kept)[:n]]
+            chosen = kept[farthest_first(kept)[:n]]
             return chosen[rng.permutation(n)], level
     return wide[:n][rng.permutation(n)], level
 
 
 def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
     T = robot.forward(q[None])[0] @ view.T_flange_camera
-    at = np.linspace(*view.span(MARGIN), 3)[None]
+    at = np.linspace(*view.stripe_range(MARGIN), 3)[None]
     seen = -T[:, 2, 2] > np.cos(TILT)
     for step in LEVELS_M[[0, -1]]:
         with np.errstate(invalid="ignore"):
-            seen &= view.holds(view.stripe(T, level + float(step), at), MARGIN).all(axis=1)
+            seen &= view.contains(view.stripe(T, level + float(step), at), MARGIN).all(axis=1)
     return np.asarray(seen)
 
 

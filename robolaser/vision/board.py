@@ -41,13 +41,13 @@ class Board:
     """A checkerboard as one image shows it.
 
     Attributes:
-        layings: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as
-            (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
-        paper: Grey of the light squares where no stripe falls on them.
+        orientations: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px]
+            as (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
+        white_level: Grey of the light squares where no stripe falls on them.
     """
 
-    layings: tuple[Array, ...]
-    paper: float
+    orientations: tuple[Array, ...]
+    white_level: float
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> Board | None:
@@ -77,8 +77,8 @@ def find_board(image: Image, *, columns: int, rows: int) -> Board | None:
         shades = _shades(image, H_lattice_pixel, columns, rows)
         if _alternates(shades):
             even = _even(shades.shape)
-            paper = float(max(np.median(shades[even]), np.median(shades[~even])))
-            return Board(_layings(np.where(on_pattern[..., None], grid, np.nan), shades), paper)
+            white_level = float(max(np.median(shades[even]), np.median(shades[~even])))
+            return Board(_orientations(np.where(on_pattern[..., None], grid, np.nan), shades), white_level)
     return None
 
 
@@ -181,7 +181,7 @@ def _even(shape: tuple[int, ...]) -> Bools:
     return np.asarray((i + j) % 2 == 0)
 
 
-def _layings(grid: Array, shades: Array) -> tuple[Array, ...]:
+def _orientations(grid: Array, shades: Array) -> tuple[Array, ...]:
     """Turn a found grid into each frame that the contract allows; they differ by turns in the plane."""
     x, y = _pitch(grid, 1), _pitch(grid, 0)
     if x[0] * y[1] - x[1] * y[0] < 0:
@@ -189,8 +189,8 @@ def _layings(grid: Array, shades: Array) -> tuple[Array, ...]:
     quarter = 1 if grid.shape[0] == grid.shape[1] else 2
     turns = [(np.rot90(grid, k), np.rot90(shades, k)) for k in range(0, 4, quarter)]
     dark = [turned for turned, tone in turns if _starts_dark(tone)]
-    layings = dark or [turned for turned, _ in turns]
-    return tuple(sorted((np.ascontiguousarray(one) for one in layings), key=lambda g: abs(np.angle(heading(g)))))
+    orientations = dark or [turned for turned, _ in turns]
+    return tuple(sorted((np.ascontiguousarray(one) for one in orientations), key=lambda g: abs(np.angle(heading(g)))))
 
 
 def _starts_dark(shades: Array) -> bool:

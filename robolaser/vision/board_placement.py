@@ -5,20 +5,20 @@ from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import spread
-from robolaser.vision.centres import Centres
+from robolaser.vision.candidates import LineCentres
 
 STRATA = 20
-"""Lines tried are drawn through middles in this many parts of the image."""
+"""Lines tried are drawn through centres in this many parts of the image."""
 WIDEST_GATE_PX = 3.0
-"""Distance [px] beyond which no middle is kept, however much the board bows, nor speaks for a line that is tried."""
+"""Distance [px] beyond which no centre is kept, however much the board bows, nor speaks for a line that is tried."""
 NARROWEST_GATE_PX = 1.0
-"""Distance [px] within which a middle is always kept: no board is perfectly flat."""
+"""Distance [px] within which a centre is always kept: no board is perfectly flat."""
 GATE_SIGMAS = 3.0
-"""The same in standard deviations of the middles kept."""
+"""The same in standard deviations of the centres kept."""
 JUMP_LEAST_PX = 0.1
-"""Distance from the neighbours' median [px] that no middle is dropped for."""
+"""Distance from the neighbours' median [px] that no centre is dropped for."""
 JUMP_SIGMAS = 4.0
-"""Distance from the neighbours' median, in its own standard deviations, beyond which a middle is a stray."""
+"""Distance from the neighbours' median, in its own standard deviations, beyond which a centre is a stray."""
 NEIGHBOURS = 15
 """Lines of pixels on either side that are asked whether the stripe is straight here."""
 LEAST_SUPPORT = 0.5
@@ -28,15 +28,15 @@ CHANGE_SPAN = 10
 MOST_CHANGE = 0.12
 """Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
 ROUNDS = 6
-"""Fits of the straight line at most, each to the middles near the one before; mostly two settle it."""
+"""Fits of the straight line at most, each to the centres near the one before; mostly two settle it."""
 APART = 0.8
-"""Distance of two middles that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
+"""Distance of two centres that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
 JURY = 200
-"""Middles that judge a line, at least, where there are as many: more tell no more."""
+"""Centres that judge a line, at least, where there are as many: more tell no more."""
 
 
-def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> tuple[Bools, Array]:
-    """Pick the middles that lie on one straight line, one at most in each line of pixels.
+def on_plane(centres: LineCentres, along: Array, across: Array, nearness: Array) -> tuple[Bools, Array]:
+    """Pick the centres that lie on one straight line, one at most in each line of pixels.
 
     Args:
         centres: The candidates of an image.
@@ -49,7 +49,7 @@ def on_plane(centres: Centres, along: Array, across: Array, nearness: Array) -> 
     """
     if len(along) < 2:
         return np.zeros(len(along), dtype=np.bool_), np.zeros(len(along))
-    usable = centres.even
+    usable = centres.is_symmetric
     slope, start = _likeliest(along, across, np.where(usable, nearness, 0.0))
     off = _distance(along, across, slope, start)
     gate = WIDEST_GATE_PX
@@ -111,8 +111,8 @@ def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
     return kept & able
 
 
-def _undisturbed(centres: Centres, off: Array, kept: Bools) -> Bools:
-    """Drop middles that jump out of their neighbours, or where the stripe's width changes along it."""
+def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:
+    """Drop centres that jump out of their neighbours, or where the stripe's width changes along it."""
     at = np.flatnonzero(kept)
     if len(at) <= 2 * NEIGHBOURS:
         return kept

@@ -7,15 +7,15 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.image_list import Shots
+from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import Board, find_board
-from robolaser.vision.board_orientation import settle_by_robot, settle_by_sight
+from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
 from robolaser.vision.board_placement import jumps, on_plane
-from robolaser.vision.centres import Axis, Centres, every
+from robolaser.vision.candidates import Axis, LineCentres, every
 from robolaser.vision.images import ambient, lights
 from robolaser.vision.lens import Lens, View, find_lens, view_board
-from robolaser.vision.line_centers import DEFAULT, SMOOTHING
-from robolaser.vision.stripe import stripe_centres
+from robolaser.vision.line_centres import DEFAULT, SMOOTHING
+from robolaser.vision.stripe_detection import find_line_centres
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
@@ -58,8 +58,8 @@ class Extraction:
         place: x, y and z in the board's frame, (m, 3) [m].
         frames: What became of each pose, in the order given.
         lens: The lens that was taken off before planes were laid.
-        pixel_noise_px: Scatter of the stripe's middle about its smooth course [px]; NaN without points, and where
-            middles share their noise.
+        pixel_noise_px: Scatter of the stripe's centre about its smooth course [px]; NaN without points, and where
+            centres share their noise.
     """
 
     pose: tuple[str, ...]
@@ -79,11 +79,11 @@ class Extraction:
 @dataclass(frozen=True)
 class _Seen:
     board: Board | None
-    centres: tuple[Centres, ...]
+    centres: tuple[LineCentres, ...]
 
 
 def extract_points(
-    images: Sequence[Shots],
+    images: Sequence[PoseImages],
     *,
     columns: int,
     rows: int,
@@ -92,7 +92,7 @@ def extract_points(
     width_px: int,
     height_px: int,
     step: int | None = None,
-    centring: str = DEFAULT,
+    detector: str = DEFAULT,
     R_base_flange: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Extraction:
@@ -110,7 +110,7 @@ def extract_points(
         height_px: Height that every image must have [px].
         step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
             POINTS_PER_IMAGE.
-        centring: Name of the way to the stripe's middle, one of CENTRINGS.
+        detector: Name of the way to the stripe's centre, one of PEAK_DETECTORS.
         R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
             several frames; where a pose is missing the frame is followed by sight from image to image.
         progress: Called with poses done and poses in all.
@@ -119,17 +119,16 @@ def extract_points(
         The points, and a word on each pose; those without board or stripe give none.
 
     Raises:
-        ImageUnreadable: A file is missing or no image.
-        ImageSize: An image has another size.
+        ImageError: A file is missing, no image, or of another size.
     """
     seen = []
     for done, shots in enumerate(images, start=1):
-        seen.append(_look(shots, (columns, rows), (width_px, height_px), stripe_axis, centring))
+        seen.append(_look(shots, (columns, rows), (width_px, height_px), stripe_axis, detector))
         if progress is not None:
             progress(done, len(images))
-    boards = {i: one.board.layings for i, one in enumerate(seen) if one.board is not None}
-    lens = find_lens([layings[0] for layings in boards.values()], square_m, width_px, height_px)
-    grids = _settle([(images[i].pose, layings) for i, layings in boards.items()], R_base_flange, lens)
+    boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
+    lens = find_lens([orientations[0] for orientations in boards.values()], square_m, width_px, height_px)
+    grids = _settle([(images[i].pose, orientations) for i, orientations in boards.items()], R_base_flange, lens)
     views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
     length = height_px if stripe_axis == "v" else width_px
     apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
@@ -148,21 +147,21 @@ def extract_points(
         frames=tuple(cut.frame for cut in cuts),
         lens=lens,
         pixel_noise_px=float(np.sqrt(np.mean(scatter**2)))
-        if len(scatter) and centring not in SMOOTHING
+        if len(scatter) and detector not in SMOOTHING
         else float("nan"),
     )
 
 
-def _look(shots: Shots, corners: tuple[int, int], size_px: tuple[int, int], axis: Axis, centring: str) -> _Seen:
+def _look(shots: PoseImages, corners: tuple[int, int], size_px: tuple[int, int], axis: Axis, detector: str) -> _Seen:
     without = ambient(shots, size_px)
     board = None if without is None else find_board(without, columns=corners[0], rows=corners[1])
-    found: list[Centres] = []
+    found: list[LineCentres] = []
     for image, light in lights(shots, size_px, without):
         if board is None and not found:
             board = find_board(image, columns=corners[0], rows=corners[1])
-        centres = stripe_centres(light, axis, centring)
+        centres = find_line_centres(light, axis, detector)
         if board is not None and without is None:
-            centres = centres.at(centres.peak > BRIGHTER * board.paper)
+            centres = centres.at(centres.peak > BRIGHTER * board.white_level)
         found.append(centres)
     return _Seen(board, tuple(found))
 
@@ -170,11 +169,11 @@ def _look(shots: Shots, corners: tuple[int, int], size_px: tuple[int, int], axis
 def _settle(
     boards: Sequence[tuple[str, tuple[Array, ...]]], R_base_flange: Mapping[str, Array] | None, lens: Lens
 ) -> list[Array]:
-    layings = [ways for _, ways in boards]
+    orientations = [ways for _, ways in boards]
     turns = R_base_flange or {}
-    if not lens.known or any(pose not in turns for pose, _ in boards) or all(len(ways) == 1 for ways in layings):
-        return settle_by_sight(layings)
-    return settle_by_robot(layings, np.stack([turns[pose] for pose, _ in boards]), lens)
+    if not lens.known or any(pose not in turns for pose, _ in boards) or all(len(ways) == 1 for ways in orientations):
+        return orient_by_continuity(orientations)
+    return orient_by_robot(orientations, np.stack([turns[pose] for pose, _ in boards]), lens)
 
 
 def _rms(scatter: Array) -> float:
@@ -197,7 +196,7 @@ class _Cut:
 
 def _cut(
     pose: str,
-    shots: tuple[Centres, ...],
+    shots: tuple[LineCentres, ...],
     view: View | None,
     lens: Lens,
     board_m: tuple[float, float],
@@ -211,7 +210,7 @@ def _cut(
     names: list[str] = []
     pixels, places, repeats, offs, scatter = [], [], [], [], []
     for number, centres in enumerate(shots, start=1):
-        straight = lens.straighten(centres.pixel)
+        straight = lens.undistort(centres.pixel)
         place = view.places(straight)
         along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
         kept, off = on_plane(centres, along, across, _nearness(place, board_m))

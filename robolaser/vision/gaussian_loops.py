@@ -17,7 +17,7 @@ def fit(
     start: Array,
     full: Bools,
     noise: float,
-    middle: Array,
+    centre: Array,
     variance: Array,
 ) -> None:
     """Fit A exp(-(x - m)² / 2 s²) + c + d x by damped Gauss-Newton steps.
@@ -31,49 +31,49 @@ def fit(
         start: A, m, s, c and d to start from, (n, 5).
         full: Whether the run is saturated; then d stays 0, (n,).
         noise: Variance of a pixel at least.
-        middle: Takes m, (n,) [px].
-        variance: Takes its variance, 0 where no bell fits, (n,) [px²].
+        centre: Takes m, (n,) [px].
+        variance: Takes its variance, 0 where no gaussian fits, (n,) [px²].
     """
-    N, r, bell = np.empty((5, 5)), np.empty(5), np.empty(5)
+    N, r, gaussian = np.empty((5, 5)), np.empty(5), np.empty(5)
     for i in range(len(line)):
         for k in range(5):
-            bell[k] = start[i, k]
+            gaussian[k] = start[i, k]
         count, left = 0, 0.0
-        step, going = 0, True
-        while going:
-            going = step < STEPS
-            count, left = _equations(across[line[i]], low[i], high[i], origin[i], full[i], bell, N, r)
+        step, active = 0, True
+        while active:
+            active = step < STEPS
+            count, left = _equations(across[line[i]], low[i], high[i], origin[i], full[i], gaussian, N, r)
             for k in range(5):
-                N[k, k] += (DAMPING if going else SETTLED) * N[k, k] + SETTLED
+                N[k, k] += (DAMPING if active else SETTLED) * N[k, k] + SETTLED
             _factor(N)
-            if going:
+            if active:
                 _solve(N, r)
-                s = bell[2]
+                s = gaussian[2]
                 r[1] = min(max(r[1], -s), s)
                 r[2] = min(max(r[2], LONGEST[0] * s), LONGEST[1] * s)
                 for k in range(5):
-                    bell[k] += r[k]
+                    gaussian[k] += r[k]
                 step = step + 1 if max(abs(r[1]), abs(r[2])) > STILL * s else STEPS
         for k in range(5):
             r[k] = 1.0 if k == 1 else 0.0
         _solve(N, r)
-        middle[i] = bell[1]
-        fits = count >= FEWEST and bell[0] > 0
+        centre[i] = gaussian[1]
+        fits = count >= FEWEST and gaussian[0] > 0
         variance[i] = r[1] * max(noise, left / max(count - 5, 1)) if fits else 0.0
 
 
 @compiled
 def _equations(
-    row: Array, low: int, high: int, origin: int, full: bool, bell: Array, N: Array, r: Array
+    row: Array, low: int, high: int, origin: int, full: bool, gaussian: Array, N: Array, r: Array
 ) -> tuple[int, float]:
     """Write the lower half of the normal equations and their right side; count pixels and what they leave."""
-    A, m, s, c, d = bell[0], bell[1], bell[2], bell[3], bell[4]
+    A, m, s, c, d = gaussian[0], gaussian[1], gaussian[2], gaussian[3], gaussian[4]
     n00 = n10 = n11 = n20 = n21 = n22 = n30 = n31 = n32 = n33 = 0.0
     n40 = n41 = n42 = n43 = n44 = r0 = r1 = r2 = r3 = r4 = rest = 0.0
     count = 0
     tilted = 0.0 if full else 1.0
     z = (low - 1 - origin - m) / s
-    following = np.exp(-0.5 * z * z)  # the bell from pixel to pixel by products: it is too near to vanish
+    following = np.exp(-0.5 * z * z)  # the gaussian from pixel to pixel by products: it is too near to vanish
     ratio, change = np.exp(-(z + 0.5 / s) / s), np.exp(-1 / (s * s))
     for column in range(low, high + 1):
         grey = float(row[column])

@@ -6,8 +6,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robolaser.data.image_list import Shots
-from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.data.image_list import PoseImages
+from robolaser.errors import ImageError
 from robolaser.vision.board import Image
 from robolaser.vision.profile_levels import FULL
 
@@ -23,19 +23,26 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
     """Read an image, (height, width).
 
     Raises:
-        ImageUnreadable: It is missing or no image.
-        ImageSize: It has another size.
+        ImageError: It is missing, no image, or of another size.
     """
     try:
         coded = np.fromfile(path, dtype=np.uint8)
     except OSError as error:
-        raise ImageUnreadable(path, error.strerror or "cannot be opened") from None
+        raise _unreadable(path, error.strerror or "cannot be opened") from None
     image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE) if len(coded) else None
     if image is None:
-        raise ImageUnreadable(path, "not an image of a known format, or damaged")
+        raise _unreadable(path, "not an image of a known format, or damaged")
     if image.shape != (height_px, width_px):
-        raise ImageSize(path, (image.shape[1], image.shape[0]), (width_px, height_px))
+        raise ImageError(
+            f"{path} is {image.shape[1]} x {image.shape[0]} pixels, but width_px x height_px say"
+            f" {width_px} x {height_px}. All images of a recording come from one camera at one size: correct the size or"
+            " leave the image out."
+        )
     return np.asarray(image, dtype=np.uint8)
+
+
+def _unreadable(path: Path, reason: str) -> ImageError:
+    return ImageError(f"{path}: {reason}. Name a grey or colour image that OpenCV reads, such as PNG.")
 
 
 def laser_alone(lit: Image, unlit: Image) -> Image:
@@ -46,16 +53,16 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     return np.asarray(cv2.addWeighted(lit, 1.0, unlit, -1.0, ground), dtype=np.uint8)
 
 
-def ambient(shots: Shots, size_px: tuple[int, int]) -> Image | None:
+def ambient(shots: PoseImages, size_px: tuple[int, int]) -> Image | None:
     """What a pose shows without the laser, (height, width); None where no such image was taken.
 
     Raises:
-        ImageUnreadable, ImageSize: The image is missing, broken or of another size.
+        ImageError: The image is missing, broken or of another size.
     """
     return None if shots.unlit is None else read_grey(shots.unlit, *size_px)
 
 
-def lights(shots: Shots, size_px: tuple[int, int], without: Image | None) -> Iterator[tuple[Image, Image]]:
+def lights(shots: PoseImages, size_px: tuple[int, int], without: Image | None) -> Iterator[tuple[Image, Image]]:
     """Give each image with the laser on, and in it the laser's light as far as that is known, (height, width) each.
 
     Args:
@@ -64,7 +71,7 @@ def lights(shots: Shots, size_px: tuple[int, int], without: Image | None) -> Ite
         without: What shows without the laser, where that is known.
 
     Raises:
-        ImageUnreadable, ImageSize: An image is missing, broken or of another size.
+        ImageError: An image is missing, broken or of another size.
     """
     for path in shots.lit:
         image = read_grey(path, *size_px)

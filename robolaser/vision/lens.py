@@ -50,7 +50,7 @@ class Lens:
     distortion: Array
     known: bool
 
-    def straighten(self, pixel: Array) -> Array:
+    def undistort(self, pixel: Array) -> Array:
         """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
         if not self.known or len(pixel) == 0:
             return pixel
@@ -139,7 +139,7 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> View:
     corners than the eight of a homography.
     """
     board, pixel = _seen(grid, square_m)
-    straight = lens.straighten(pixel)
+    straight = lens.undistort(pixel)
     lay = _rigid if lens.known else _loose
     H_pixel_board, R = lay(board, straight, lens)
     off = _misfit(H_pixel_board, board, straight)

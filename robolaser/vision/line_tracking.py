@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import spread
-from robolaser.vision.centres import Centres
+from robolaser.vision.candidates import LineCentres
 
 STEEPEST = 3.0
 """Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
@@ -18,21 +18,21 @@ stripe is hidden."""
 BREADTHS = (1 / 3, 3.0)
 """Width of a run over the typical one, within which it may be the stripe."""
 ROUGHEST_PX = 0.7
-"""Mean distance of a piece's middles from where their neighbours see them; more is texture."""
+"""Mean distance of a piece's centres from where their neighbours see them; more is texture."""
 MOST_JUMP_PX = 3.0
-"""Distance [px] beyond which a middle does not speak more against its piece."""
+"""Distance [px] beyond which a centre does not speak more against its piece."""
 BESIDE = 5
-"""Lines on either side that say where a middle should be."""
+"""Lines on either side that say where a centre should be."""
 STRAY_SIGMAS = 5.0
-"""Distance from there, in standard deviations as the stripe shows them, beyond which a middle is a stray."""
+"""Distance from there, in standard deviations as the stripe shows them, beyond which a centre is a stray."""
 STRAY_LEAST_PX = 0.3
 """The same at least [px]: surfaces are not smooth."""
 OF_JUMP = 1.08
-"""Scatter of a middle against the median of five pairs about it, over its own."""
+"""Scatter of a centre against the median of five pairs about it, over its own."""
 
 
-def one_stripe(centres: Centres, across: Array) -> tuple[Bools, float]:
-    """Choose the middles of one stripe, one at most in each line.
+def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
+    """Choose the centres of one stripe, one at most in each line.
 
     Light that goes on from line to line makes pieces; steps in depth, edges and gaps end them. Of pieces side by side
     the one with more light stands, longer ones before shorter.
@@ -74,7 +74,7 @@ def one_stripe(centres: Centres, across: Array) -> tuple[Bools, float]:
 
 
 def _beside_a_step(piece: Ints) -> Bools:
-    """Whether a middle, by line, has another piece's next to it: there, a pixel sees both surfaces."""
+    """Whether a centre, by line, has another piece's next to it: there, a pixel sees both surfaces."""
     beside = np.zeros(len(piece), dtype=np.bool_)
     change = piece[1:] != piece[:-1]
     beside[1:] |= change
@@ -82,7 +82,7 @@ def _beside_a_step(piece: Ints) -> Bools:
     return beside
 
 
-def _fitting(centres: Centres) -> Bools:
+def _fitting(centres: LineCentres) -> Bools:
     """Whether each run is even, and about as wide as those that carry most light."""
     order = np.argsort(centres.width)
     heavy = np.cumsum(centres.light[order])
@@ -90,7 +90,7 @@ def _fitting(centres: Centres) -> Bools:
         return np.zeros(0, dtype=np.bool_)
     typical = centres.width[order[np.searchsorted(heavy, 0.5 * heavy[-1])]]
     return np.asarray(
-        centres.even & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical)
+        centres.is_symmetric & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical)
     )
 
 
@@ -123,7 +123,7 @@ def pieces(line: Ints, x: Array) -> Ints:
 
 
 def _jumps(line: Ints, x: Array, piece: Ints) -> Array:
-    """Distance of each middle from where pairs on either side see it, (n,) [px]; NaN where it has none."""
+    """Distance of each centre from where pairs on either side see it, (n,) [px]; NaN where it has none."""
     n = len(line)
     seen = np.full((BESIDE, n), np.nan)
     for k in range(1, BESIDE + 1):

@@ -1,22 +1,22 @@
 """What the compiled loops over a stripe's profile and their twins in NumPy have in common."""
 
 FULL = 255
-"""Grey at which a pixel says no more than that it was at least as bright."""
+"""Grey of a saturated pixel: it was at least as bright."""
 LEVEL = 0.6
 """Height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo."""
 FOOT = 0.3
-"""Height at which a second middle is taken; how far it lies off tells a lopsided profile."""
-LEAST_TOLD = 0.1
-"""Squared distances of pixels from the middle [px²] that a middle hangs on, at least."""
+"""Height at which a second centre is taken; its distance from the other shows an asymmetric profile."""
+LEAST_SECOND_MOMENT = 0.1
+"""Sum of squared distances of pixels from the centre [px²], at least."""
 STEPS = 4
-"""Gauss-Newton steps of a bell; the start is good to a tenth of the width."""
+"""Gauss-Newton steps of a Gaussian fit; the start is good to a tenth of the width."""
 DAMPING = 1e-3
 """Added to the normal equations' diagonal while stepping, as a share."""
 SETTLED = 1e-9
-"""Added always, so that the equations have a solution where pixels tell nothing."""
+"""Added always, so that the equations have a solution where pixels carry no information."""
 STILL = 1e-3
-"""Step of middle and breadth, in breadths, after which no further one is worth while."""
+"""Change of centre and breadth, in breadths, below which a fit has converged."""
 LONGEST = (-0.4, 0.6)
-"""Steps of the bell's breadth at most, as shares; its middle moves by less than one breadth."""
+"""Steps of the Gaussian's breadth at most, as shares; its centre moves by less than one breadth."""
 FEWEST = 7
-"""Pixels that are needed for a bell's five unknowns."""
+"""Pixels that are needed for a Gaussian's five unknowns."""

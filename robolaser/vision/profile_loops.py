@@ -4,11 +4,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.compiled.decorators import compiled
-from robolaser.vision.profile_levels import FOOT, FULL, LEAST_TOLD, LEVEL
+from robolaser.vision.profile_levels import FOOT, FULL, LEAST_SECOND_MOMENT, LEVEL
 
 
 @compiled
-def measured(across: Array, line: Ints, first: Ints, last: Ints, ground: Array, reach: int, told: Array) -> None:
+def measured(across: Array, line: Ints, first: Ints, last: Ints, ground: Array, reach: int, moments: Array) -> None:
     """Measure each run's profile above two levels.
 
     Args:
@@ -17,8 +17,8 @@ def measured(across: Array, line: Ints, first: Ints, last: Ints, ground: Array, 
         first: Its first pixel, (n,).
         last: Its last pixel, (n,).
         ground: Grey beside it, (n,).
-        reach: Pixels on either side of its middle that flanks are looked for in.
-        told: Takes middle, width, area and the squared distances that the middle hangs on, above LEVEL and above FOOT,
+        reach: Pixels on either side of its centre that flanks are looked for in.
+        moments: Takes centre, width, area and the sum of squared distances, above LEVEL and above FOOT,
             NaN where a flank is missing; then the peak and the number of saturated pixels, (n, 10).
     """
     length = across.shape[1]
@@ -33,47 +33,47 @@ def measured(across: Array, line: Ints, first: Ints, last: Ints, ground: Array, 
                 tail = column
             if grey == FULL:
                 full += 1
-        seat, centre = (head + tail) // 2, (first[i] + last[i]) // 2
-        low, high = max(0, centre - reach), min(length - 1, centre + reach)
+        peak_column, mid_column = (head + tail) // 2, (first[i] + last[i]) // 2
+        low, high = max(0, mid_column - reach), min(length - 1, mid_column + reach)
         above = ground[i] + LEVEL * (peak - ground[i])
-        told[i, 0], told[i, 1], told[i, 2], told[i, 3] = _mass_above(above, row, seat, low, high)
+        moments[i, 0], moments[i, 1], moments[i, 2], moments[i, 3] = _above_level(above, row, peak_column, low, high)
         above = ground[i] + FOOT * (peak - ground[i])
-        told[i, 4], told[i, 5], told[i, 6], told[i, 7] = _mass_above(above, row, seat, low, high)
-        told[i, 8], told[i, 9] = peak, full
+        moments[i, 4], moments[i, 5], moments[i, 6], moments[i, 7] = _above_level(above, row, peak_column, low, high)
+        moments[i, 8], moments[i, 9] = peak, full
 
 
 @compiled
-def _mass_above(level: float, row: Array, seat: int, low: int, high: int) -> tuple[float, float, float, float]:
-    """Centre of mass, width, area and squared distances between the flanks; NaN where one is missing."""
-    before, after = seat - 1, seat + 1
+def _above_level(level: float, row: Array, peak_column: int, low: int, high: int) -> tuple[float, float, float, float]:
+    """Centre of gravity, width, area and squared distances between the flanks; NaN where one is missing."""
+    before, after = peak_column - 1, peak_column + 1
     while before >= low and row[before] > level:
         before -= 1
     while after <= high and row[after] > level:
         after += 1
-    if before < low or after > high or not row[seat] > level:
+    if before < low or after > high or not row[peak_column] > level:
         return np.nan, np.nan, np.nan, np.nan
     area = moment = 0.0
     for column in range(before + 1, after):
         a = row[column] - level
         area += a
-        moment += a * (column - seat)
-    head, tail = before + 1 - seat, after - 1 - seat
+        moment += a * (column - peak_column)
+    head, tail = before + 1 - peak_column, after - 1 - peak_column
     a_head, a_tail = row[before + 1] - level, row[after - 1] - level
     to_head = a_head / (a_head + level - row[before])
     to_tail = a_tail / (a_tail + level - row[after])
     area -= 0.5 * (a_head * (1 - to_head) + a_tail * (1 - to_tail))
     moment += (a_tail - a_head) / 12 - a_head * (head / 2 - 1 / 4) - a_tail * (tail / 2 + 1 / 4)
     moment += 0.5 * (a_head * to_head * (head - to_head / 3) + a_tail * to_tail * (tail + to_tail / 3))
-    middle = moment / area
-    told = 0.0
+    centre = moment / area
+    moments = 0.0
     for column in range(before + 1, after):
         if row[column] < FULL:
-            told += (column - seat - middle) ** 2
+            moments += (column - peak_column - centre) ** 2
     if row[before + 1] < FULL:
-        told -= (0.75 - 0.25 * to_head * (2 + to_head)) * (head - middle) ** 2
+        moments -= (0.75 - 0.25 * to_head * (2 + to_head)) * (head - centre) ** 2
     if row[after - 1] < FULL:
-        told -= (0.75 - 0.25 * to_tail * (2 + to_tail)) * (tail - middle) ** 2
-    return seat + middle, tail - head + to_head + to_tail, area, max(told, LEAST_TOLD)
+        moments -= (0.75 - 0.25 * to_tail * (2 + to_tail)) * (tail - centre) ** 2
+    return peak_column + centre, tail - head + to_head + to_tail, area, max(moments, LEAST_SECOND_MOMENT)
 
 
 def warm_up() -> None:

@@ -5,19 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.calibration.pymoo_search import Progress
+from robolaser.arrays import Progress
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.image_list import Shots, repeats_of, shots_of
+from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
 from robolaser.data.stripe_file import Stripes
-from robolaser.errors import NoStripes, NotARecording, NothingExtracted
-from robolaser.vision.centres import Axis, every
+from robolaser.errors import ImageError
+from robolaser.model.sensors import sensor_class
+from robolaser.vision.candidates import Axis, every
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.line_centers import DEFAULT
-from robolaser.vision.traced import traces
+from robolaser.vision.line_centres import DEFAULT
+from robolaser.vision.stripe_trace import traces
 
 
 def points_from_images(
-    recording: Dataset, *, step: int | None = None, centring: str = DEFAULT, progress: Progress | None = None
+    recording: Dataset, *, step: int | None = None, detector: str = DEFAULT, progress: Progress | None = None
 ) -> tuple[Extraction, Dataset]:
     """Find board and stripe in every image.
 
@@ -25,22 +26,21 @@ def points_from_images(
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv. A column `image_off`
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
         step: Lines of pixels from one point to the next.
-        centring: Name of the way to the stripe's middle.
-        progress: Is told how far it is.
+        detector: Name of the way to the stripe's centre.
+        progress: Called with what is being done and the share that is done.
 
     Returns:
         What was found in each image, and the data set with the points; frames without board or stripe have none.
 
     Raises:
-        NotARecording: It says nothing of board or images.
-        ImageUnnamed, DataError: poses.csv names images as it must not.
-        ImageUnreadable, ImageSize: An image is missing, broken or of another size.
-        NothingExtracted: No image gave a point.
+        DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
+        ImageError: The recording has no board or images; an image is missing, broken or of another size; no image gave
+            a point.
     """
     shots, axis, size = _images(recording)
     board = recording.board
     if board is None:
-        raise NotARecording("dataset.toml has no [board] with columns, rows and square_m")
+        raise _no_points("dataset.toml has no [board] with columns, rows and square_m")
     found = extract_points(
         shots,
         columns=board.columns,
@@ -50,18 +50,21 @@ def points_from_images(
         width_px=size[0],
         height_px=size[1],
         step=step,
-        centring=centring,
+        detector=detector,
         R_base_flange=dict(zip(recording.poses.names, recording.flange()[:, :3, :3], strict=True)),
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
     )
     if not len(found):
         reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
-        raise NothingExtracted(len(found.frames), reasons)
+        raise ImageError(
+            f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
+            " corners, not squares), stripe_axis, and that board and stripe are both in view."
+        )
     number = {name: i for i, name in enumerate(recording.poses.names)}
     points = Points(
         pose=np.array([number[pose] for pose in found.pose], dtype=np.int64),
         names=found.point,
-        repeat=found.repeat if repeats_of(recording.poses) else None,
+        repeat=found.repeat if repeat_columns(recording.poses) else None,
         pixel=found.pixel,
         xyz=found.place,
     )
@@ -69,45 +72,51 @@ def points_from_images(
 
 
 def stripes_from_images(
-    recording: Dataset, *, step: int | None = None, centring: str = DEFAULT, progress: Progress | None = None
+    recording: Dataset, *, step: int | None = None, detector: str = DEFAULT, progress: Progress | None = None
 ) -> Iterator[Stripes]:
     """Trace the stripe in every image, whatever it lies on, an image at a time.
 
     Args:
         recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
-        step: Lines of pixels from one middle to the next; every line by default.
-        centring: Name of the way to the stripe's middle.
-        progress: Is told how far it is.
+        step: Lines of pixels from one centre to the next; every line by default.
+        detector: Name of the way to the stripe's centre.
+        progress: Called with what is being done and the share that is done.
 
     Yields:
-        The middles of each image, repeats among them, (n,) of STRIPE.
+        The centres of each image, repeats among them, (n,) of STRIPE.
 
     Raises:
-        NotARecording: It says nothing of images.
-        ImageUnnamed, DataError: poses.csv names images as it must not.
-        ImageUnreadable, ImageSize: An image is missing, broken or of another size.
-        NoStripes: No image shows a stripe.
+        DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
+        ImageError: The recording has no images; an image is missing, broken or of another size; none shows a stripe.
     """
     shots, axis, size = _images(recording)
     some = False
     for done, one in enumerate(shots, start=1):
-        for found in traces(one, size, axis, centring):
+        for found in traces(one, size, axis, detector):
             stripes = found if step is None else found[every(np.rint(found[axis]).astype(np.int64), step)]
             some = some or len(stripes) > 0
             yield stripes
         if progress is not None:
             progress("looking at images", done / len(shots))
     if not some:
-        raise NoStripes(len(shots), axis)
+        lines = "rows" if axis == "v" else "columns"
+        raise ImageError(
+            f"None of {len(shots)} images shows a stripe that crosses the {lines} of pixels. Check that the laser"
+            f" is on, the exposure, and [sensor] stripe_axis, which is '{axis}'."
+        )
 
 
-def _images(recording: Dataset) -> tuple[list[Shots], Axis, tuple[int, int]]:
+def _no_points(reason: str) -> ImageError:
+    return ImageError(f"There are no points to extract: {reason}.")
+
+
+def _images(recording: Dataset) -> tuple[list[PoseImages], Axis, tuple[int, int]]:
     """The images of each pose that has any, the stripe's axis, and the images' size."""
     size = recording.image_px
-    if recording.kind != "stripe" or recording.folder is None or size is None:
-        raise NotARecording("only stripe scanners take images")
-    shots = shots_of(recording)
+    if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or size is None:
+        raise _no_points("only stripe scanners take images")
+    shots = images_of_poses(recording)
     if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
-        raise NotARecording(f"poses.csv has no column 'image' with images{board}")
+        raise _no_points(f"poses.csv has no column 'image' with images{board}")
     return shots, "u" if recording.stripe_axis == "u" else "v", size

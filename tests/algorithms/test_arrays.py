@@ -21,7 +21,7 @@ from stock import composed
 
 from robolaser.algorithms import RCGA, CostReached, Stalled, rcga
 from robolaser.algorithms.checkpoint import load, save
-from robolaser.algorithms.offspring import brood
+from robolaser.algorithms.offspring import make_offspring
 
 SETTINGS = [
     {"pop_size": 20, "n_elites": 2},
@@ -37,7 +37,11 @@ T = 25
 @pytest.fixture(params=["numpy", "compiled"])
 def either_way(request, monkeypatch):
     """Children made in NumPy and in a compiled loop."""
-    made = brood if request.param == "numpy" else pytest.importorskip("robolaser.algorithms.offspring_loops").brood
+    made = (
+        make_offspring
+        if request.param == "numpy"
+        else pytest.importorskip("robolaser.algorithms.offspring_loops").make_offspring
+    )
     monkeypatch.setattr(rcga, "loop", lambda generation: made)
 
 
@@ -117,7 +121,7 @@ def test_who_looks_now_and_then_changes_nothing():
         seen.next()
         match generation % 5:
             case 1:
-                assert seen.opt[0].F[0] == seen.members.best_cost()
+                assert seen.opt[0].F[0] == seen.arrays.best_cost()
             case 2:
                 assert len(seen.off) == 14
             case 3:

@@ -1,34 +1,36 @@
-"""Comparisons made up for tests: courses drawn at random, whose statistics somebody can foretell."""
+"""Comparisons made up for tests: traces drawn at random, whose statistics somebody can foretell."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.result import Comparison, Contested, Effort
-from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 
 BUDGET = 10_000
 
 
-def made_up_run(algorithm: str, seed: int, *, problem: str = "paper", speed: float = 1.0, reason: str = "") -> Run:
+def made_up_run(
+    algorithm: str, seed: int, *, problem: str = "paper", speed: float = 1.0, reason: str = ""
+) -> BenchmarkRun:
     """A run that comes ten times closer to zero each `100 / speed` evaluations, about."""
     rng = np.random.default_rng([sum(map(ord, algorithm + problem)), seed])
     costs = 10.0 ** -np.arange(-3.0, 7.0)
     evaluations = np.cumsum(rng.integers(1, 200, len(costs)) / speed).astype(int) + 1
     kept = evaluations <= BUDGET
-    course = Course(evaluations[kept], evaluations[kept] * 1e-4, costs[kept])
+    trace = ConvergenceTrace(evaluations[kept], evaluations[kept] * 1e-4, costs[kept])
     state = FAILED if reason else DONE
-    return Run(problem, algorithm, seed, state, reason, BUDGET, BUDGET * 1e-4, BUDGET * 1e-4, course)
+    return BenchmarkRun(problem, algorithm, seed, state, reason, BUDGET, BUDGET * 1e-4, BUDGET * 1e-4, trace)
 
 
 def made_up_comparison(
     speeds: Mapping[str, float], *, seeds: int = 5, problems: tuple[str, ...] = ("paper", "reduced:paper")
-) -> Comparison:
-    """Contestants of different speeds on problems whose best cost is zero."""
-    return Comparison(
-        problems=tuple(Contested(name, name, "calibration", 14, "m²", 1.0, 0.0, "theory") for name in problems),
-        contestants={name: f"the {name}" for name in speeds},
+) -> BenchmarkResult:
+    """Solvers of different speeds on problems whose best cost is zero."""
+    return BenchmarkResult(
+        problems=tuple(ProblemSummary(name, name, "calibration", 14, "m²", 1.0, 0.0, "theory") for name in problems),
+        solvers={name: f"the {name}" for name in speeds},
         refused={},
         seeds=tuple(range(1, seeds + 1)),
         budget=BUDGET,

@@ -1,28 +1,28 @@
-"""Contestants of somebody's own, good and bad, as they would lie in a current directory."""
+"""Solvers of somebody's own, good and bad, as they would lie in a current directory."""
 
 import numpy as np
 
 
-def halving(watch, seed):
+def halving(evaluator, seed):
     """Steps around the best point, half as long after each failure."""
-    question, rng = watch.question, np.random.default_rng(seed)
-    x, step, best = question.anywhere(rng)[0], 0.5, np.inf
+    problem, rng = evaluator.problem, np.random.default_rng(seed)
+    x, step, best = problem.sample_uniform(rng)[0], 0.5, np.inf
     while True:
-        tries = x + step * (question.upper - question.lower) * rng.normal(size=(20, len(x)))
-        tries = np.clip(tries, question.lower, question.upper)
-        costs = watch.cost(tries)
+        tries = x + step * (problem.upper - problem.lower) * rng.normal(size=(20, len(x)))
+        tries = np.clip(tries, problem.lower, problem.upper)
+        costs = evaluator.cost(tries)
         if costs.min() < best:
             x, best = tries[costs.argmin()], costs.min()
         else:
             step = max(step / 2, 1e-12)
 
 
-def raising(watch, seed):
+def raising(evaluator, seed):
     """Finds something and breaks."""
-    watch.cost(watch.question.anywhere(np.random.default_rng(seed), 10))
+    evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 10))
     raise RuntimeError("out of ideas")
 
 
-def not_a_number(watch, seed):
+def not_a_number(evaluator, seed):
     """Asks what NaN costs."""
-    watch.cost(np.full((1, watch.question.dimension), np.nan))
+    evaluator.cost(np.full((1, evaluator.problem.dimension), np.nan))

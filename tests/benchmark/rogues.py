@@ -1,4 +1,4 @@
-"""Contestants that behave and such that do not, and a question for them."""
+"""Solvers that behave and such that do not, and a problem for them."""
 
 import ctypes
 import os
@@ -13,22 +13,22 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.problem import TEST_FUNCTION, Question
-from robolaser.benchmark.problem_specs import Source
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
+from robolaser.benchmark.problem_specs import ProblemSpec
 
 
 @final
 @dataclass(frozen=True)
-class Bowl(Source):
+class Bowl(ProblemSpec):
     name: str = "bowl"
     broken: bool = False
 
-    def question(self) -> Question:
+    def problem(self) -> BenchmarkProblem:
         if self.broken:
             raise ValueError("no such bowl")
         ones = np.ones(3)
-        return Question(
+        return BenchmarkProblem(
             self.name,
             "",
             TEST_FUNCTION,
@@ -42,24 +42,24 @@ class Bowl(Source):
         )
 
 
-def walks(watch: Watch, seed: int) -> None:
+def walks(evaluator: BudgetedEvaluator, seed: int) -> None:
     rng = np.random.default_rng(seed)
     while True:
-        watch.cost(watch.question.anywhere(rng, 10) * random.random() * np.random.random())  # noqa: NPY002 - as some algorithms do
+        evaluator.cost(evaluator.problem.sample_uniform(rng, 10) * random.random() * np.random.random())  # noqa: NPY002 - as some algorithms do
 
 
-def dawdles(watch: Watch, seed: int) -> None:
+def dawdles(evaluator: BudgetedEvaluator, seed: int) -> None:
     time.sleep(0.1)
-    walks(watch, seed)
+    walks(evaluator, seed)
 
 
-def stumbles(watch: Watch, seed: int) -> None:
-    watch.cost(np.zeros((1, 3)))
+def stumbles(evaluator: BudgetedEvaluator, seed: int) -> None:
+    evaluator.cost(np.zeros((1, 3)))
     raise ZeroDivisionError("no ground")
 
 
-def dreams(watch: Watch, seed: int) -> None:
-    watch.cost(np.full((1, 3), np.nan))
+def dreams(evaluator: BudgetedEvaluator, seed: int) -> None:
+    evaluator.cost(np.full((1, 3), np.nan))
 
 
 def _amid() -> None:
@@ -67,23 +67,23 @@ def _amid() -> None:
         Path(os.environ["ROGUES_AMID"]).touch()
 
 
-def circles(watch: Watch, seed: int) -> None:
+def circles(evaluator: BudgetedEvaluator, seed: int) -> None:
     _amid()
     while True:
         pass
 
 
-def circles_later(watch: Watch, seed: int) -> None:
-    watch.cost(np.zeros((300, 3)))
-    circles(watch, seed)
+def circles_later(evaluator: BudgetedEvaluator, seed: int) -> None:
+    evaluator.cost(np.zeros((300, 3)))
+    circles(evaluator, seed)
 
 
-def freezes(watch: Watch, seed: int) -> None:
+def freezes(evaluator: BudgetedEvaluator, seed: int) -> None:
     _amid()
     ctypes.PyDLL(None).pause()  # without letting go of the interpreter
 
 
-def hoards(watch: Watch, seed: int) -> None:
+def hoards(evaluator: BudgetedEvaluator, seed: int) -> None:
     hoard = []
     while True:
         hoard.append(np.ones(1 << 20))
@@ -92,43 +92,43 @@ def hoards(watch: Watch, seed: int) -> None:
 kept = []
 
 
-def keeps(watch: Watch, seed: int) -> None:
+def keeps(evaluator: BudgetedEvaluator, seed: int) -> None:
     while True:
         kept.append(np.ones(1 << 20))
 
 
-def quits(watch: Watch, seed: int) -> None:
+def quits(evaluator: BudgetedEvaluator, seed: int) -> None:
     os._exit(3)
 
 
-def leaves(watch: Watch, seed: int) -> None:
+def leaves(evaluator: BudgetedEvaluator, seed: int) -> None:
     sys.exit(3)
 
 
-def closes(watch: Watch, seed: int) -> None:
+def closes(evaluator: BudgetedEvaluator, seed: int) -> None:
     os.closerange(3, 100)
-    circles(watch, seed)
+    circles(evaluator, seed)
 
 
-def chatters(watch: Watch, seed: int) -> None:
+def chatters(evaluator: BudgetedEvaluator, seed: int) -> None:
     for _ in range(2000):
         print("bla" * 100)
         os.write(1, b"bla" * 100)
         os.write(2, b"bla" * 100)
     subprocess.run(["echo", "bla"], check=True)
-    walks(watch, seed)
+    walks(evaluator, seed)
 
 
-def dies_once(watch: Watch, seed: int) -> None:
+def dies_once(evaluator: BudgetedEvaluator, seed: int) -> None:
     try:
         with open(os.environ["ROGUES_GRAVE"], "x"):
             pass
     except FileExistsError:
-        walks(watch, seed)
+        walks(evaluator, seed)
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def waits(watch: Watch, seed: int) -> None:
-    watch.cost(np.zeros((1, 3)))
+def waits(evaluator: BudgetedEvaluator, seed: int) -> None:
+    evaluator.cost(np.zeros((1, 3)))
     _amid()
     time.sleep(1000)

@@ -13,7 +13,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from robolaser.benchmark.record import Record
+from robolaser.benchmark.record import RunRecord
 from robolaser.cli import main
 
 HERE = Path(__file__).parent
@@ -41,10 +41,10 @@ def outcomes(folder: Path) -> dict:
         (run.problem, run.algorithm, run.seed): (
             run.state,
             run.reason,
-            run.course.evaluations.tolist(),
-            run.course.costs.tolist(),
+            run.trace.evaluations.tolist(),
+            run.trace.costs.tolist(),
         )
-        for run in Record(folder / "runs.jsonl").runs
+        for run in RunRecord(folder / "runs.jsonl").runs
     }
 
 
@@ -60,7 +60,7 @@ def test_the_result_is_what_its_schema_says(result):
 
 def test_every_run_and_target_has_a_row(result):
     rows = list(csv.DictReader((result / "runs.csv").read_text().splitlines()))
-    runs = Record(result / "runs.jsonl").runs
+    runs = RunRecord(result / "runs.jsonl").runs
     assert len(rows) == 21 * len(runs) == 21 * said(result)["runs"]["made"]
     for row in rows:
         assert (row["reached"] == "yes") == bool(row["evaluations"]) == bool(row["seconds"])
@@ -70,8 +70,8 @@ def test_every_run_and_target_has_a_row(result):
 
 def test_the_best_known_cost_is_nobodys_surpassed(result):
     best = {problem["name"]: problem["best"] for problem in said(result)["problems"]}
-    for run in Record(result / "runs.jsonl").runs:
-        assert run.course.final >= best[run.problem] * (1 - 1e-8)
+    for run in RunRecord(result / "runs.jsonl").runs:
+        assert run.trace.final >= best[run.problem] * (1 - 1e-8)
 
 
 def test_failures_are_named_with_their_reasons_and_the_others_go_on(result):
@@ -131,7 +131,7 @@ def test_a_finished_comparison_is_only_shown_again(result, at_home):
     good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "1000"]
     assert main([*good, "--output", str(result), "--resume"]) == 0
     assert (result / "runs.jsonl").read_bytes().startswith(before)
-    assert len(Record(result / "runs.jsonl").runs) == 22
+    assert len(RunRecord(result / "runs.jsonl").runs) == 22
     assert said(result)["runs"] == {"wanted": 4, "made": 4, "failed": 0}
 
 

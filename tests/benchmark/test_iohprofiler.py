@@ -28,7 +28,7 @@ def read(comparison, tmp_path):
 def test_every_run_is_there_with_its_best_cost(comparison, read):
     rows = read.overview.select("algorithm_name", "function_name", "instance", "evals", "best_y").rows()
     assert sorted(rows) == sorted(
-        (run.algorithm, run.problem, run.seed, run.evaluations, run.course.final) for run in comparison.runs
+        (run.algorithm, run.problem, run.seed, run.evaluations, run.trace.final) for run in comparison.runs
     )
 
 
@@ -41,13 +41,13 @@ def test_every_course_is_there_improvement_by_improvement(comparison, read):
             & (loaded["instance"] == run.seed)
         )
         found = np.array([row for row in rows.select("evaluations", "raw_y").rows() if np.isfinite(row[1])])
-        np.testing.assert_array_equal(found[:, 0], run.course.evaluations)
-        np.testing.assert_allclose(found[:, 1], run.course.costs, rtol=1e-12)
+        np.testing.assert_array_equal(found[:, 0], run.trace.evaluations)
+        np.testing.assert_allclose(found[:, 1], run.trace.costs, rtol=1e-12)
 
 
 def test_a_run_that_found_nothing_is_left_out(comparison, tmp_path):
     empty = made_up_run("de", 9)
-    empty = replace(empty, course=type(empty.course)(np.array([], int), np.array([]), np.array([])))
+    empty = replace(empty, trace=type(empty.trace)(np.array([], int), np.array([]), np.array([])))
     export(replace(comparison, runs=(empty,)), tmp_path / "none")
     assert not list(tmp_path.glob("none/**/*.json"))
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison
 
-from robolaser.benchmark.results_array import TOLERANCES, Tally
-from robolaser.benchmark.standings import Standings, judge, judged, standings
+from robolaser.benchmark.result_arrays import TOLERANCES, ResultArrays
+from robolaser.benchmark.standings import Standings, significance, standings, standings_of
 
 BUDGET = 4000.0
 
 
-def _tally(speeds: dict[str, float], *, problems: int = 2, seeds: int = 12, seed: int = 0) -> Tally:
+def _arrays(speeds: dict[str, float], *, problems: int = 2, seeds: int = 12, seed: int = 0) -> ResultArrays:
     """Runs that take ten evaluations to each further target, or so many times more; infinitely slow ones fail."""
     rng = np.random.default_rng(seed)
     shape = (problems, len(speeds), seeds)
@@ -21,33 +21,33 @@ def _tally(speeds: dict[str, float], *, problems: int = 2, seeds: int = 12, seed
     return _of(evaluations, tuple(speeds))
 
 
-def _of(evaluations: np.ndarray, algorithms: tuple[str, ...]) -> Tally:
+def _of(evaluations: np.ndarray, algorithms: tuple[str, ...]) -> ResultArrays:
     p, _, s, _ = evaluations.shape
     there = ~np.isnan(evaluations[..., 0])
     reached = np.isfinite(evaluations).sum(axis=-1)
     spent = np.where(there, np.fmin(np.nan_to_num(evaluations[..., -1], nan=np.inf), BUDGET), np.nan)
-    return Tally(
+    return ResultArrays(
         problems=tuple(f"problem {i}" for i in range(p)),
         algorithms=algorithms,
         seeds=tuple(range(1, s + 1)),
         tolerances=TOLERANCES,
         evaluations=evaluations,
         seconds=evaluations * 1e-3,
-        spent_evaluations=spent,
-        spent_s=spent * 1e-3,
+        total_evaluations=spent,
+        total_s=spent * 1e-3,
         final=np.where(there, np.append(np.inf, TOLERANCES)[reached], np.nan),
         failed=there & (reached == 0),
     )
 
 
-def _judged(tally: Tally, **more) -> Standings:
-    return judged(tally, family="calibration", **{"refused": {}} | more)
+def _ranked(arrays: ResultArrays, **more) -> Standings:
+    return standings_of(arrays, family="calibration", **{"refused": {}} | more)
 
 
-def _without(tally: Tally, algorithm: int, problem: int, seeds: slice = slice(None)) -> Tally:
-    evaluations = tally.evaluations.copy()
+def _without(arrays: ResultArrays, algorithm: int, problem: int, seeds: slice = slice(None)) -> ResultArrays:
+    evaluations = arrays.evaluations.copy()
     evaluations[problem, algorithm, seeds] = np.nan
-    return _of(evaluations, tally.algorithms)
+    return _of(evaluations, arrays.algorithms)
 
 
 SHAPES = [
@@ -64,7 +64,7 @@ SHAPES = [
 
 @pytest.mark.parametrize(("speeds", "problems", "seeds"), SHAPES)
 def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(speeds, problems, seeds):
-    found = _judged(_tally(speeds, problems=problems, seeds=seeds))
+    found = _ranked(_arrays(speeds, problems=problems, seeds=seeds))
     json.dumps(asdict(found), allow_nan=False)
     for order in (found.evaluations, found.seconds, *(each.evaluations for each in found.by_problem)):
         assert order.answer.endswith(".")
@@ -74,89 +74,89 @@ def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(sp
 
 
 def test_runs_that_are_yet_to_be_made_are_no_runs():
-    tally = _tally({"one": 1.0, "other": 2.0})
-    found = _judged(_of(np.full_like(tally.evaluations, np.nan), tally.algorithms))
+    arrays = _arrays({"one": 1.0, "other": 2.0})
+    found = _ranked(_of(np.full_like(arrays.evaluations, np.nan), arrays.algorithms))
     assert [place.rank for place in found.evaluations.places] == [None, None]
     assert "too few runs" in found.evaluations.answer
     assert found.by_problem[0].results[0].final is None
 
 
-def test_the_faster_stand_before_the_slower_and_all_are_told_apart():
-    found = _judged(_tally({"slow": 9.0, "fast": 1.0, "middling": 3.0}))
+def test_the_faster_rank_before_the_slower_and_all_differ_significantly():
+    found = _ranked(_arrays({"slow": 9.0, "fast": 1.0, "middling": 3.0}))
     for order in (found.evaluations, found.seconds, found.by_problem[1].evaluations):
         assert [place.algorithm for place in order.places] == ["fast", "middling", "slow"]
         assert [place.rank for place in order.places] == [1, 2, 3]
-        assert all(pair.told and pair.effect == "large" for pair in order.pairs)
+        assert all(pair.significant and pair.effect == "large" for pair in order.pairs)
         assert "fast is better than both others" in order.answer
         assert "middling comes next" in order.answer
 
 
 def test_a_planted_ratio_is_in_the_answer():
-    pair = _judged(_tally({"fast": 1.0, "slow": 3.0}, seeds=30)).evaluations.pairs[0]
+    pair = _ranked(_arrays({"fast": 1.0, "slow": 3.0}, seeds=30)).evaluations.pairs[0]
     assert (pair.one, pair.other) == ("fast", "slow")
     assert pair.ratio.lower < 3.0 < pair.ratio.upper
     assert pair.ratio.value == pytest.approx(3.0, rel=0.15)
 
 
-def test_equals_cannot_be_told_apart_and_the_answer_says_so():
-    found = _judged(_tally({"a": 1.0, "b": 1.0, "c": 1.0}))
-    assert not any(pair.told for pair in found.evaluations.pairs)
-    assert "nobody can be told from" in found.evaluations.answer
+def test_equals_do_not_differ_significantly_and_the_answer_says_so():
+    found = _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}))
+    assert not any(pair.significant for pair in found.evaluations.pairs)
+    assert "no algorithm differs significantly from" in found.evaluations.answer
     assert found.evaluations.ranks.groups == (found.evaluations.ranks.algorithms,)
 
 
-def test_who_shares_the_lead_is_named():
-    answer = _judged(_tally({"a": 1.0, "b": 1.02, "slow": 5.0})).evaluations.answer
-    assert "shares the lead" in answer
+def test_solvers_that_do_not_differ_from_the_first_are_named():
+    answer = _ranked(_arrays({"a": 1.0, "b": 1.02, "slow": 5.0})).evaluations.answer
+    assert "does not differ significantly from it" in answer
     assert "it is better than slow" in answer
 
 
 def test_with_too_few_seeds_the_answer_says_how_many_it_takes():
-    found = _judged(_tally({"fast": 1.0, "slow": 9.0}, problems=1, seeds=3))
-    assert not found.evaluations.pairs[0].told
-    assert "with 3 seeds no difference can be told from chance" in found.evaluations.answer
-    assert "it takes 4 at least" in found.evaluations.answer
-    assert _judged(_tally({"fast": 1.0, "slow": 9.0}, problems=1, seeds=4)).evaluations.pairs[0].told
+    found = _ranked(_arrays({"fast": 1.0, "slow": 9.0}, problems=1, seeds=3))
+    assert not found.evaluations.pairs[0].significant
+    assert "with 3 seeds no difference can be significant" in found.evaluations.answer
+    assert "at least 4 are needed" in found.evaluations.answer
+    assert _ranked(_arrays({"fast": 1.0, "slow": 9.0}, problems=1, seeds=4)).evaluations.pairs[0].significant
 
 
 def test_more_comparisons_take_more_seeds():
-    needed = [judge.fewest_runs(1, comparisons) for comparisons in (1, 10, 100, 1000)]
+    needed = [significance.fewest_runs(1, comparisons) for comparisons in (1, 10, 100, 1000)]
     assert needed == sorted(needed)
     assert needed[0] < needed[-1]
-    assert judge.fewest_runs(5, 10) < judge.fewest_runs(1, 10)
+    assert significance.fewest_runs(5, 10) < significance.fewest_runs(1, 10)
 
 
-def test_where_nobody_reached_the_target_those_who_came_closer_stand_first():
-    found = _judged(_tally({"far": 90.0, "near": 60.0}))
+def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
+    found = _ranked(_arrays({"far": 90.0, "near": 60.0}))
     assert found.evaluations.places[0].algorithm == "near"
     assert found.evaluations.places[0].solved == 0
-    assert found.evaluations.pairs[0].told
+    assert found.evaluations.pairs[0].significant
     assert found.evaluations.pairs[0].ratio.value is None
-    assert "Nobody reached the target" in found.evaluations.answer
+    assert "No algorithm reached the target" in found.evaluations.answer
 
 
-def test_who_alone_reached_the_target_is_named_even_if_it_does_not_stand_first():
+def test_who_alone_reached_the_target_is_named_even_if_it_does_not_rank_first():
     steady, lucky = (np.full((1, 1, 12, len(TOLERANCES)), np.inf) for _ in range(2))
     steady[..., :8] = 100.0  # far from the target, in every run
     lucky[0, 0, 0] = 50.0  # there at once in one run, nowhere in the others
-    found = _judged(_of(np.concatenate([steady, lucky], axis=1), ("steady", "lucky")))
+    found = _ranked(_of(np.concatenate([steady, lucky], axis=1), ("steady", "lucky")))
     assert found.evaluations.places[0].algorithm == "steady"
     assert "Only lucky reached the target" in found.evaluations.answer
 
 
-def test_who_shares_the_first_place_is_named():
-    tally = _tally({"one": 1.0, "other": 1.0}, seeds=6)
-    tally.evaluations[:, 1] = tally.evaluations[:, 0]
-    tally.final[:, 1] = tally.final[:, 0]
-    found = _judged(tally)
+def test_ties_for_first_place_are_named():
+    arrays = _arrays({"one": 1.0, "other": 1.0}, seeds=6)
+    arrays.evaluations[:, 1] = arrays.evaluations[:, 0]
+    arrays.final[:, 1] = arrays.final[:, 0]
+    found = _ranked(arrays)
     assert [place.rank for place in found.evaluations.places] == [1, 1]
-    assert "one, which shares the first place with other" in found.evaluations.answer
+    assert "one, which ties for first place with other" in found.evaluations.answer
 
 
-def test_who_never_reached_the_target_has_no_price():
-    found = _judged(_tally({"fast": 1.0, "hopeless": np.inf}))
+def test_a_solver_that_never_reached_the_target_has_no_running_time():
+    found = _ranked(_arrays({"fast": 1.0, "hopeless": np.inf}))
     last = found.by_problem[0].evaluations.places[1]
-    assert last.price.value is None
+    assert last.running_time.value is None
     assert last.failed == last.runs == 12
     assert last.success.value == 0.0
     assert last.success.upper > 0.2
@@ -164,10 +164,10 @@ def test_who_never_reached_the_target_has_no_price():
 
 
 def test_the_mean_ratio_says_on_which_problems_it_rests():
-    tally = _tally({"fast": 1.0, "slow": 3.0})
-    evaluations = tally.evaluations.copy()
+    arrays = _arrays({"fast": 1.0, "slow": 3.0})
+    evaluations = arrays.evaluations.copy()
     evaluations[1, 1] = np.inf
-    found = _judged(_of(evaluations, tally.algorithms))
+    found = _ranked(_of(evaluations, arrays.algorithms))
     assert found.evaluations.pairs[0].ratio_problems == ("problem 0",)
     assert "on the 1 of 2 problems where both reached it" in found.evaluations.answer
     assert found.by_problem[1].evaluations.pairs[0].ratio.value is None
@@ -175,54 +175,54 @@ def test_the_mean_ratio_says_on_which_problems_it_rests():
 
 
 def test_who_lacks_a_problem_is_not_ranked_with_the_others_and_it_is_said_why():
-    tally = _without(_tally({"a": 1.0, "b": 2.0, "picky": 0.5}), algorithm=2, problem=1)
-    found = _judged(tally, refused={("problem 1", "picky"): "its cost is no sum of squares"})
+    arrays = _without(_arrays({"a": 1.0, "b": 2.0, "picky": 0.5}), algorithm=2, problem=1)
+    found = _ranked(arrays, refused={("problem 1", "picky"): "its cost is no sum of squares"})
     last = found.evaluations.places[-1]
     assert (last.algorithm, last.rank, last.unranked) == ("picky", None, "its cost is no sum of squares")
     assert found.evaluations.ranks.algorithms == ("a", "b")
     assert "Not ranked: picky." in found.evaluations.answer
     assert found.by_problem[0].evaluations.places[0].algorithm == "picky"
-    assert "it has 0 of 12 runs on problem 1" in _judged(tally).evaluations.places[-1].unranked
+    assert "it has 0 of 12 runs on problem 1" in _ranked(arrays).evaluations.places[-1].unranked
 
 
 def test_while_runs_are_missing_the_blocks_that_are_complete_count():
-    tally = _without(_tally({"a": 1.0, "b": 2.0}), algorithm=1, problem=0, seeds=slice(9, None))
-    found = _judged(tally).evaluations
+    arrays = _without(_arrays({"a": 1.0, "b": 2.0}), algorithm=1, problem=0, seeds=slice(9, None))
+    found = _ranked(arrays).evaluations
     assert found.ranks.blocks == 24 - 3
     assert [place.runs for place in found.places] == [24, 21]
 
 
 def test_new_labels_change_nothing_but_labels():
-    tally = _tally({"ann": 1.0, "bob": 2.0, "cid": 1.5}, seeds=8)
-    named = replace(tally, algorithms=("xen", "yan", "zoe"))
-    ours = json.dumps(asdict(_judged(tally)))
-    theirs = json.dumps(asdict(_judged(named)))
-    for old, new in zip(tally.algorithms, named.algorithms, strict=True):
+    arrays = _arrays({"ann": 1.0, "bob": 2.0, "cid": 1.5}, seeds=8)
+    named = replace(arrays, algorithms=("xen", "yan", "zoe"))
+    ours = json.dumps(asdict(_ranked(arrays)))
+    theirs = json.dumps(asdict(_ranked(named)))
+    for old, new in zip(arrays.algorithms, named.algorithms, strict=True):
         ours = ours.replace(old, new)
     assert ours == theirs
 
 
 def test_the_order_of_asking_changes_nothing():
-    tally = _tally({"a": 1.0, "b": 2.0, "c": 1.5}, seeds=8)
+    arrays = _arrays({"a": 1.0, "b": 2.0, "c": 1.5}, seeds=8)
     turned = [2, 0, 1]
-    other = _of(tally.evaluations[:, turned], tuple("abc"[i] for i in turned))
-    assert asdict(_judged(tally).evaluations) == asdict(_judged(other).evaluations)
+    other = _of(arrays.evaluations[:, turned], tuple("abc"[i] for i in turned))
+    assert asdict(_ranked(arrays).evaluations) == asdict(_ranked(other).evaluations)
 
 
-def test_who_takes_part_changes_no_price_and_no_comparison_of_others():
-    few, more = _tally({"a": 1.0, "b": 1.2}, seeds=8), _tally({"a": 1.0, "b": 1.2, "c": 0.3}, seeds=8)
+def test_who_takes_part_changes_no_running_time_and_no_comparison_of_others():
+    few, more = _arrays({"a": 1.0, "b": 1.2}, seeds=8), _arrays({"a": 1.0, "b": 1.2, "c": 0.3}, seeds=8)
     less = _of(more.evaluations[:, :2], few.algorithms)
-    with_c = {(pair.one, pair.other): pair for pair in _judged(more).evaluations.pairs}
-    for pair in _judged(less).evaluations.pairs:
+    with_c = {(pair.one, pair.other): pair for pair in _ranked(more).evaluations.pairs}
+    for pair in _ranked(less).evaluations.pairs:
         other = with_c[pair.one, pair.other]
         assert (other.ratio, other.superiority, other.p) == (pair.ratio, pair.superiority, pair.p)
         assert other.p_adjusted >= pair.p_adjusted
 
 
 def test_the_same_seed_gives_the_same_intervals_and_another_nearly_the_same():
-    tally = _tally({"a": 1.0, "b": 2.0})
-    assert _judged(tally, seed=5) == _judged(tally, seed=5)
-    one, other = (_judged(tally, seed=seed).evaluations.pairs[0].ratio for seed in (5, 6))
+    arrays = _arrays({"a": 1.0, "b": 2.0})
+    assert _ranked(arrays, seed=5) == _ranked(arrays, seed=5)
+    one, other = (_ranked(arrays, seed=seed).evaluations.pairs[0].ratio for seed in (5, 6))
     assert one.lower == pytest.approx(other.lower, rel=0.1)
 
 
@@ -231,18 +231,21 @@ def test_the_same_seed_gives_the_same_intervals_and_another_nearly_the_same():
     [(0.5, "negligible"), (0.56, "small"), (0.64, "medium"), (0.71, "large"), (0.1, "large"), (0.45, "negligible")],
 )
 def test_effects_have_the_words_of_vargha_and_delaney(superiority, word):
-    assert judge.effect(superiority) == word
+    assert significance.effect(superiority) == word
 
 
-def test_equals_are_hardly_ever_told_apart():
-    told = sum(
-        any(pair.told for pair in _judged(_tally({"a": 1.0, "b": 1.0, "c": 1.0}, seeds=6, seed=i)).evaluations.pairs)
+def test_equals_hardly_ever_differ_significantly():
+    different = sum(
+        any(
+            pair.significant
+            for pair in _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}, seeds=6, seed=i)).evaluations.pairs
+        )
         for i in range(12)
     )
-    assert told <= 3  # one in twenty expected; more than three once in a thousand times
+    assert different <= 3  # one in twenty expected; more than three once in a thousand times
 
 
-def test_a_comparison_is_judged_from_its_runs():
+def test_a_benchmark_is_ranked_from_its_runs():
     found = standings(made_up_comparison({"slow": 0.2, "fast": 3.0}, seeds=8), "calibration")
     assert found.seeds == 8
     assert found.evaluations.places[0].algorithm == "fast"

@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.statistics import anytime, difference, ecdf, mean_ranks, running_time, superiority
-from robolaser.benchmark.statistics.bounded import Bounded
+from robolaser.benchmark.statistics.intervals import Intervals
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.statistics.quantiles import quantiles
 from robolaser.benchmark.statistics.success import successes, wilson
 
 
-def _none(bounded: Bounded) -> bool:
+def _none(bounded: Intervals) -> bool:
     return bool(np.isnan(bounded.lower).all() and np.isnan(bounded.upper).all())
 
 
@@ -50,8 +50,10 @@ def test_runs_that_are_not_there_are_no_failures():
 
 
 def test_running_time_of_runs_that_all_succeed_is_their_mean():
-    prices = np.random.default_rng(0).exponential(100, (7, 3))
-    assert running_time.expected(prices, prices.max(axis=1) + 5) == pytest.approx(prices.mean(axis=0))
+    running_times = np.random.default_rng(0).exponential(100, (7, 3))
+    assert running_time.expected(running_times, running_times.max(axis=1) + 5) == pytest.approx(
+        running_times.mean(axis=0)
+    )
 
 
 def test_running_time_pays_for_failures_and_counts_successes():
@@ -64,20 +66,20 @@ def test_a_target_nobody_reached_takes_for_ever_and_without_runs_nothing_is_know
 
 
 def test_a_failed_run_lowers_success_and_raises_the_running_time():
-    prices = np.random.default_rng(1).uniform(50, 150, (6, 1))
+    running_times = np.random.default_rng(1).uniform(50, 150, (6, 1))
     spent = np.full(6, 200.0)
-    worse, budget = prices.copy(), spent.copy()
+    worse, budget = running_times.copy(), spent.copy()
     worse[2], budget[2] = np.inf, 1000.0
-    assert running_time.expected(worse, budget) > running_time.expected(prices, spent)
-    assert wilson(*successes(worse[:, 0])).value < wilson(*successes(prices[:, 0])).value
+    assert running_time.expected(worse, budget) > running_time.expected(running_times, spent)
+    assert wilson(*successes(worse[:, 0])).value < wilson(*successes(running_times[:, 0])).value
 
 
-def _intervals(prices, spent, runs=None, seed=0):
+def _intervals(running_times, spent, runs=None, seed=0):
     """ERT and its interval to one target, (p, a, s) -> (p, a); and the ratios."""
-    p, a, s = prices.shape
+    p, a, s = running_times.shape
     drawn = running_time.draws(p, s, np.random.default_rng(seed), samples=1000)
-    value = running_time.expected(prices[..., None], spent)[..., 0]
-    samples = running_time.resampled(prices[..., None], spent, drawn)[:, :, 0]
+    value = running_time.expected(running_times[..., None], spent)[..., 0]
+    samples = running_time.resampled(running_times[..., None], spent, drawn)[:, :, 0]
     runs = np.full((p, a), s) if runs is None else runs
     return running_time.bounds(value, samples, runs), running_time.ratios(samples, value, runs), (samples, value, runs)
 
@@ -85,9 +87,9 @@ def _intervals(prices, spent, runs=None, seed=0):
 @pytest.mark.parametrize("success", [1.0, 0.7])
 def test_a_planted_ratio_of_three_is_inside_its_interval_nineteen_times_in_twenty(success):
     rng = np.random.default_rng(2)
-    prices = rng.exponential(100, (400, 2, 10))
-    reached = rng.random(prices.shape) < success
-    spent = np.where(reached, prices, 300.0) * np.array([1, 3])[:, None]
+    running_times = rng.exponential(100, (400, 2, 10))
+    reached = rng.random(running_times.shape) < success
+    spent = np.where(reached, running_times, 300.0) * np.array([1, 3])[:, None]
     _, ratios, _ = _intervals(np.where(reached, spent, np.inf), spent)
     inside = int(((ratios.lower[:, 0, 1] <= 3) & (ratios.upper[:, 0, 1] >= 3)).sum())
     assert not _rare(400 - inside, 400, 0.06)
@@ -107,8 +109,8 @@ def test_the_mean_ratio_over_problems_is_inside_its_interval_too():
 
 
 def test_a_ratio_turned_round_is_its_inverse():
-    prices = np.random.default_rng(4).exponential(100, (2, 3, 8))
-    _, ratios, measured = _intervals(prices, prices)
+    running_times = np.random.default_rng(4).exponential(100, (2, 3, 8))
+    _, ratios, measured = _intervals(running_times, running_times)
     mean = running_time.mean_ratios(*measured)
     for of in (ratios, mean):
         assert of.value * np.swapaxes(of.value, -1, -2) == pytest.approx(1.0)
@@ -116,66 +118,66 @@ def test_a_ratio_turned_round_is_its_inverse():
 
 
 def test_the_mean_ratio_leaves_out_problems_that_either_did_not_solve():
-    prices = np.array([[[10.0] * 6, [20.0] * 6], [[10.0] * 6, [np.inf] * 6]])
-    _, ratios, measured = _intervals(prices, np.where(np.isfinite(prices), prices, 100.0))
+    running_times = np.array([[[10.0] * 6, [20.0] * 6], [[10.0] * 6, [np.inf] * 6]])
+    _, ratios, measured = _intervals(running_times, np.where(np.isfinite(running_times), running_times, 100.0))
     assert running_time.mean_ratios(*measured).value[0, 1] == pytest.approx(2.0)
     assert ratios.value[1, 0, 1] == np.inf
 
 
 def test_where_successes_are_rare_the_running_time_has_no_upper_bound():
-    prices = np.full((1, 1, 10), np.inf)
-    prices[0, 0, 3] = 50.0
-    interval, _, _ = _intervals(prices, np.where(np.isfinite(prices), prices, 100.0))
+    running_times = np.full((1, 1, 10), np.inf)
+    running_times[0, 0, 3] = 50.0
+    interval, _, _ = _intervals(running_times, np.where(np.isfinite(running_times), running_times, 100.0))
     assert interval.upper[0, 0] == np.inf
     assert interval.value[0, 0] == 950.0
 
 
 def test_too_few_runs_have_no_interval():
-    prices = np.random.default_rng(5).exponential(100, (1, 2, 4))
-    interval, ratios, _ = _intervals(prices, prices)
+    running_times = np.random.default_rng(5).exponential(100, (1, 2, 4))
+    interval, ratios, _ = _intervals(running_times, running_times)
     assert _none(interval)
     assert _none(ratios)
 
 
-# courses and quality
+# traces and quality
 
 
 def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached():
     rng = np.random.default_rng(6)
-    prices = rng.exponential(100, (3, 2, 5, 4))
-    prices[rng.random(prices.shape) < 0.4] = np.inf
+    running_times = rng.exponential(100, (3, 2, 5, 4))
+    running_times[rng.random(running_times.shape) < 0.4] = np.inf
     spent = np.full((3, 2, 5), 2000.0)
-    budgets = ecdf.budgets(prices, spent)
-    shares = ecdf.shares(prices, budgets)
+    budgets = ecdf.budgets(running_times, spent)
+    shares = ecdf.shares(running_times, budgets)
     assert (np.diff(shares, axis=1) >= 0).all()
-    assert shares[:, -1] == pytest.approx(np.isfinite(prices).mean(axis=(0, 2, 3)))
+    assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
 
 
 def test_the_area_under_an_ecdf_is_the_mean_of_its_shares_over_a_logarithmic_axis():
-    prices = np.random.default_rng(7).uniform(20, 900, (2, 3, 5, 4))
-    prices[:, 1] = np.inf
+    running_times = np.random.default_rng(7).uniform(20, 900, (2, 3, 5, 4))
+    running_times[:, 1] = np.inf
     fine = np.geomspace(10, 1000, 20001)
-    assert ecdf.areas(prices, 10, 1000) == pytest.approx(ecdf.shares(prices, fine).mean(axis=1), abs=1e-3)
+    assert ecdf.areas(running_times, 10, 1000) == pytest.approx(ecdf.shares(running_times, fine).mean(axis=1), abs=1e-3)
 
 
 def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
-    prices = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
-    assert ecdf.shares(prices, np.array([5.0]))[0, 0] == 0.5
-    assert np.isnan(ecdf.shares(prices, np.array([5.0]))[1, 0])
-    assert np.isnan(ecdf.areas(prices, 0.5, 5.0)[1])
+    running_times = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
+    assert ecdf.shares(running_times, np.array([5.0]))[0, 0] == 0.5
+    assert np.isnan(ecdf.shares(running_times, np.array([5.0]))[1, 0])
+    assert np.isnan(ecdf.areas(running_times, 0.5, 5.0)[1])
     assert not len(ecdf.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
 
 
 def _course(*improvements):
     evaluations, seconds, costs = zip(*improvements, strict=True) if improvements else ((), (), ())
-    return Course(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+    return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
 
 
 def test_bands_never_rise_and_the_better_runs_are_below_the_worse():
     rng = np.random.default_rng(8)
-    courses = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
+    traces = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
     at = np.arange(0, 30)
-    low, middle, high = anytime.bands(anytime.after_evaluations(courses, at), best=0.5, scale=0.5)
+    low, middle, high = anytime.bands(anytime.after_evaluations(traces, at), best=0.5, scale=0.5)
     assert (low <= middle).all()
     assert (middle <= high).all()
     assert (middle[1:] <= middle[:-1]).all()
@@ -195,11 +197,11 @@ def test_quantiles_are_numpys_inverted_distribution_and_bear_infinity():
 
 
 def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_comes_last():
-    prices = np.array([[[50.0, np.inf, 20.0], [np.inf, np.inf, np.nan]]])
+    running_times = np.array([[[50.0, np.inf, 20.0], [np.inf, np.inf, np.nan]]])
     final = np.array([[[0.001, 3.0, 0.009], [0.5, np.inf, np.nan]]])
-    assert outcomes(prices, final).tolist()[0][0] == [2, 4, 1]
-    assert outcomes(prices, final)[0, 1, :2].tolist() == [3, 5]
-    assert np.isnan(outcomes(prices, final)[0, 1, 2])
+    assert outcomes(running_times, final).tolist()[0][0] == [2, 4, 1]
+    assert outcomes(running_times, final)[0, 1, :2].tolist() == [3, 5]
+    assert np.isnan(outcomes(running_times, final)[0, 1, 2])
 
 
 def test_equal_runs_share_a_place():

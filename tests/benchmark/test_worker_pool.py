@@ -14,25 +14,25 @@ import pytest
 from rogues import Bowl
 
 from robolaser.benchmark import worker_process
-from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import Session
+from robolaser.benchmark.worker_process import ClientProcess
 
 PAYLOAD = pickle.dumps(Bowl())
-Make = Callable[..., Run]
+Make = Callable[..., BenchmarkRun]
 
 
 @pytest.fixture(scope="module")
 def pool() -> Iterator[WorkerPool]:
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     yield pool
     pool.close()
 
 
 @pytest.fixture
 def made(pool: WorkerPool) -> Make:
-    def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> Run:
+    def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> BenchmarkRun:
         task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
         return pool.run(task, str(hash(payload)), lambda: payload)
 
@@ -69,7 +69,7 @@ def test_a_run_uses_its_budget_and_its_worker_is_kept_for_the_next(pool: WorkerP
     before = _processes(pool)
     second = made("walks", seed=2)
     assert (first.state, first.evaluations, first.algorithm) == (DONE, 500, "rogues:walks")
-    assert second.course.final != first.course.final
+    assert second.trace.final != first.trace.final
     assert _processes(pool) == before
 
 
@@ -91,8 +91,8 @@ def test_a_problem_is_sent_only_once(pool: WorkerPool) -> None:
         ("stumbles", "ZeroDivisionError: no ground"),
         ("dreams", "not a number"),
         ("leaves", "it called sys.exit(3)"),
-        ("hoards", "more memory than it may have"),
-        ("keeps", "more memory than it may have"),
+        ("hoards", "more memory than it may use"),
+        ("keeps", "more memory than it may use"),
         ("quits", "exit code 3"),
         ("no_such", "no_such"),
     ],
@@ -150,9 +150,9 @@ def test_a_run_whose_worker_died_is_tried_once_more(
 
 def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROGUES_GRAVE", "/")
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
-    runs: list[Run] = []
+    runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
     thread.start()
     killed: set[int] = set()
@@ -177,10 +177,10 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
         from rogues import Bowl
         from robolaser.benchmark.task import Task
         from robolaser.benchmark.worker_pool import WorkerPool
-        from robolaser.benchmark.worker_process import Session
+        from robolaser.benchmark.worker_process import ClientProcess
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
         payload = pickle.dumps(Bowl())
-        pool = WorkerPool(Session.here())
+        pool = WorkerPool(ClientProcess.here())
         threading.Thread(target=pool.run, args=(task, "x", lambda: payload), daemon=True).start()
         while not pool.workers:
             pass
@@ -200,9 +200,9 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
 
 
 def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
-    pool = WorkerPool(Session.here())
+    pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
-    runs: list[Run] = []
+    runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
     thread.start()
     while not (pids := _processes(pool)):

@@ -16,7 +16,7 @@ from robolaser.calibration.options import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Noise
-from robolaser.errors import CheckpointForeign, EstimationError
+from robolaser.errors import AlgorithmError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
@@ -154,7 +154,7 @@ def test_a_stopped_search_goes_on_to_the_same_result(
     resumed = calibrate(experiment.dataset, BREEDING, state=tmp_path, resume=True)
     assert np.array_equal(resumed.x, bred.x)
     assert np.array_equal(resumed.history.best, bred.history.best)
-    with pytest.raises(CheckpointForeign):
+    with pytest.raises(AlgorithmError):
         calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
 
 
@@ -199,3 +199,32 @@ def test_the_problem_is_any_pymoo_algorithms(experiment: Simulated, question: ob
     assert problem.model.cost(whole)[0] == pytest.approx(result.F[0])
     assert (problem.xl <= result.X).all()
     assert (problem.xu >= result.X).all()
+
+
+def test_centimetres_or_many_parameters_on_bounds_mean_a_wrong_description_of_the_cell(experiment: Simulated) -> None:
+    other = "v" if experiment.dataset.stripe_axis == "u" else "u"
+    found = calibrate(replace(experiment.dataset, stripe_axis=other), Plan(algorithm="gauss-newton"))
+    (warning,) = [warning for warning in found.warnings if "no real arm" in warning]
+    assert "stripe_axis" in warning
+    assert "unit" in warning
+    assert warning == found.setup_warning
+
+
+def test_a_sound_cell_gets_no_such_warning(calibrated: Calibration) -> None:
+    assert calibrated.setup_warning is None
+
+
+def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:
+    made = simulate(find_robot("ur5"), kind="socket", poses=30, noise=Noise(point_m=2e-5, joint_rad=1e-4), seed=1)
+    pairs = made.dataset.distances_m
+    assert pairs
+
+    def apart(found: Calibration, one: str, other: str) -> float:
+        a, b = (np.array([found.value(f"socket.{name}.{axis}") for axis in "xyz"]) for name in (one, other))
+        return float(np.linalg.norm(a - b))
+
+    found = calibrate(made.dataset)
+    for one, other, distance in pairs:
+        assert apart(found, one, other) == pytest.approx(distance, abs=1e-4)
+    wrong = tuple((one, other, 10 * distance) for one, other, distance in pairs)
+    assert calibrate(replace(made.dataset, distances_m=wrong)).rms_m > 10 * found.rms_m

@@ -16,7 +16,7 @@ from robolaser.emulator.serving import Emulated
 from robolaser.emulator.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
 from robolaser.scan.quality import Measured, measure
-from robolaser.scan.subsample import Survey
+from robolaser.scan.subsample import Subsample
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HIDDEN = ("joint_3", 2.4e-3)
@@ -55,11 +55,11 @@ class Run:
 
     def body(self, what: str, scanner: Calibrated) -> Measured | None:
         """A plane, a step or a sphere as a scanner measures it; None where none is to be seen."""
-        scan, survey = prepare(scanner, load(self.folder / "things")), Survey()
-        for _ in survey.watch(scan.cloud.pieces(lambda what, share: None)):
+        scan, subsample = prepare(scanner, load(self.folder / "things")), Subsample()
+        for _ in subsample.watch(scan.cloud.pieces(lambda what, share: None)):
             pass
-        found = measure(survey.vertices, wanted=[what], step_m=STEP_M, sphere_m=RADIUS_M)
-        return next((body for body in found.bodies if body.what == what), None)
+        found = measure(subsample.vertices, wanted=[what], step_m=STEP_M, sphere_m=RADIUS_M)
+        return next((body for body in found.primitives if body.what == what), None)
 
     def off_m(self, what: str, scanner: Calibrated) -> float:
         """How far points are from a body of the true size, root mean square [m]; infinite where none is to be seen."""

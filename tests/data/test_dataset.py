@@ -1,9 +1,11 @@
 """Rows of a data set are chosen pose by pose, evenly and without doubles."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Points
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.subsampling import some_of_each
 
 
@@ -32,3 +34,14 @@ def test_taking_rows_takes_all_of_each(points: Points) -> None:
     assert np.array_equal(some.xyz, points.xyz[rows])
     assert np.array_equal(np.array(points.names)[np.unique(points.number, return_index=True)[1]][points.number],
                           np.array(points.names))  # fmt: skip
+
+
+def test_subsampling_keeps_every_named_point_and_every_pose_of_others() -> None:
+    poses, reflectors = 60, 4
+    points = Points(np.repeat(np.arange(poses), reflectors), tuple("abcd") * poses, xyz=np.zeros((240, 3)))
+    tracked = Dataset("tracker", Poses(tuple(map(str, range(poses)))), points, kind="point")
+    few = tracked.subsampled(100)
+    assert np.bincount(few.points.number).tolist() == [25] * reflectors
+    stripes = replace(tracked, kind="stripe").subsampled(180)
+    assert np.bincount(stripes.points.pose).tolist() == [3] * poses
+    assert tracked.subsampled(240) is tracked

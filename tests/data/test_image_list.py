@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.image_list import shots_of
-from robolaser.errors import DataError, ImageUnnamed
+from robolaser.data.image_list import images_of_poses
+from robolaser.errors import DataError
 
 
 def recording(folder, image, **extra):
@@ -20,16 +20,16 @@ def test_repeats_come_in_their_order_and_the_dark_image_last(tmp_path):
         tmp_path, ("a", "", "b"), image_10=("a10", "", ""), image_2=("a2", "", "b2"), image_off=("o", "", ""),
         image_1=("x", "x", "x"), image_left=("y", "y", "y"),
     )  # fmt: skip
-    named = [[file.name for file in shots.files] for shots in shots_of(said)]
+    named = [[file.name for file in shots.files] for shots in images_of_poses(said)]
     assert named == [["a", "a2", "a10", "o"], ["b", "b2"]]
-    assert [shots.row for shots in shots_of(said)] == [0, 2]
-    assert [shots.unlit and shots.unlit.name for shots in shots_of(said)] == ["o", None]
+    assert [shots.row for shots in images_of_poses(said)] == [0, 2]
+    assert [shots.unlit and shots.unlit.name for shots in images_of_poses(said)] == ["o", None]
 
 
 @pytest.mark.parametrize("column", ["image_2", "image_off"])
 def test_a_pose_with_other_images_names_the_first_too(column, tmp_path):
-    with pytest.raises(ImageUnnamed, match=f"pose p1: column {column}"):
-        shots_of(recording(tmp_path, ("a", ""), **{column: ("", "b")}))
+    with pytest.raises(DataError, match=f"pose p1: column {column}"):
+        images_of_poses(recording(tmp_path, ("a", ""), **{column: ("", "b")}))
 
 
 @pytest.mark.parametrize("column", ["image", "image_2", "image_off"])
@@ -37,9 +37,9 @@ def test_a_pose_with_other_images_names_the_first_too(column, tmp_path):
 def test_no_column_leads_out_of_the_folder(column, path, tmp_path):
     columns = {"image": ("a",), "image_2": ("a",), "image_off": ("a",), column: (path,)}
     with pytest.raises(DataError, match=column):
-        shots_of(recording(tmp_path, columns.pop("image"), **columns))
+        images_of_poses(recording(tmp_path, columns.pop("image"), **columns))
 
 
 def test_a_recording_in_memory_or_without_images_has_none(tmp_path):
-    assert shots_of(recording(None, ("a",))) == []
-    assert shots_of(replace(recording(tmp_path, ("a",)), poses=Poses(("p0",)))) == []
+    assert images_of_poses(recording(None, ("a",))) == []
+    assert images_of_poses(replace(recording(tmp_path, ("a",)), poses=Poses(("p0",)))) == []

@@ -6,7 +6,15 @@ from robolaser.geometry.inverse_kinematics import reaching, touching, within_rea
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
 from robolaser.geometry.robots import find_robot
-from robolaser.geometry.visibility import MARGIN, TILT, View, anywhere, apart, limits, looking_down
+from robolaser.geometry.visibility import (
+    MARGIN,
+    TILT,
+    View,
+    configurations_looking_down,
+    farthest_first,
+    limits,
+    random_configurations,
+)
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 
 
@@ -26,7 +34,7 @@ def view_of(robot: Robot, stripe_axis: str) -> View:
 def test_the_stripe_shows_where_sheet_target_and_ray_meet(robot: Robot, stripe_axis: str) -> None:
     view = view_of(robot, stripe_axis)
     T = pose(exp_so3(np.array([[np.pi - 0.2, 0.1, 0.3]])), np.array([[0.4, 0.1, 0.33]]))
-    at = np.linspace(*view.span(), 7)[None]
+    at = np.linspace(*view.stripe_range(), 7)[None]
     pixel = view.stripe(T, 0.02, at)
     np.testing.assert_allclose(pixel[..., view.along], at, atol=1e-9)
     v = view.values
@@ -40,19 +48,19 @@ def test_the_stripe_shows_where_sheet_target_and_ray_meet(robot: Robot, stripe_a
 @pytest.mark.parametrize("stripe_axis", ["u", "v"])
 def test_planned_postures_look_down_and_hold_the_stripe(robot: Robot, stripe_axis: str) -> None:
     view = view_of(robot, stripe_axis)
-    q, level = looking_down(robot, view, wanted=10, level=None, rng=np.random.default_rng(1))
+    q, level = configurations_looking_down(robot, view, wanted=10, level=None, rng=np.random.default_rng(1))
     assert len(q) >= 10
     assert level == 0.0
     T = robot.forward(q[None])[0] @ view.T_flange_camera
     assert (np.degrees(np.arccos(-T[:, 2, 2])) <= np.degrees(TILT)).all()
-    at = np.broadcast_to(np.linspace(*view.span(), 9), (len(q), 9))
-    assert view.holds(view.stripe(T, level, at), MARGIN * 0.99).all()
+    at = np.broadcast_to(np.linspace(*view.stripe_range(), 9), (len(q), 9))
+    assert view.contains(view.stripe(T, level, at), MARGIN * 0.99).all()
     assert ((q > robot.lower) & (q < robot.upper)).all()
 
 
 def test_a_level_that_was_asked_for_is_kept(robot: Robot) -> None:
     view = view_of(robot, "u")
-    q, level = looking_down(robot, view, wanted=4, level=0.15, rng=np.random.default_rng(1))
+    q, level = configurations_looking_down(robot, view, wanted=4, level=0.15, rng=np.random.default_rng(1))
     assert level == 0.15
     T = robot.forward(q[None])[0] @ view.T_flange_camera
     assert (T[:, 2, 3] > 0.15).all()
@@ -60,7 +68,7 @@ def test_a_level_that_was_asked_for_is_kept(robot: Robot) -> None:
 
 def test_a_target_out_of_sight_is_said_so_with_what_was_tried(robot: Robot) -> None:
     with pytest.raises(RobotError, match=r"3 poses .* 0 found.*z = 5 m"):
-        looking_down(robot, view_of(robot, "u"), wanted=3, level=5.0, rng=np.random.default_rng(1))
+        configurations_looking_down(robot, view_of(robot, "u"), wanted=3, level=5.0, rng=np.random.default_rng(1))
 
 
 def test_limits_keep_inside_and_tame_joints_that_turn_for_ever() -> None:
@@ -74,12 +82,12 @@ def test_limits_keep_inside_and_tame_joints_that_turn_for_ever() -> None:
     assert lower[1] > 0.1
     assert upper[1] < 0.3
     assert upper[0] <= np.pi
-    assert (anywhere(robot, 50, np.random.default_rng(0)) <= upper).all()
+    assert (random_configurations(robot, 50, np.random.default_rng(0)) <= upper).all()
 
 
 def test_spread_out_postures_come_first() -> None:
     features = np.random.default_rng(2).normal(size=(200, 3))
-    order = apart(features)
+    order = farthest_first(features)
     assert sorted(order) == list(range(200))
 
     def nearest(rows: np.ndarray) -> float:
@@ -92,8 +100,8 @@ def test_spread_out_postures_come_first() -> None:
 @pytest.mark.parametrize("name", ["scorbot_er7", "panda", "z1", "jaco2"])
 def test_the_camera_looks_away_from_the_arm(name: str) -> None:
     robot = _robot_or_skip(name)
-    T = robot.forward(anywhere(robot, 20, np.random.default_rng(3))[None])[0]
-    q = anywhere(robot, 20, np.random.default_rng(3))
+    T = robot.forward(random_configurations(robot, 20, np.random.default_rng(3))[None])[0]
+    q = random_configurations(robot, 20, np.random.default_rng(3))
     frames = robot.joint_frames(q[None])[0]
     view = T[:, :3, :3] @ from_quaternion(np.array(facing_outward(robot)))[:, 2]
     last = robot.chain[-1]
@@ -125,7 +133,7 @@ def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
     rng = np.random.default_rng(4)
     ball = np.array([0.0, 0.0, 0.1])
     goals = within_reach(robot, ball, 1, rng)
-    start = anywhere(robot, 30, rng)
+    start = random_configurations(robot, 30, rng)
     q, good = touching(
         robot, lambda q: robot.forward((q + 0.02 * np.sin(q))[None])[0], ball, np.tile(goals, (30, 1)), start
     )
@@ -141,7 +149,7 @@ def test_a_place_out_of_reach_is_said_so(robot: Robot) -> None:
 
 def test_a_pixel_on_the_margin_itself_is_within_it_whatever_the_last_bit() -> None:
     view = View(np.eye(4), {}, "u", (640, 480))
-    ends = np.array([[at, 240.0] for at in view.span()])
-    assert view.holds(np.nextafter(ends, -np.inf)).all()
-    assert view.holds(np.nextafter(ends, np.inf)).all()
-    assert not view.holds(ends + np.array([[-0.01, 0.0], [0.01, 0.0]])).any()
+    ends = np.array([[at, 240.0] for at in view.stripe_range()])
+    assert view.contains(np.nextafter(ends, -np.inf)).all()
+    assert view.contains(np.nextafter(ends, np.inf)).all()
+    assert not view.contains(ends + np.array([[-0.01, 0.0], [0.01, 0.0]])).any()

@@ -1,5 +1,6 @@
 """What every effect must keep to; a new file in robolaser/model/effects is tested without an edit."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -12,7 +13,9 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.simulation import simulate
 
 ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
@@ -39,8 +42,8 @@ def columns(model: Model, candidate_effect: CandidateEffect, numbers: tuple[tupl
     return model.parameters.columns(candidate_effect.key(str(name)) for name, *_ in numbers)
 
 
-def shaped(model: Model, seed: int = 0) -> Array:
-    """Three candidates at the nominal model, the effects' shapes anywhere within their bounds."""
+def nonlinear_only(model: Model, seed: int = 0) -> Array:
+    """Three candidates at the nominal model, the nonlinear parameters anywhere within their bounds."""
     rng = np.random.default_rng(seed)
     x = np.repeat(model.parameters.nominal[None], 3, axis=0)
     for candidate_effect in model.effects:
@@ -50,12 +53,12 @@ def shaped(model: Model, seed: int = 0) -> Array:
 
 
 def candidates(model: Model, seed: int = 0) -> Array:
-    """The same with effects of typical size."""
-    x, rng = shaped(model, seed), np.random.default_rng(seed + 1)
+    """The same with effects of the size of their prior scale."""
+    x, rng = nonlinear_only(model, seed), np.random.default_rng(seed + 1)
     for candidate_effect in model.effects:
-        typical = [size for *_, size in candidate_effect.effect.amplitudes()]
+        prior_scale = [size for *_, size in candidate_effect.effect.amplitudes()]
         x[:, columns(model, candidate_effect, candidate_effect.effect.amplitudes())] = (
-            rng.uniform(0.5, 1.0, (3, len(typical))) * typical
+            rng.uniform(0.5, 1.0, (3, len(prior_scale))) * prior_scale
         )
     return x
 
@@ -82,19 +85,19 @@ def test_an_effect_without_a_clause_of_its_own_is_described_by_its_title() -> No
     assert CandidateEffect(made, "base").clause == "base: the floor gives way"
 
 
-def test_its_typical_size_lies_within_its_bounds(effect: type[Effect]) -> None:
-    for _, _, bound, typical in effect.amplitudes():
-        assert 0 < typical < bound
+def test_its_prior_scale_lies_within_its_bounds(effect: type[Effect]) -> None:
+    for _, _, bound, prior_scale in effect.amplitudes():
+        assert 0 < prior_scale < bound
 
 
-def test_at_zero_nothing_bends_whatever_the_shapes(effect: type[Effect]) -> None:
+def test_at_zero_nothing_changes_whatever_the_nonlinear_parameters(effect: type[Effect]) -> None:
     for model in homes(effect):
-        x = shaped(model)
+        x = nonlinear_only(model)
         plain = Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)])
         np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=ROUNDING_M)
 
 
-def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: type[Effect]) -> None:
+def test_the_grid_of_its_nonlinear_parameters_lies_within_their_bounds(effect: type[Effect]) -> None:
     for model in homes(effect):
         for candidate_effect in model.effects:
             grid = effect.grid(model.dataset, candidate_effect.where)
@@ -105,7 +108,7 @@ def test_the_values_of_its_shapes_worth_trying_lie_within_their_bounds(effect: t
                 assert ((values >= lower) & (values <= upper)).all()
 
 
-def test_what_cannot_be_tested_has_a_reason_and_no_place(effect: type[Effect]) -> None:
+def test_what_cannot_be_tested_has_a_reason_and_no_location(effect: type[Effect]) -> None:
     whole = cell("stripe")
     flange_only = replace(whole, robot=None, poses=replace(whole.poses, q=None, qd=None, T_base_flange=whole.flange()))
     untimed = replace(whole, poses=replace(whole.poses, time_s=None))
@@ -125,27 +128,29 @@ def test_what_cannot_be_tested_has_a_reason_and_no_place(effect: type[Effect]) -
 
 def test_it_is_smooth_where_it_vanishes(effect: type[Effect]) -> None:
     for model in homes(effect):
-        nominal, bent = shaped(model), candidates(model)
-        step = bent - nominal
+        nominal, changed = nonlinear_only(model), candidates(model)
+        step = changed - nominal
         zero = model.residuals(nominal)
         forth, back = (model.residuals(nominal + sign * 1e-3 * step) - zero for sign in (1, -1))
         np.testing.assert_allclose(forth, -back, rtol=0, atol=1e-2 * np.abs(forth).max() + 1e-13)
 
 
-def test_at_its_typical_size_something_bends(effect: type[Effect]) -> None:
+def test_at_its_prior_scale_residuals_change(effect: type[Effect]) -> None:
     for model in homes(effect):
         nominal = model.residuals(model.parameters.nominal[None])
         assert np.abs(model.residuals(candidates(model)) - nominal).max() > 1e-6
 
 
-def test_one_candidate_bends_as_it_does_in_a_population(effect: type[Effect]) -> None:
+def test_one_candidate_changes_as_it_does_in_a_population(effect: type[Effect]) -> None:
     for model in homes(effect):
         x = candidates(model)
         alone = np.concatenate([model.residuals(x[i : i + 1]) for i in range(len(x))])
         np.testing.assert_allclose(model.residuals(x), alone, rtol=0, atol=1e-15)
 
 
-def test_one_pose_bends_as_it_does_among_many_unless_the_effect_looks_around(effect: type[Effect]) -> None:
+def test_one_pose_changes_as_it_does_among_many_unless_it_depends_on_the_trajectory(
+    effect: type[Effect],
+) -> None:
     for model in [] if effect.depends_on_trajectory else homes(effect):
         x = candidates(model)
         chosen = np.arange(len(model.dataset.poses)) == 2
@@ -156,7 +161,41 @@ def test_one_pose_bends_as_it_does_among_many_unless_the_effect_looks_around(eff
         np.testing.assert_allclose(one.residuals(own), model.residuals(x)[:, rows], rtol=0, atol=1e-12)
 
 
-def test_effects_of_different_seams_compose_in_any_order() -> None:
+def test_in_another_run_it_acts_or_says_why_not(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        dataset = model.dataset
+        assert dataset.poses.time_s is not None
+        later = replace(dataset, poses=replace(dataset.poses, time_s=dataset.poses.time_s + 1.0))
+        (candidate,) = model.effects
+        found = candidate.at(model.parameters.values(candidates(model)[:1]))
+        carried = found.carried_to(continued(RunSummary.of(dataset), later), RunSummary.of(dataset))
+        if carried.effect is None:
+            assert carried.doubt
+        else:
+            assert isinstance(carried.effect, effect)
+            assert carried.effect.where == candidate.where
+        assert not carried.doubt.endswith(".")
+
+
+def test_what_a_urdf_can_hold_moves_joints(effect: type[Effect]) -> None:
+    assert not effect.in_urdf or effect.stage in (Stage.JOINTS, Stage.LINKS)
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_values_of_a_sensor_pass_exactly_the_stages_that_it_declares(kind: str) -> None:
+    passed = set()
+
+    def watch(stage: Stage) -> Callable[[Array], Array]:
+        return lambda value: (passed.add(stage), value)[1]
+
+    model = Model(cell(kind))
+    values = model.parameters.values(model.parameters.nominal[None])
+    perturb = Perturbation(tuple((stage, watch(stage)) for stage in Stage))
+    model.sensor.residuals(values, model.flange(values), perturb)
+    assert passed == model.sensor.stages - {Stage.JOINTS, Stage.LINKS, Stage.FLANGE}
+
+
+def test_effects_of_different_stages_compose_in_any_order() -> None:
     chosen = candidate_effects(["laser_roll", "joint_offset:joint_2", "link_geometry:joint_3"], cell("stripe"))
     assert len({candidate_effect.effect.stage for candidate_effect in chosen}) == len(chosen)
     forth, back = Model(cell("stripe"), chosen), Model(cell("stripe"), chosen[::-1])
@@ -165,7 +204,7 @@ def test_effects_of_different_seams_compose_in_any_order() -> None:
     np.testing.assert_array_equal(forth.residuals(x), back.residuals(x[:, order]))
 
 
-def test_without_a_place_an_effect_is_meant_at_every_joint() -> None:
+def test_without_a_location_an_effect_is_meant_at_every_joint() -> None:
     chosen = candidate_effects(["joint_offset"], cell("stripe"))
     assert [candidate_effect.where for candidate_effect in chosen] == [f"joint_{i}" for i in range(1, 6)]
 

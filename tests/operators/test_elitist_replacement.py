@@ -6,7 +6,7 @@ from bowl import Bowl, population
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
-from robolaser.errors import OperatorSetting
+from robolaser.errors import AlgorithmError
 from robolaser.operators import ElitistReplacement, RouletteSelection
 from robolaser.operators.elitist_replacement import survivors
 
@@ -48,7 +48,7 @@ def test_elites_pass_untouched(problem):
 
 
 def test_a_negative_number_of_elites_is_refused():
-    with pytest.raises(OperatorSetting, match="n_elites is -1"):
+    with pytest.raises(AlgorithmError, match="n_elites is -1"):
         ElitistReplacement(-1)
 
 

@@ -8,7 +8,7 @@ from pymoo.core.problem import Problem
 from scipy import stats
 
 from robolaser.operators import RouletteSelection
-from robolaser.operators.roulette_selection import fitness, spin
+from robolaser.operators.roulette_selection import fitness, roulette_wheel
 
 PROBLEM = Problem(n_var=1, n_obj=1, xl=0, xu=1)
 INF, NAN = np.inf, np.nan
@@ -82,11 +82,11 @@ def test_a_better_cost_never_has_less_fitness():
 
 def test_the_wheel_has_no_gap_and_no_overlap():
     weights = np.array([0.0, 1.0, 0.0, 3.0, 0.0])
-    assert spin(weights, np.array([0.0, 0.2499, 0.25, np.nextafter(1.0, 0.0)])).tolist() == [1, 1, 3, 3]
+    assert roulette_wheel(weights, np.array([0.0, 0.2499, 0.25, np.nextafter(1.0, 0.0)])).tolist() == [1, 1, 3, 3]
     rng = np.random.default_rng(10)
     for _ in range(200):
         weights = np.append(rng.random(9), 0.0)
-        assert spin(weights, np.nextafter(1.0, 0.0)) == 8
+        assert roulette_wheel(weights, np.nextafter(1.0, 0.0)) == 8
 
 
 def test_whoever_violates_a_constraint_is_no_better_than_the_worst_who_keeps_them():

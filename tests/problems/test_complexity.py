@@ -5,7 +5,7 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
-from robolaser.errors import OperatorSetting
+from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import Addition, BestAmplitudes, GapAgainstComplexity, Neighbourhood
 
@@ -172,7 +172,7 @@ def test_any_multi_objective_algorithm_of_pymoo_finds_the_front(problem):
 
 def test_nothing_to_choose_from_is_refused():
     model, additions, fold = linear_world()
-    with pytest.raises(OperatorSetting, match="one effect or more"):
+    with pytest.raises(AlgorithmError, match="one effect or more"):
         GapAgainstComplexity(model, [], fold)
-    with pytest.raises(OperatorSetting, match="two folds or more"):
+    with pytest.raises(AlgorithmError, match="two folds or more"):
         GapAgainstComplexity(model, additions, np.zeros(ROWS, dtype=np.int64))

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.benchmark.convergence import Course
-from robolaser.benchmark.result import Comparison, Contested, Effort
-from robolaser.benchmark.single_run import DONE, FAILED, Run
+from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.standings import standings
 
 BUDGET = 60_000
@@ -27,9 +27,11 @@ SPEEDS = {
 }
 """Title, share of the budget that ten decades take, share of runs that end in the right valley, seconds a candidate."""
 PROBLEMS = (
-    Contested("paper", "the paper's cell, 15 parameters", "calibration", 15, "m²", 6.5e-6, 6.5e-6, "screening"),
-    Contested("ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"),
-    Contested("rastrigin", "Rastrigin's function, shifted", "test function", 10, "", 1.0, 0.0, "theory"),
+    ProblemSummary("paper", "the paper's cell, 15 parameters", "calibration", 15, "m²", 6.5e-6, 6.5e-6, "screening"),
+    ProblemSummary(
+        "ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"
+    ),
+    ProblemSummary("rastrigin", "Rastrigin's function, shifted", "test function", 10, "", 1.0, 0.0, "theory"),
 )
 
 
@@ -42,7 +44,7 @@ def course(rng, problem, speed, luck, seconds, budget=BUDGET):
     tolerance += rng.uniform(0.3, 8.0) if stuck else 0.0
     costs = np.minimum.accumulate(problem.best + problem.scale * np.maximum(tolerance, 0.0))
     better = np.append(True, np.diff(costs) < 0)
-    return Course(evaluations[better], evaluations[better] * seconds, costs[better])
+    return ConvergenceTrace(evaluations[better], evaluations[better] * seconds, costs[better])
 
 
 def made(
@@ -65,13 +67,13 @@ def made(
                 spent = BUDGET
                 reason = "not done within 20 s" if seed % 8 else "ValueError: array must not contain infs or NaNs"
                 runs.append(
-                    Run(problem.name, name, seed, FAILED if fails else DONE, reason if fails else "", spent,
+                    BenchmarkRun(problem.name, name, seed, FAILED if fails else DONE, reason if fails else "", spent,
                         spent * seconds, spent * seconds * 0.98, path)
                 )  # fmt: skip
     busy = sum(run.seconds for run in runs)
-    return Comparison(
+    return BenchmarkResult(
         problems=tuple(problems),
-        contestants={name: SPEEDS[name][0] for name in names},
+        solvers={name: SPEEDS[name][0] for name in names},
         refused=refused,
         seeds=tuple(range(1, seeds + 1)),
         budget=BUDGET,
@@ -109,9 +111,9 @@ def nothing():
 def all_fail():
     """Every run fails at once."""
     one = made(names=("rcga", "de"), problems=PROBLEMS[:2], seeds=3)
-    none = Course(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    none = ConvergenceTrace(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     runs = tuple(
-        replace(run, state=FAILED, reason="ImportError: no module named 'x'", evaluations=0, seconds=0.01, course=none)
+        replace(run, state=FAILED, reason="ImportError: no module named 'x'", evaluations=0, seconds=0.01, trace=none)
         for run in one.runs
     )
     problems = tuple(replace(problem, best=np.inf, scale=np.inf, found_by="") for problem in one.problems)

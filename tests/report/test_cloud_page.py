@@ -1,4 +1,4 @@
-"""What the page of a cloud promises to whoever opens it."""
+"""What the page of a cloud predicts to whoever opens it."""
 
 import sys
 from dataclasses import replace
@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 from scanned import calibrated, dataset, middles, recorded, written
 
 from robolaser.report.cloud import page, print_cloud
-from robolaser.report.cloud.lines import figures, heading
+from robolaser.report.cloud.figures import figures, heading
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
@@ -116,5 +116,5 @@ def test_the_terminal_says_what_the_page_says(scan, pages, name):
     for text in (heading(scan), *(text for line in lines for text in (line.what, line.value, line.remark))):
         assert " ".join(text.split()) in words
         assert " ".join(text.split()) in shown.replace("\u2212", "−")
-    assert f"{scan.cloud.tally.points} points" in words
+    assert f"{scan.cloud.counts.points} points" in words
     assert "nan" not in words

@@ -24,12 +24,13 @@ from page_claims import (
 from rich.console import Console
 
 from robolaser.report.comparison import page, print_comparison
+from robolaser.report.comparison.excess import rms_excess, rms_target
 from robolaser.report.comparison.page import unbroken
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext
-from robolaser.report.comparison.prices import count, duration, manifold, rms_excess, rms_target
 from robolaser.report.comparison.ranking import result_rows, standing_rows
 from robolaser.report.comparison.rows import failure_rows, spans
+from robolaser.report.digits import count, duration, manifold
 
 COMMAND = "robolaser compare paper ur5 pymoo:rastrigin --output result"
 
@@ -85,7 +86,7 @@ def test_every_element_is_closed_and_every_id_its_own(text):
 
 
 def test_every_chart_is_sound_and_says_what_it_shows(text, comparison):
-    assert bool(sound_charts(text)) == any(len(run.course.costs) for run in comparison.runs)
+    assert bool(sound_charts(text)) == any(len(run.trace.costs) for run in comparison.runs)
 
 
 def test_every_algorithm_has_a_line_of_its_own_on_logarithmic_axes(pages, standings):
@@ -129,7 +130,7 @@ def test_every_answer_is_on_the_page(text, name, standings):
 
 def test_every_contestant_and_every_problem_is_named(text, comparison):
     words = said(text)
-    for name, title in comparison.contestants.items():
+    for name, title in comparison.solvers.items():
         assert name in words
         assert title in words
     for problem in comparison.problems:
@@ -174,10 +175,10 @@ def test_the_table_follows_the_standings(comparisons, standings):
         rows = standing_rows(PlotContext(comparison, family))
         assert [row.name for row in rows] == [place.algorithm for place in family.evaluations.places]
         for row, place in zip(rows, family.evaluations.places, strict=True):
-            assert row.title == comparison.contestants[row.name]
+            assert row.title == comparison.solvers[row.name]
             assert bool(row.failed) == bool(place.failed)
             if place.against_first is not None and place.against_first.p_adjusted is not None:
-                assert row.against.shown == ("yes" if place.against_first.told else "no")
+                assert row.against.shown == ("yes" if place.against_first.significant else "no")
 
 
 def test_what_nobody_reached_is_never_cheap(comparisons, standings):
@@ -217,7 +218,7 @@ def test_the_leading_and_the_papers_algorithm_have_colours_and_the_others_are_gr
 def test_names_from_data_and_contestants_stay_text():
     one = made(names=("de", LONG, "rcga"), problems=(replace(PROBLEMS[0], name=HOSTILE, title=HOSTILE),), seeds=6)
     runs = tuple(replace(run, algorithm=HOSTILE) if run.algorithm == "de" else run for run in one.runs)
-    one = replace(one, contestants=dict.fromkeys((HOSTILE, LONG, "rcga"), HOSTILE), runs=runs)
+    one = replace(one, solvers=dict.fromkeys((HOSTILE, LONG, "rcga"), HOSTILE), runs=runs)
     text = page(one, judged(one), command=HOSTILE)
     runs_only_our_own_scripts(text)
     read = Reader(text)
@@ -267,5 +268,5 @@ def test_what_is_printed_is_short_plain_and_says_where_to_look(name, comparison,
 def test_names_are_not_taken_for_markup_when_printed():
     one = made(names=("de", "rcga"), problems=PROBLEMS[:1], seeds=5)
     runs = tuple(replace(run, algorithm="[bold]x[/bold]") if run.algorithm == "de" else run for run in one.runs)
-    one = replace(one, contestants={"[bold]x[/bold]": "", "rcga": ""}, runs=runs)
+    one = replace(one, solvers={"[bold]x[/bold]": "", "rcga": ""}, runs=runs)
     assert "[bold]x[/bold]" in printed(one, judged(one))

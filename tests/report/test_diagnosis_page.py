@@ -27,9 +27,10 @@ from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.charts.cell import suspected
-from robolaser.report.diagnosis.charts.posture import Posture
+from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
-from robolaser.report.diagnosis.rows import limit_rows, percent
+from robolaser.report.diagnosis.rows import limit_rows
+from robolaser.report.digits import percent
 
 
 @pytest.fixture(scope="module")
@@ -144,14 +145,14 @@ def test_every_suspected_place_is_highlighted_and_without_a_gap_none(diagnosis):
 
 def test_the_drawn_scanner_hangs_on_the_drawn_flange():
     diagnosis = of(stripe(robot=arm(), effects=("joint_offset:perturb",)))
-    posture = Posture.of(diagnosis)
+    outline = Outline.of(diagnosis)
     model = diagnosis.model
     values = model.parameters.values(diagnosis.x[None])
     mount = model.sensor.mount(values, model.perturb(values))[0, 0]
-    flange = model.flange(values)[0, model.dataset.poses.names.index(posture.name)]
-    np.testing.assert_allclose(posture.line[-1], flange[:3, 3], atol=1e-12)
-    np.testing.assert_allclose((inverse(flange) @ np.append(posture.camera, 1.0))[:3], mount[:3, 3], atol=1e-12)
-    assert len(posture.line) == 2 + len(posture.joints)
+    flange = model.flange(values)[0, model.dataset.poses.names.index(outline.name)]
+    np.testing.assert_allclose(outline.line[-1], flange[:3, 3], atol=1e-12)
+    np.testing.assert_allclose((inverse(flange) @ np.append(outline.tip, 1.0))[:3], mount[:3, 3], atol=1e-12)
+    assert len(outline.line) == 2 + len(outline.joints)
 
 
 def test_names_from_data_stay_text():

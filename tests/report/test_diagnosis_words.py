@@ -11,7 +11,7 @@ from rich.console import Console
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.report.diagnosis import print_diagnosis
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.report.diagnosis.rows import percent
+from robolaser.report.digits import percent
 
 
 @pytest.fixture(params=MADE)
@@ -49,14 +49,14 @@ def test_every_verdict_leads_to_something_to_do(diagnosis):
         )
 
 
-def test_what_is_unlikely_is_said_so_and_not_to_be_mended():
+def test_what_is_unlikely_is_said_so_and_not_to_be_repaired():
     diagnosis = MADE["unexplained"]()
     (found,) = diagnosis.findings
     doubtful = replace(found, probability=0.01)
     said = sentence("unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.outliers)
     assert "perhaps the zero of perturb is off" in said
     assert "perhaps" not in diagnosis.sentence
-    assert "Do not mend it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]
+    assert "Do not repair it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]
 
 
 def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path):

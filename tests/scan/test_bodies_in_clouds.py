@@ -34,13 +34,13 @@ def test_sizes_are_found_within_their_own_doubt(seed):
     found = measure(
         scene(np.random.default_rng(seed)), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS
     )
-    plane, step, sphere = found.bodies
+    plane, step, sphere = found.primitives
     for body, known in ((step, STEP), (sphere, RADIUS)):
         assert abs(body.size_m - known) < 4 * body.std_m
         assert 0 < body.std_m < 2e-5
         assert body.error_m == pytest.approx(body.size_m - known)
-    for body in found.bodies:
-        assert body.rms_m == pytest.approx(body.promised_m, rel=0.15)
+    for body in found.primitives:
+        assert body.rms_m == pytest.approx(body.predicted_m, rel=0.15)
     assert plane.points > 5500
     assert step.points > 1300
     assert sphere.points > 1300
@@ -53,7 +53,7 @@ def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
         step_m=STEP,
         sphere_m=RADIUS,
     )
-    errors = [body.error_m for body in found.bodies[1:]]
+    errors = [body.error_m for body in found.primitives[1:]]
     np.testing.assert_allclose(errors, [3e-4, 5e-4], atol=3e-5)
 
 
@@ -61,13 +61,13 @@ def test_clouds_whose_scatter_nobody_knows_are_measured_too():
     vertices = scene(np.random.default_rng(1))
     vertices["std"] = np.nan
     found = measure(vertices, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
-    assert abs(found.bodies[2].error_m) < 5e-5
+    assert abs(found.primitives[2].error_m) < 5e-5
     assert np.isnan(found.scatter_m)
 
 
 def test_the_same_cloud_gives_the_same_sizes():
     vertices = scene(np.random.default_rng(2))
-    one, other = (measure(vertices, wanted=("sphere",), sphere_m=RADIUS, seed=5).bodies for _ in range(2))
+    one, other = (measure(vertices, wanted=("sphere",), sphere_m=RADIUS, seed=5).primitives for _ in range(2))
     assert one == other
 
 
@@ -79,13 +79,13 @@ def test_what_is_not_there_is_not_found(wanted, sizes, said):
     found = measure(scene(np.random.default_rng(3), strangers=0), wanted=("plane", wanted), **sizes)
     (missing,) = found.missing
     assert said in str(missing)
-    assert [body.what for body in found.bodies] == ["plane"]  # what is there is measured all the same
+    assert [body.what for body in found.primitives] == ["plane"]  # what is there is measured all the same
 
 
 def test_no_body_is_found_in_a_handful_of_points():
     few = scene(np.random.default_rng(4))[:10]
     found = measure(few, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
-    assert not found.bodies
+    assert not found.primitives
     assert len(found.missing) == 3
 
 
@@ -95,7 +95,7 @@ def test_no_body_is_found_at_one_place_or_on_one_line(span):
     points["x"] = span * np.linspace(0, 1, len(points))
     points["std"] = 1e-4
     found = measure(points, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
-    assert not found.bodies
+    assert not found.primitives
     assert len(found.missing) == 3
 
 
@@ -106,8 +106,8 @@ def test_a_point_at_a_spheres_middle_stops_nobody():
     for axis in "xyz":
         ball = measure(vertices[:-1], wanted=("sphere",), sphere_m=RADIUS)
         vertices[axis][-1] = vertices[axis].mean()
-    assert len(ball.bodies) == 1
-    assert len(measure(vertices, wanted=("sphere",), sphere_m=RADIUS).bodies) == 1
+    assert len(ball.primitives) == 1
+    assert len(measure(vertices, wanted=("sphere",), sphere_m=RADIUS).primitives) == 1
 
 
 @pytest.mark.parametrize("noise", [2e-5, 1e-4])
@@ -115,7 +115,7 @@ def test_the_least_step_that_may_be_asked_for_is_found_whatever_the_seed(noise):
     vertices = scene(np.random.default_rng(8), noise=noise, step=LEAST_STEP_M, strangers=200)
     for seed in range(10):
         found = measure(vertices, wanted=("step",), step_m=LEAST_STEP_M, seed=seed)
-        assert abs(found.bodies[1].error_m) < 0.05 * LEAST_STEP_M
+        assert abs(found.primitives[1].error_m) < 0.05 * LEAST_STEP_M
 
 
 @pytest.mark.parametrize(("factor", "said"), [(5.0, "more than noise"), (0.2, "does not fit"), (1.5, ""), (0.7, "")])

@@ -5,7 +5,7 @@ import errno
 import numpy as np
 import pytest
 
-from robolaser.errors import CloudUnreadable, OutputError
+from robolaser.errors import DataError, OutputError
 from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
 
 
@@ -98,5 +98,5 @@ def test_a_file_that_is_no_such_cloud_is_refused(spoil, tmp_path):
     path = tmp_path / "c.ply"
     write_ply(path, [some(3)], [])
     path.write_bytes(spoil(path.read_bytes()))
-    with pytest.raises(CloudUnreadable):
+    with pytest.raises(DataError):
         map_ply(path)

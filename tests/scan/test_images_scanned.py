@@ -12,7 +12,7 @@ from robolaser.cli import main
 from robolaser.data.dataset import Points
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import NoMiddles
+from robolaser.errors import ScanError
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.ply import map_ply
 
@@ -106,7 +106,7 @@ def test_images_of_nothing_alone_are_no_scan(extract, data, scanner, folder):
     if extract:
         assert main(["extract", str(folder)]) == 0
         np.save(folder / "stripes.npy", np.load(folder / "stripes.npy")[:0])
-    with pytest.raises(NoMiddles, match=r"stripes\.npy" if extract else "images"):
+    with pytest.raises(ScanError, match=r"stripes\.npy" if extract else "images"):
         cloud_of(scanner, folder)
 
 

@@ -15,7 +15,7 @@ from robolaser.data.writing import save
 from robolaser.emulator.world import load_world
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.quality import measure
-from robolaser.scan.subsample import Survey
+from robolaser.scan.subsample import Subsample
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
 THERE = 54  # its first poses: on the way back play would part what a nominal scanner sees
@@ -52,10 +52,10 @@ def truly(recording, tmp_path_factory):
 
 
 def looked_at(scan):
-    survey = Survey()
-    for _ in survey.watch(scan.cloud.pieces()):
+    subsample = Subsample()
+    for _ in subsample.watch(scan.cloud.pieces()):
         pass
-    return survey.vertices
+    return subsample.vertices
 
 
 def test_ball_and_step_have_their_size(recording, truly):
@@ -63,16 +63,16 @@ def test_ball_and_step_have_their_size(recording, truly):
     scan = prepare(truly, said)
     assert scan.cloud.source.what == "images"
     found = measure(looked_at(scan), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
-    plane, step, sphere = found.bodies
+    plane, step, sphere = found.primitives
     assert abs(step.error_m) < 5e-5
     assert abs(sphere.error_m) < 1e-4
-    assert plane.rms_m < 2 * plane.promised_m
+    assert plane.rms_m < 2 * plane.predicted_m
     assert abs(found.plane.normal[2]) == pytest.approx(1.0, abs=1e-4)
 
 
 def test_the_nominal_scanner_sees_them_wrong(recording, truly):
     said, _ = recording
     wrong = measure(looked_at(prepare(truly.as_drawn(), said)), wanted=("step", "sphere"), step_m=STEP, sphere_m=RADIUS)
-    _, step, sphere = wrong.bodies
+    _, step, sphere = wrong.primitives
     assert abs(step.error_m) > 3e-4
     assert sphere.rms_m > 5e-5

@@ -34,7 +34,7 @@ def test_a_recording_becomes_a_cloud_and_a_page(cell, tmp_path, capsys):
     said = capsys.readouterr().out
     assert f"{len(cloud)} points" in said
     assert "cloud.html" in said
-    assert "How good it is" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
+    assert "Quality" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
 
 
 def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, middles, recorded, written
 
-from robolaser.errors import NothingMet, NothingToScan, ScannerDiffers, StripesStray
+from robolaser.errors import DataError, ScanError
 from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.scan import prepare, read_calibration, sources
 from robolaser.scan.ply import VERTEX, places_of
-from robolaser.scan.subsample import Survey
+from robolaser.scan.subsample import Subsample
 
 EFFECTS = {
     "none": ([], {}),
@@ -130,10 +130,10 @@ class Smudge(Effect):
 def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tmp_path):
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", middles(data, per_pose=200)), tmp_path)
     straight = places(scan)
-    cloud = replace(scan.cloud, sight=replace(scan.cloud.sight, effects=(Smudge("camera", np.array([1e-5])),)))
+    cloud = replace(scan.cloud, scanner=replace(scan.cloud.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
     smudged = np.concatenate([places_of(piece) for piece in cloud.pieces()])
     stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
-    wanted = cloud.sight.in_base(sources.as_points(stripes))
+    wanted = cloud.scanner.in_base(sources.as_points(stripes))
     np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)
     assert len(smudged) > 1000
     assert len(smudged) != len(straight) or np.abs(smudged - straight).max() > 1e-5
@@ -167,8 +167,10 @@ def test_drifts_of_the_calibrated_run_are_taken_as_at_its_end_and_their_size_is_
     assert said.count(" mm.") == 3
     last = int(np.argmax(data.poses.time_s))
     same = scan_of(calibrated(data, names, numbers), recorded(data, tmp_path / "same"), tmp_path)
-    np.testing.assert_allclose(scan.cloud.sight.camera[last], same.cloud.sight.camera[last], atol=1e-12)
-    np.testing.assert_allclose(scan.cloud.sight.sheet, same.cloud.sight.sheet[last][None].repeat(20, 0), atol=1e-12)
+    np.testing.assert_allclose(scan.cloud.scanner.camera[last], same.cloud.scanner.camera[last], atol=1e-12)
+    np.testing.assert_allclose(
+        scan.cloud.scanner.laser_plane, same.cloud.scanner.laser_plane[last][None].repeat(20, 0), atol=1e-12
+    )
 
 
 def test_what_warms_up_follows_the_thermometer_of_both_runs(data, tmp_path):
@@ -177,7 +179,7 @@ def test_what_warms_up_follows_the_thermometer_of_both_runs(data, tmp_path):
     calibration = calibrated(measured, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
     half = np.full(len(warm), 25.0)
     scan = scan_of(calibration, recorded(elsewhere(measured, temperature_c=half), tmp_path / "r"), tmp_path)
-    theta = np.arctan2(scan.cloud.sight.sheet[:, 2], scan.cloud.sight.sheet[:, 0])
+    theta = np.arctan2(scan.cloud.scanner.laser_plane[:, 2], scan.cloud.scanner.laser_plane[:, 0])
     np.testing.assert_allclose(theta - data.parameters["theta"].nominal, 0.005, atol=1e-9)
     assert scan.warnings == ()
 
@@ -190,10 +192,10 @@ def test_play_follows_the_recordings_own_path(data, tmp_path):
     up = elsewhere(data, q=q)
     down = elsewhere(data, q=q[::-1].copy())
     cameras = [
-        scan_of(calibration, recorded(one, tmp_path / name), tmp_path).cloud.sight.camera
+        scan_of(calibration, recorded(one, tmp_path / name), tmp_path).cloud.scanner.camera
         for name, one in (("up", up), ("down", down))
     ]
-    free = [scan_of(calibrated(data), recorded(one, tmp_path / f"{name} free"), tmp_path).cloud.sight.camera
+    free = [scan_of(calibrated(data), recorded(one, tmp_path / f"{name} free"), tmp_path).cloud.scanner.camera
             for name, one in (("up", up), ("down", down))]  # fmt: skip
     hung = [np.linalg.norm((one - none)[3:, :3, 3], axis=1) for one, none in zip(cameras, free, strict=True)]
     assert min(hung[0].min(), hung[1].min()) > 1e-3
@@ -215,7 +217,7 @@ def test_without_a_known_path_play_is_left_out_with_a_word(data, tmp_path):
     scan = scan_of(calibration, recorded(lost, tmp_path / "r"), tmp_path)
     assert "left out" in scan.warnings[0]
     assert " mm." in scan.warnings[0]
-    assert not scan.cloud.sight.effects
+    assert not scan.cloud.scanner.effects
 
 
 def test_the_bias_of_tilted_surfaces_is_left_out_where_nobody_knows_the_tilt(data, tmp_path):
@@ -232,7 +234,7 @@ def test_joints_in_another_order_are_the_same_joints(data, tmp_path):
     robot = replace(recording.robot, joints=tuple(recording.robot.joints[i] for i in order))
     turned = replace(recording, robot=robot, poses=replace(recording.poses, q=recording.poses.q[:, order]))
     one, other = (scan_of(calibrated(data), each, tmp_path) for each in (recording, turned))
-    np.testing.assert_array_equal(one.cloud.sight.camera, other.cloud.sight.camera)
+    np.testing.assert_array_equal(one.cloud.scanner.camera, other.cloud.scanner.camera)
 
 
 @pytest.mark.parametrize(
@@ -246,21 +248,21 @@ def test_joints_in_another_order_are_the_same_joints(data, tmp_path):
 )
 def test_a_recording_of_another_scanner_is_refused(data, change, said, tmp_path):
     recording = replace(recorded(data, tmp_path / "r"), **change)
-    with pytest.raises(ScannerDiffers, match=said):
+    with pytest.raises(ScanError, match=said):
         scan_of(calibrated(data), recording, tmp_path)
 
 
 def test_a_recording_with_nothing_in_it_is_refused(data, tmp_path):
     recording = recorded(data, tmp_path / "r", middles(data, per_pose=2))
     (tmp_path / "r" / "stripes.npy").unlink()
-    with pytest.raises(NothingToScan, match=r"stripes\.npy nor points\.csv"):
+    with pytest.raises(ScanError, match=r"stripes\.npy nor points\.csv"):
         scan_of(calibrated(data), recording, tmp_path)
 
 
 def test_stripes_of_poses_that_are_not_there_are_refused(data, tmp_path):
     stripes = middles(data, per_pose=2)
     stripes["pose"][-1] = 99
-    with pytest.raises(StripesStray, match="row 99"):
+    with pytest.raises(DataError, match="row 99"):
         scan_of(calibrated(data), recorded(data, tmp_path / "r", stripes), tmp_path)
 
 
@@ -268,34 +270,34 @@ def test_rays_that_never_meet_the_sheet_give_no_cloud(data, tmp_path):
     stripes = middles(data, per_pose=5)
     stripes["v"] = 239.5 - 3000.0 * np.sign(data.parameters["b"].nominal)
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "blind", stripes), tmp_path)
-    with pytest.raises(NothingMet, match="100 middles"):
+    with pytest.raises(ScanError, match="100 line centres"):
         list(scan.cloud.pieces())
 
 
 def test_a_scan_holds_a_small_part_of_its_points_at_once(data, tmp_path, monkeypatch):
     monkeypatch.setattr(sources, "AT_ONCE", 1 << 11)
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "large", middles(data, per_pose=60_000)), tmp_path)
-    survey = Survey(1000)
+    subsample = Subsample(1000)
     tracemalloc.start()
-    count = sum(len(piece) for piece in survey.watch(scan.cloud.pieces()))
+    count = sum(len(piece) for piece in subsample.watch(scan.cloud.pieces()))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert count == scan.cloud.tally.points > 600_000
+    assert count == scan.cloud.counts.points > 600_000
     assert peak < 0.3 * count * VERTEX.itemsize
 
 
 @pytest.mark.parametrize("most", [1, 7, 100, 1000])
 def test_a_survey_is_evenly_taken(most):
     rng = np.random.default_rng(0)
-    survey, sizes = Survey(most), rng.integers(0, 40, 60)
+    subsample, sizes = Subsample(most), rng.integers(0, 40, 60)
     pieces, start = [], 0
     for size in sizes.tolist():
         piece = np.zeros(size, VERTEX)
         piece["pose"] = np.arange(start, start + size)
         pieces.append(piece)
         start += size
-    assert sum(len(piece) for piece in survey.watch(pieces)) == start
-    kept = survey.vertices["pose"].astype(int)
+    assert sum(len(piece) for piece in subsample.watch(pieces)) == start
+    kept = subsample.vertices["pose"].astype(int)
     assert len(kept) <= most
     assert kept[0] == 0
     assert len(set(np.diff(kept))) <= 1

@@ -244,7 +244,7 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
 @pytest.mark.parametrize(
     ("demand", "error", "message"),
     [
-        ({"kind": "sonar"}, UsageError, "stripe or point or socket"),
+        ({"kind": "sonar"}, UsageError, "point or socket or stripe"),
         ({"poses": 0}, UsageError, "number of poses 0"),
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),

@@ -8,7 +8,7 @@ from painted import HEIGHT, SQUARE, WIDTH, scene, session
 from scipy.spatial.transform import Rotation
 
 from robolaser.vision.board import find_board
-from robolaser.vision.board_orientation import settle_by_robot, settle_by_sight
+from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
 from robolaser.vision.lens import Lens, find_lens, view_board
 
 ONE_WAY = [(7, 6), (6, 7)]
@@ -28,7 +28,7 @@ def error(grid, one):
 
 def test_corners_of_a_dark_board_beside_a_glaring_stripe_are_found_to_a_fraction_of_a_pixel():
     for k, one in enumerate(session()):
-        (grid,) = find_board(one.paint(k), columns=7, rows=6).layings
+        (grid,) = find_board(one.paint(k), columns=7, rows=6).orientations
         assert np.abs(grid - one.corners()).max() < 0.25
         assert np.sqrt(np.mean((grid - one.corners()) ** 2)) < 0.08
 
@@ -38,7 +38,7 @@ def test_corners_of_a_dark_board_beside_a_glaring_stripe_are_found_to_a_fraction
 def test_colours_that_allow_one_frame_fix_it_however_the_camera_rolls(columns, rows, roll_deg):
     """The stripe crosses the board here: corners it glares on may be missing, none may be wrong."""
     one = seen(columns, rows, roll_deg)
-    (grid,) = find_board(one.paint(0), columns=columns, rows=rows).layings
+    (grid,) = find_board(one.paint(0), columns=columns, rows=rows).orientations
     assert error(grid, one) < 0.5
 
 
@@ -48,10 +48,10 @@ def test_colours_that_allow_one_frame_fix_it_however_the_camera_rolls(columns, r
 )
 def test_colours_that_allow_several_frames_give_each_of_them(columns, rows, ways):
     one = seen(columns, rows, 30)
-    layings = find_board(one.paint(0), columns=columns, rows=rows).layings
-    assert len(layings) == ways
-    assert min(error(grid, one) for grid in layings) < 0.5
-    for grid in layings:
+    orientations = find_board(one.paint(0), columns=columns, rows=rows).orientations
+    assert len(orientations) == ways
+    assert min(error(grid, one) for grid in orientations) < 0.5
+    for grid in orientations:
         x, y = np.nanmedian(np.diff(grid, axis=1), axis=(0, 1)), np.nanmedian(np.diff(grid, axis=0), axis=(0, 1))
         assert x[0] * y[1] - x[1] * y[0] > 0
 
@@ -59,9 +59,9 @@ def test_colours_that_allow_several_frames_give_each_of_them(columns, rows, ways
 @pytest.mark.parametrize(("columns", "rows"), [(6, 4), (7, 5)])
 def test_a_board_with_light_corner_squares_still_gets_a_frame(columns, rows):
     one = seen(columns, rows, dark_first=False)
-    layings = find_board(one.paint(0), columns=columns, rows=rows).layings
-    assert len(layings) == 2
-    assert min(error(grid, one) for grid in layings) < 0.5
+    orientations = find_board(one.paint(0), columns=columns, rows=rows).orientations
+    assert len(orientations) == 2
+    assert min(error(grid, one) for grid in orientations) < 0.5
 
 
 def test_no_board_is_found_where_none_is():
@@ -77,7 +77,7 @@ def layings_of(grid):
 
 def test_a_slowly_rolling_camera_keeps_the_frame_by_sight():
     scenes = [seen(6, 6, roll) for roll in range(0, 360, 40)]
-    settled = settle_by_sight([layings_of(one.corners()) for one in scenes])
+    settled = orient_by_continuity([layings_of(one.corners()) for one in scenes])
     for grid, one in zip(settled, scenes, strict=True):
         np.testing.assert_allclose(grid, one.corners())
 
@@ -90,9 +90,9 @@ def test_the_robots_turns_keep_the_frame_however_far_the_camera_rolls():
     lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
     base = Rotation.random(rng=rng)
     flange = np.stack([(base * Rotation.from_matrix(one.R).inv() * hand_eye).as_matrix() for one in scenes])
-    layings = [layings_of(one.corners()) for one in scenes]
-    mixed = [ways[k % 4 :] + ways[: k % 4] if k else ways for k, ways in enumerate(layings)]
-    for grid, one in zip(settle_by_robot(mixed, flange, lens), scenes, strict=True):
+    orientations = [layings_of(one.corners()) for one in scenes]
+    mixed = [ways[k % 4 :] + ways[: k % 4] if k else ways for k, ways in enumerate(orientations)]
+    for grid, one in zip(orient_by_robot(mixed, flange, lens), scenes, strict=True):
         np.testing.assert_allclose(grid, one.corners())
 
 
@@ -116,7 +116,7 @@ def test_a_known_plane_gives_places_far_beyond_the_corners():
     far = np.array([[0.09, 0.0], [0.09, 0.06], [-0.03, -0.02]])
     for one in scenes:
         view = view_board(one.corners(), SQUARE, lens)
-        np.testing.assert_allclose(view.places(lens.straighten(one.project(far))), far, atol=3e-6)
+        np.testing.assert_allclose(view.places(lens.undistort(one.project(far))), far, atol=3e-6)
         np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-3)
 
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from drawn import HEIGHT, STRAIGHT, WAVY, WIDTH, exposed, profile
 
-from robolaser.vision.line_centers import CENTRINGS, DEFAULT
-from robolaser.vision.stripe import stripe_centres
+from robolaser.vision.line_centres import DEFAULT, PEAK_DETECTORS
+from robolaser.vision.stripe_detection import find_line_centres
 
 NOISE = 2.0
-MOST_TIMES_BOUND = {"mass": 1.6, "gauss": 1.15, "steger": 1.6}
+MOST_TIMES_BOUND = {"gravity": 1.6, "gauss": 1.15, "steger": 1.6}
 
 
-@pytest.fixture(params=CENTRINGS)
+@pytest.fixture(params=PEAK_DETECTORS)
 def way(request):
     return request.param
 
@@ -22,7 +22,7 @@ def bound(breadth, height, noise=NOISE):
 
 
 def errors(way, image, course):
-    found = stripe_centres(image, "v", way)
+    found = find_line_centres(image, "v", way)
     assert len(found) >= 0.85 * HEIGHT  # a ridge has none near the border
     return found.pixel[:, 0] - course[found.line], found
 
@@ -87,7 +87,7 @@ def test_an_aslant_stripe_is_followed(way):
 @pytest.mark.parametrize("apart", [14, 20, 40])
 def test_a_second_line_beside_the_first_moves_it_little(way, apart):
     light = profile(STRAIGHT, 2, 150) + profile(STRAIGHT + apart, 2, 120)
-    found = stripe_centres(exposed(20 + light, 1.0, 10), "v", way)
+    found = find_line_centres(exposed(20 + light, 1.0, 10), "v", way)
     error = np.abs(found.pixel[:, :1] - np.stack([STRAIGHT, STRAIGHT + apart], axis=-1)[found.line])
     assert len(found) >= 2 * 0.85 * HEIGHT
     assert np.median(error.min(axis=1)) < 0.05
@@ -97,28 +97,28 @@ def test_a_second_line_beside_the_first_moves_it_little(way, apart):
 def test_lines_without_light_have_no_middle(way):
     light = profile(STRAIGHT, 3, 200)
     light[100:150] = 0
-    found = stripe_centres(exposed(20 + light, 1.0, 11), "v", way)
+    found = find_line_centres(exposed(20 + light, 1.0, 11), "v", way)
     assert not set(found.line) & set(range(100, 150))
     assert len(found) >= 0.85 * (HEIGHT - 50)
 
 
 def test_a_turned_image_shows_the_same_stripe(way):
     image = exposed(20 + profile(WAVY, 3, 200), 1.0, 12)
-    upright, lying = stripe_centres(image, "v", way), stripe_centres(np.ascontiguousarray(image.T), "u", way)
+    upright, lying = find_line_centres(image, "v", way), find_line_centres(np.ascontiguousarray(image.T), "u", way)
     np.testing.assert_array_equal(upright.line, lying.line)
     np.testing.assert_allclose(upright.pixel, lying.pixel[:, ::-1], atol=1e-9)
     np.testing.assert_allclose(upright.std, lying.std, atol=1e-9)
 
 
 def test_a_black_image_has_no_middle(way):
-    assert len(stripe_centres(np.zeros((HEIGHT, WIDTH), np.uint8), "v", way)) == 0
+    assert len(find_line_centres(np.zeros((HEIGHT, WIDTH), np.uint8), "v", way)) == 0
 
 
 def test_every_middle_is_a_number_with_a_deviation(way):
     chaos = np.random.default_rng(13).integers(0, 256, (120, 500)).astype(np.uint8)
     chaos[:, 200:230] = 255
     chaos[60:, 240:244] = 255
-    found = stripe_centres(chaos, "v", way)
+    found = find_line_centres(chaos, "v", way)
     assert len(found) > 20
     assert np.isfinite(found.pixel).all()
     assert (found.std > 0).all()
@@ -127,5 +127,5 @@ def test_every_middle_is_a_number_with_a_deviation(way):
 
 def test_the_default_scatters_least_of_those_that_keep_lines_apart():
     image = exposed(20 + profile(STRAIGHT, 2, 150), NOISE, 14)
-    scatter = {way: errors(way, image, STRAIGHT)[0].std() for way in ("mass", "gauss")}
+    scatter = {way: errors(way, image, STRAIGHT)[0].std() for way in ("gravity", "gauss")}
     assert min(scatter, key=scatter.get) == DEFAULT

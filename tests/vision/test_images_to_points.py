@@ -9,8 +9,8 @@ import pytest
 from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
-from robolaser.data.image_list import Shots
-from robolaser.errors import ImageSize, ImageUnreadable
+from robolaser.data.image_list import PoseImages
+from robolaser.errors import ImageError
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
 
@@ -19,7 +19,7 @@ REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
     setting = {"columns": 7, "rows": 6, "square_m": SQUARE, "stripe_axis": "v"} | changes
-    shots = [Shots(row, pose, (path,)) for row, (pose, path) in enumerate(images)]
+    shots = [PoseImages(row, pose, (path,)) for row, (pose, path) in enumerate(images)]
     return extract_points(shots, width_px=width, height_px=height, **setting)
 
 
@@ -171,20 +171,20 @@ def test_a_smaller_step_gives_more_points(images, found):
 
 
 def test_a_file_that_is_missing_or_no_image_is_named(images, tmp_path):
-    with pytest.raises(ImageUnreadable, match=r"nowhere\.png"):
+    with pytest.raises(ImageError, match=r"nowhere\.png"):
         extracted([*images[:1], ("x", tmp_path / "nowhere.png")])
     text = tmp_path / "text.png"
     text.write_text("no image")
-    with pytest.raises(ImageUnreadable, match=r"text\.png"):
+    with pytest.raises(ImageError, match=r"text\.png"):
         extracted([("x", text)])
     empty = tmp_path / "empty.png"
     empty.touch()
-    with pytest.raises(ImageUnreadable, match=r"empty\.png"):
+    with pytest.raises(ImageError, match=r"empty\.png"):
         extracted([("x", empty)])
 
 
 def test_an_image_of_another_size_is_named(images):
-    with pytest.raises(ImageSize, match=r"image0\.png is 640 x 480 .* 640 x 512"):
+    with pytest.raises(ImageError, match=r"image0\.png is 640 x 480 .* 640 x 512"):
         extracted(images[:1], height=512)
 
 
@@ -199,7 +199,7 @@ def test_a_real_recording_keeps_board_robot_and_sheet_together():
     pattern = SQUARE * np.stack([*np.meshgrid(np.arange(7), np.arange(6)), np.zeros((6, 7))], axis=-1)
     points, turns, flanges = [], [], []
     for row in rows:
-        (grid,) = find_board(cv2.imread(str(REAL / row["image"]), 0), columns=7, rows=6).layings
+        (grid,) = find_board(cv2.imread(str(REAL / row["image"]), 0), columns=7, rows=6).orientations
         there = np.isfinite(grid).all(axis=-1)
         _, turn, shift = cv2.solvePnP(pattern[there], grid[there], camera, bent)
         turns.append(Rotation.from_rotvec(np.ravel(turn)))

@@ -15,11 +15,11 @@ from robolaser.cli import main
 from robolaser.commands.extract import Centre, extract
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
-from robolaser.errors import DataError, ImageUnreadable, NoStripes, NotARecording
+from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import find_board
-from robolaser.vision.line_centers import CENTRINGS, DEFAULT
+from robolaser.vision.line_centres import DEFAULT, PEAK_DETECTORS
 from robolaser.vision.recordings import points_from_images, stripes_from_images
-from robolaser.vision.traced import trace
+from robolaser.vision.stripe_trace import trace
 
 BOARD = f"[board]\ncolumns = 7\nrows = 6\nsquare_m = {SQUARE}\n"
 
@@ -102,7 +102,7 @@ def test_stripes_are_not_overwritten_unasked(tmp_path, capsys):
     assert main(["extract", str(folder)]) == 0
     assert main(["extract", str(folder)]) == 1
     assert "stripes.npy" in capsys.readouterr().err
-    assert main(["extract", str(folder), "--centre", "mass", "--step", "4", "--force"]) == 0
+    assert main(["extract", str(folder), "--centre", "gravity", "--step", "4", "--force"]) == 0
     assert len(open_stripes(folder / "stripes.npy")) < LINES
 
 
@@ -123,7 +123,7 @@ def test_a_scan_is_copied_whole_to_its_output(tmp_path):
 def test_every_image_must_be_there_and_whole(name, tmp_path):
     folder = scan(tmp_path / "scan")
     (folder / name).write_bytes((folder / name).read_bytes()[:40])
-    with pytest.raises(ImageUnreadable, match=name):
+    with pytest.raises(ImageError, match=name):
         list(stripes_from_images(load(folder)))
     (folder / name).unlink()
     assert main(["extract", str(folder)]) == 1
@@ -140,14 +140,14 @@ def test_images_stay_within_the_folder(tmp_path):
 def test_a_scan_of_nothing_says_so(tmp_path):
     described(tmp_path, LINES)
     posed(tmp_path, ["image"], [[taken(tmp_path, "dark.png", exposed(np.full((LINES, WIDTH), 30.0), 2.0))]])
-    with pytest.raises(NoStripes, match="stripe_axis"):
+    with pytest.raises(ImageError, match="stripe_axis"):
         list(stripes_from_images(load(tmp_path)))
 
 
 def test_a_recording_without_images_says_so(tmp_path):
     described(tmp_path, LINES)
     posed(tmp_path, [], [[]])
-    with pytest.raises(NotARecording, match="image"):
+    with pytest.raises(ImageError, match="image"):
         list(stripes_from_images(load(tmp_path)))
 
 
@@ -194,7 +194,7 @@ def test_smoothed_middles_state_no_noise(boards, tmp_path, capsys):
 
 
 def test_every_way_that_the_command_offers_is_one_there_is():
-    assert set(get_args(Centre)) == set(CENTRINGS)
+    assert set(get_args(Centre)) == set(PEAK_DETECTORS)
     assert DEFAULT in get_args(Centre)
 
 

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robolaser.emulator.rendering import Block, Eye, Floor, Scene, Sheet, Sphere, photograph
-from robolaser.vision.line_centers import CENTRINGS
-from robolaser.vision.traced import trace
+from robolaser.vision.line_centres import PEAK_DETECTORS
+from robolaser.vision.stripe_trace import trace
 
 BUILT = {
     "f": 8.06e-3,
@@ -57,10 +57,10 @@ def judged(photo, **how):
     return error[true], stripes["std"][true], int((~true).sum()), int(np.isfinite(there).any(axis=1).sum())
 
 
-@pytest.mark.parametrize("way", CENTRINGS)
+@pytest.mark.parametrize("way", PEAK_DETECTORS)
 @pytest.mark.parametrize("tilt", [(0.0, 0.0, 0.0), (8.0, -15.0, 12.0)])
 def test_a_stripe_on_a_floor_is_found_where_it_is(way, tilt):
-    error, _, false, there = judged(pictured(FLAT, tilt=tilt, speckle=0.0), centring=way)
+    error, _, false, there = judged(pictured(FLAT, tilt=tilt, speckle=0.0), detector=way)
     assert false == 0
     assert len(error) >= 0.95 * there
     assert abs(error.mean()) < 0.01

@@ -5,8 +5,8 @@ import pytest
 from drawn import HEIGHT, ROW, STRAIGHT, WAVY, WIDTH, exposed, profile, speckled
 
 from robolaser.data.stripe_file import STRIPE
-from robolaser.vision.line_centers import CENTRINGS
-from robolaser.vision.traced import trace
+from robolaser.vision.line_centres import PEAK_DETECTORS
+from robolaser.vision.stripe_trace import trace
 
 
 def missed(stripes, course):
@@ -14,13 +14,13 @@ def missed(stripes, course):
     return stripes["u"] - course[np.rint(stripes["v"]).astype(int)]
 
 
-@pytest.fixture(params=CENTRINGS)
+@pytest.fixture(params=PEAK_DETECTORS)
 def way(request):
     return request.param
 
 
 def test_a_stripe_is_traced_in_every_line(way):
-    stripes = trace(exposed(20 + profile(WAVY, 2, 150), 2, 1), "v", centring=way)
+    stripes = trace(exposed(20 + profile(WAVY, 2, 150), 2, 1), "v", detector=way)
     assert stripes.dtype == STRIPE
     assert len(stripes) >= 0.95 * HEIGHT
     assert np.all(np.diff(stripes["v"]) > 0)
@@ -45,7 +45,7 @@ def test_images_without_a_stripe_have_none():
 @pytest.mark.parametrize("apart", [25, 60])
 def test_a_mirror_image_beside_the_stripe_is_not_taken(way, share, apart):
     light = profile(STRAIGHT, 2, 150) + profile(STRAIGHT + apart, 2, 150 * share)
-    stripes = trace(exposed(20 + light, 2, 2), "v", centring=way)
+    stripes = trace(exposed(20 + light, 2, 2), "v", detector=way)
     assert len(stripes) >= 0.95 * HEIGHT
     assert np.abs(missed(stripes, STRAIGHT)).max() < 0.3
 

@@ -9,7 +9,7 @@ import pytest
 from drawn import WAVY, WIDTH, exposed, profile
 
 from robolaser.compiled.loops import SWITCH, compiles
-from robolaser.vision.stripe import stripe_centres
+from robolaser.vision.stripe_detection import find_line_centres
 
 pytestmark = pytest.mark.skipif(compiles() == "0", reason="there is no compiler")
 IMAGES = {
@@ -34,20 +34,20 @@ def without_compiler() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("way", ["mass", "gauss"])
+@pytest.mark.parametrize("way", ["gravity", "gauss"])
 @pytest.mark.parametrize("name", IMAGES)
 def test_compiled_and_numpy_find_the_same_middles(name, way):
     image = exposed(IMAGES[name], 3.0, 1)
-    fast = stripe_centres(image, "v", way)
+    fast = find_line_centres(image, "v", way)
     with without_compiler():
-        plain = stripe_centres(image, "v", way)
+        plain = find_line_centres(image, "v", way)
     for item in fields(fast):
         np.testing.assert_allclose(getattr(fast, item.name), getattr(plain, item.name), rtol=1e-6, atol=1e-8)
 
 
 def test_without_runs_there_is_nothing_to_measure():
     black = np.zeros((40, 60), np.uint8)
-    for way in ("mass", "gauss", "steger"):
-        assert len(stripe_centres(black, "v", way)) == 0
+    for way in ("gravity", "gauss", "steger"):
+        assert len(find_line_centres(black, "v", way)) == 0
         with without_compiler():
-            assert len(stripe_centres(black, "v", way)) == 0
+            assert len(find_line_centres(black, "v", way)) == 0

@@ -1,4 +1,4 @@
-"""What makes runs."""
+"""The abstract engine, which makes runs."""
 
 import hashlib
 from abc import ABC, abstractmethod
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, final
 
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
+from robolaser.errors import BenchmarkError
 
 
 @final
@@ -25,11 +26,15 @@ class Payload:
     content: Any
 
 
+class EngineLost(BenchmarkError):
+    """The engine failed in the middle of a benchmark; the runs made so far are safe."""
+
+
 class Engine(ABC):
-    """Makes runs, several at a time, each guarded in a process of its own; the same runs whichever engine it is.
+    """Makes runs, several at a time, each in a process of its own; every engine makes the same runs.
 
     Attributes:
-        label: What it is called in results.
+        label: Its name in results.
     """
 
     label: str
@@ -46,19 +51,19 @@ class Engine(ABC):
 
     @abstractmethod
     def share(self, payload: bytes) -> Payload:
-        """Bring the pickled source of a question to where runs are made, once for all of them."""
+        """Bring the pickled source of a problem to where runs are made, once for all of them."""
 
     @abstractmethod
-    def submit(self, task: Task, payload: Payload) -> Future[Run]:
-        """Have a run made. A contestant that fails in whatever way makes a failed run, no exception.
+    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
+        """Have a run made. A solver that fails in whatever way gives a failed run, not an exception.
 
         Returns:
-            The run to come; cancelled if the engine is closed before, and RobolaserError if the engine is lost.
+            The run to come; cancelled if the engine is closed before, `EngineLost` if the engine fails.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Stop whatever runs, at once."""
+        """Kill whatever runs, at once."""
 
     def __enter__(self) -> Self:
         return self
@@ -70,5 +75,5 @@ class Engine(ABC):
 
 
 def digest(payload: bytes) -> str:
-    """What a payload is known by."""
+    """What identifies a payload."""
     return hashlib.sha256(payload).hexdigest()

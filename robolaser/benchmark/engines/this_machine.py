@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import final
 
 from robolaser.benchmark.engines.engine import Engine, Payload, digest
-from robolaser.benchmark.single_run import Run
+from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.task import Task
 from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import Session
+from robolaser.benchmark.worker_process import ClientProcess
 
 CPU_LIMIT = Path("/sys/fs/cgroup/cpu.max")
 """Where Linux states how much processor time a container has: quota and period [µs]."""
@@ -28,7 +28,7 @@ class ThisMachine(Engine):
 
     def __init__(self, jobs: int | None = None) -> None:
         self._jobs = usable_cores() if jobs is None else jobs
-        self._pool = WorkerPool(Session.here())
+        self._pool = WorkerPool(ClientProcess.here())
         self._threads = ThreadPoolExecutor(self._jobs)
 
     @property
@@ -40,7 +40,7 @@ class ThisMachine(Engine):
         """Keep it in memory: workers fetch it from this process."""
         return Payload(digest(payload), payload)
 
-    def submit(self, task: Task, payload: Payload) -> Future[Run]:
+    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
         """Have a run made."""
         return self._threads.submit(self._run, task, payload)
 
@@ -49,7 +49,7 @@ class ThisMachine(Engine):
         self._pool.close()
         self._threads.shutdown(cancel_futures=True)
 
-    def _run(self, task: Task, payload: Payload) -> Run:
+    def _run(self, task: Task, payload: Payload) -> BenchmarkRun:
         run = self._pool.run(task, payload.digest, lambda: payload.content)
         if self._pool.closed:
             raise CancelledError

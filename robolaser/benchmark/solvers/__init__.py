@@ -1,56 +1,58 @@
-"""Who can take part in a comparison, by name."""
+"""The solvers of a benchmark, by name."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from robolaser.algorithms.algorithm_spec import Request
-from robolaser.algorithms.registry import ALGORITHMS
+from robolaser.algorithms.algorithm_spec import AlgorithmSpec, malformed
+from robolaser.algorithms.registry import ALGORITHMS, algorithms, unknown_algorithm
 from robolaser.algorithms.settings import check
-from robolaser.benchmark.solvers.least_squares import LeastSquares
-from robolaser.benchmark.solvers.own import own
+from robolaser.benchmark.solvers.least_squares import ScipyLeastSquares
 from robolaser.benchmark.solvers.pycma import Pycma
 from robolaser.benchmark.solvers.pymoo_algorithm import PymooAlgorithm
 from robolaser.benchmark.solvers.random_search import RandomSearch
 from robolaser.benchmark.solvers.scipy_evolution import ScipyEvolution
 from robolaser.benchmark.solvers.screening import Screening
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.errors import AlgorithmUnknown, RequestUnreadable
+from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.solvers.user_solver import user_solver
 
-_OURS: Mapping[str, type[Screening | Pycma | LeastSquares | ScipyEvolution | RandomSearch]] = {
-    kind.called: kind for kind in (Screening, Pycma, LeastSquares, ScipyEvolution, RandomSearch)
+_OURS: Mapping[str, type[Screening | Pycma | ScipyLeastSquares | ScipyEvolution | RandomSearch]] = {
+    kind.called: kind for kind in (Screening, Pycma, ScipyLeastSquares, ScipyEvolution, RandomSearch)
 }
 
-CONTESTANTS: Mapping[str, str] = {
+SOLVERS: Mapping[str, str] = {
     Screening.called: Screening.title,
     **{algorithm.name: algorithm.title for algorithm in ALGORITHMS.values()},
     **{name: kind.title for name, kind in _OURS.items()},
 }
-"""Titles by name."""
-DEFAULT: tuple[str, ...] = tuple(CONTESTANTS)
-"""Who takes part if nobody is asked for."""
+"""Titles of our solvers by name."""
+DEFAULT: tuple[str, ...] = tuple(SOLVERS)
+"""Solvers that take part if none are named."""
 
 
-def find(text: str) -> Contestant:
-    """The contestant that a text asks for: `NAME` or `package.module:attribute`, and `:key=value` for each setting.
+def solver_titles() -> Mapping[str, str]:
+    """Titles of all solvers by name, those of installed packages last."""
+    return {**SOLVERS} | {name: algorithm.title for name, algorithm in algorithms().items() if name not in SOLVERS}
+
+
+def find(text: str) -> Solver:
+    """Make the solver that a text names: `NAME` or `package.module:attribute`, and `:key=value` for each setting.
 
     Raises:
-        AlgorithmUnknown: There is none of that name.
-        RequestUnreadable, SettingUnknown, SettingSenseless, SettingsRefused: Its settings are not right.
-        NotImportable, AttributeLacking, NotAnAlgorithm: It is not where it is said to be, or cannot search.
+        UsageError: There is no such solver, it cannot search, or it cannot be made with these settings.
     """
-    request = Request.of(text)
-    if request.attribute is not None and request.name in CONTESTANTS:
-        raise RequestUnreadable(text, f"'{request.attribute}' is no setting")
-    if request.attribute is not None:
-        return own(request)
-    if request.name in ALGORITHMS:
-        named = ALGORITHMS[request.name]
-        if request.settings:
-            named.made(request.settings)
-        return PymooAlgorithm(text, named.title, partial(named.made, request.settings))
-    if request.name not in _OURS:
-        raise AlgorithmUnknown(request.name, CONTESTANTS)
-    kind = _OURS[request.name]
-    check(request.name, request.settings, kind.settings)
-    make: Callable[..., Contestant] = kind
-    return make(text, **request.settings)
+    spec = AlgorithmSpec.of(text)
+    if spec.attribute is not None:
+        if spec.name in solver_titles():
+            raise malformed(text, f"'{spec.attribute}' is no setting")
+        return user_solver(spec)
+    if spec.name in algorithms():
+        algorithm = algorithms()[spec.name]
+        if spec.settings:
+            algorithm.make_with(spec.settings)
+        return PymooAlgorithm(text, algorithm.title, partial(algorithm.make_with, spec.settings))
+    if spec.name not in _OURS:
+        raise unknown_algorithm(spec.name, solver_titles())
+    kind = _OURS[spec.name]
+    check(spec.name, spec.settings, kind.settings)
+    make: Callable[..., Solver] = kind
+    return make(text, **spec.settings)

@@ -1,4 +1,4 @@
-"""SciPy's least squares, from one random start after the other."""
+"""SciPy's least squares, from one random start after another."""
 
 from typing import ClassVar, Literal, final
 
@@ -6,25 +6,25 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, word
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.problem import Question
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.solvers.solver import Solver
 
 TIGHT = 1e-12
-"""SciPy stops at 1e-8 otherwise, in a flat valley before the optimum."""
+"""SciPy's default of 1e-8 stops in a flat valley before the optimum."""
 STEP = np.finfo(np.float64).eps ** 0.5
-"""Of differences by SciPy's rule: of a variable's size, at least of 1."""
+"""SciPy's step of differences, relative to the variable's size, but at least to 1."""
 
 
 @final
-class LeastSquares(Contestant):
-    """`scipy.optimize.least_squares` within the bounds, as it is: "2-point" differences with its own steps.
+class ScipyLeastSquares(Solver):
+    """`scipy.optimize.least_squares` within the bounds, with its "2-point" differences and their steps.
 
-    Here the columns of a Jacobian are one batch of candidates, which takes less time and changes no digit. Better
-    derivatives would not help: with them descents crawl on for five times as many candidates where nothing is found.
+    The columns of a Jacobian are one batch of candidates here, which takes less time and gives the same digits. More
+    exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
 
     Args:
-        name: As asked for.
+        name: As the user named it.
         method: "trf" or "dogbox".
         tol: SciPy's ftol, xtol and gtol.
     """
@@ -36,27 +36,27 @@ class LeastSquares(Contestant):
     def __init__(self, name: str = called, *, method: Literal["trf", "dogbox"] = "trf", tol: float = TIGHT) -> None:
         self.name, self._method, self._tol = name, method, tol
 
-    def refuses(self, question: Question) -> str | None:
-        """What is no sum of squares."""
-        return None if question.residuals is not None else "it needs residuals, and the cost is no sum of squares"
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
+        """It does not apply to costs that are not a sum of squares."""
+        return None if problem.residuals is not None else "it needs residuals, and the cost is no sum of squares"
 
-    def search(self, watch: Watch, seed: int) -> None:
-        """Search until the watch ends it."""
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        """Search until the evaluator ends the run."""
         from scipy.optimize import least_squares  # noqa: PLC0415 - half a second to import
 
-        question, rng = watch.question, np.random.default_rng(seed)
-        free = question.upper > question.lower
-        lower, upper = question.lower[free], question.upper[free]
+        problem, rng = evaluator.problem, np.random.default_rng(seed)
+        free = problem.upper > problem.lower
+        lower, upper = problem.lower[free], problem.upper[free]
         while True:
-            start = question.anywhere(rng)[0]
-            residuals = _Residuals(watch, start, free)
+            start = problem.sample_uniform(rng)[0]
+            residuals = _Residuals(evaluator, start, free)
             if not np.isfinite(residuals(start[free])).all():
                 continue
             try:
                 least_squares(
                     residuals,
                     start[free],
-                    jac=residuals.slopes,
+                    jac=residuals.jacobian,
                     bounds=(lower, upper),
                     method=self._method,
                     x_scale=upper - lower,
@@ -69,25 +69,25 @@ class LeastSquares(Contestant):
 
 
 class _Pole(Exception):
-    """The differences of a Jacobian meet a pole."""
+    """A column of a Jacobian is at a pole."""
 
 
 @final
 class _Residuals:
-    """Residuals of the free variables (f,), one candidate at a time; remembers the last ones."""
+    """Residuals as a function of the free variables (f,), one candidate at a time; it remembers the last one."""
 
-    def __init__(self, watch: Watch, start: Array, free: Bools) -> None:
-        self._watch, self._start, self._free = watch, start, np.flatnonzero(free)
-        self._lower, self._upper = watch.question.lower[free], watch.question.upper[free]
-        self._at, self._were = np.full(len(self._free), np.nan), np.empty(0)
+    def __init__(self, evaluator: BudgetedEvaluator, start: Array, free: Bools) -> None:
+        self._evaluator, self._start, self._free = evaluator, start, np.flatnonzero(free)
+        self._lower, self._upper = evaluator.problem.lower[free], evaluator.problem.upper[free]
+        self._last, self._last_residuals = np.full(len(self._free), np.nan), np.empty(0)
 
     def __call__(self, z: Array) -> Array:
-        if not np.array_equal(z, self._at):
-            self._at, self._were = z.copy(), self._watch.residuals(self._whole(z)[None])[0]
-        return self._were
+        if not np.array_equal(z, self._last):
+            self._last, self._last_residuals = z.copy(), self._evaluator.residuals(self._whole(z)[None])[0]
+        return self._last_residuals
 
-    def slopes(self, z: Array) -> Array:
-        """Their Jacobian, (r, f): differences away from zero, the other way where a bound is too close."""
+    def jacobian(self, z: Array) -> Array:
+        """Jacobian, (r, f): differences away from zero, or the other way where a bound is too close."""
         x, at = self._whole(z), self(z)
         down, up = z - self._lower, self._upper - z
         step = STEP * np.where(z >= 0.0, 1.0, -1.0) * np.maximum(1.0, np.abs(z))
@@ -96,10 +96,10 @@ class _Residuals:
         beside = np.tile(x, (len(z), 1))
         beside[np.arange(len(z)), self._free] += step
         taken = beside[np.arange(len(z)), self._free] - z
-        slopes: Array = ((self._watch.residuals(beside) - at) / taken[:, None]).T
-        if not np.isfinite(slopes).all():
+        jacobian: Array = ((self._evaluator.residuals(beside) - at) / taken[:, None]).T
+        if not np.isfinite(jacobian).all():
             raise _Pole
-        return slopes
+        return jacobian
 
     def _whole(self, z: Array) -> Array:
         x = self._start.copy()

@@ -7,24 +7,24 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, switch, whole
 from robolaser.arrays import Array
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.solvers.within import from_unit_box
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.solvers.bounds import from_unit_box
+from robolaser.benchmark.solvers.solver import Solver
 
 SILENT = -9
-"""pycma's word for: neither prints nor files."""
+"""pycma's setting for no output, neither on the terminal nor in files."""
 
 
 @final
-class Pycma(Contestant):
-    """Hansen's pycma: restarts with populations now larger, now smaller (BIPOP, Hansen 2009), in the unit box.
+class Pycma(Solver):
+    """Hansen's pycma with restarts that alternate large and small populations (BIPOP, Hansen 2009), in the unit box.
 
     Args:
-        name: As asked for.
-        sigma: First step, in the unit box; 0.3 is what the authors advise.
-        bipop: Whether restarts take small populations in turn with large ones; else each is larger than the last.
-        restarts: Of each start; after them it begins anew.
-        tolfun: Stop, and restart, where costs differ by less, in the cost's unit.
+        name: As the user named it.
+        sigma: Initial step size in the unit box; 0.3 is the authors' advice.
+        bipop: Whether restarts alternate small and large populations; if not, each is larger than the last.
+        restarts: Restarts after which the search begins anew.
+        tolfun: Restart when costs differ by less, in the cost's unit.
     """
 
     called: ClassVar[str] = "pycma"
@@ -42,16 +42,16 @@ class Pycma(Contestant):
         self.name = name
         self._sigma, self._bipop, self._restarts, self._tolfun = sigma, bipop, restarts, tolfun
 
-    def search(self, watch: Watch, seed: int) -> None:
-        """Search until the watch ends it."""
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        """Search until the evaluator ends the run."""
         import cma  # noqa: PLC0415 - half a second to import
 
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415
 
-        question, rng = watch.question, np.random.default_rng(seed)
+        problem, rng = evaluator.problem, np.random.default_rng(seed)
 
         def costs(y: list[Array]) -> list[float]:
-            found: list[float] = watch.cost(from_unit_box(np.array(y), question)).tolist()
+            found: list[float] = evaluator.cost(from_unit_box(np.array(y), problem)).tolist()
             return found
 
         with seeded(seed):
@@ -59,7 +59,7 @@ class Pycma(Contestant):
             while True:
                 cma.fmin2(
                     None,
-                    lambda: rng.uniform(size=question.dimension),
+                    lambda: rng.uniform(size=problem.dimension),
                     self._sigma,
                     {
                         "bounds": [0, 1],

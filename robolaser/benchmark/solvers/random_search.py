@@ -1,29 +1,29 @@
-"""Candidates anywhere: what every search has to beat."""
+"""Random search: what every other solver has to beat."""
 
 from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.algorithms.settings import Setting
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.solvers.solver import Solver
 
-AT_ONCE = 100
+BATCH = 100
 
 
 @final
-class RandomSearch(Contestant):
+class RandomSearch(Solver):
     """Uniform within the bounds."""
 
     called: ClassVar[str] = "random"
     settings: ClassVar[tuple[Setting, ...]] = ()
-    title = "candidates anywhere: what every search has to beat"
+    title = "uniformly random candidates: what every search has to beat"
 
     def __init__(self, name: str = called) -> None:
         self.name = name
 
-    def search(self, watch: Watch, seed: int) -> None:
-        """Ask until the watch ends it."""
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        """Search until the evaluator ends the run."""
         rng = np.random.default_rng(seed)
         while True:
-            watch.cost(watch.question.anywhere(rng, AT_ONCE))
+            evaluator.cost(evaluator.problem.sample_uniform(rng, BATCH))

@@ -1,4 +1,4 @@
-"""SciPy's differential evolution, begun anew whenever it comes to an end."""
+"""SciPy's differential evolution, restarted whenever it ends."""
 
 from typing import Any, ClassVar, final
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting, number, share, switch, whole, word
 from robolaser.arrays import Array
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.solvers.solver import Contestant
-from robolaser.benchmark.solvers.within import within
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.solvers.bounds import within
+from robolaser.benchmark.solvers.solver import Solver
 
 STRATEGIES = tuple(
     f"{parents}1{crossover}"
@@ -18,12 +18,12 @@ STRATEGIES = tuple(
 
 
 @final
-class ScipyEvolution(Contestant):
-    """`scipy.optimize.differential_evolution`, whole populations at once else.
+class ScipyEvolution(Solver):
+    """`scipy.optimize.differential_evolution`, which evaluates whole populations at once.
 
     Args:
-        name: As asked for.
-        settings: Its own, by SciPy's names.
+        name: As the user named it.
+        settings: SciPy's, by SciPy's names.
     """
 
     called: ClassVar[str] = "scipy-de"
@@ -41,20 +41,20 @@ class ScipyEvolution(Contestant):
     def __init__(self, name: str = called, **settings: Any) -> None:
         self.name, self._settings = name, settings
 
-    def search(self, watch: Watch, seed: int) -> None:
-        """Search until the watch ends it."""
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        """Search until the evaluator ends the run."""
         from scipy.optimize import Bounds, differential_evolution  # noqa: PLC0415 - half a second to import
 
-        question, rng = watch.question, np.random.default_rng(seed)
+        problem, rng = evaluator.problem, np.random.default_rng(seed)
 
         def costs(x: Array, /) -> Any:
-            found = watch.cost(within(np.atleast_2d(x.T), question))
+            found = evaluator.cost(within(np.atleast_2d(x.T), problem))
             return found if x.ndim == 2 else found[0]
 
         while True:
             differential_evolution(
                 costs,
-                Bounds(question.lower, question.upper),
+                Bounds(problem.lower, problem.upper),
                 vectorized=True,
                 updating="deferred",
                 seed=int(rng.integers(1, 2**31)),

@@ -1,4 +1,4 @@
-"""Our own default: what `robolaser calibrate` does where nobody asks for another search."""
+"""Our own default search, which `robolaser calibrate` uses unless another is named."""
 
 from typing import ClassVar, final
 
@@ -6,17 +6,17 @@ import numpy as np
 
 from robolaser.algorithms.registry import SCREENING
 from robolaser.algorithms.settings import Setting
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.problem import Question
-from robolaser.benchmark.solvers.solver import Contestant
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.solvers.solver import Solver
 from robolaser.estimation.multistart import SoFar, multistart
 
 
 @final
-class Screening(Contestant):
-    """`robolaser.estimation.multistart`, which ends when descents agree; it is told of after each round, with J of all rows.
+class Screening(Solver):
+    """`robolaser.estimation.multistart`, which ends when descents agree; each round is counted, with J of all rows.
 
-    `calibrate` lets it go downhill from the nominal values too. Here it does without: nobody else knows them.
+    `calibrate` also starts a descent from the nominal values. Here it must not: no other solver knows them.
     """
 
     called: ClassVar[str] = SCREENING
@@ -26,25 +26,25 @@ class Screening(Contestant):
     def __init__(self, name: str = called) -> None:
         self.name = name
 
-    def refuses(self, question: Question) -> str | None:
-        """What is no calibration."""
-        return None if question.model is not None else "it knows calibrations only, by their closed forms"
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
+        """It only applies to calibrations."""
+        return None if problem.model is not None else "it knows calibrations only, by their closed forms"
 
-    def search(self, watch: Watch, seed: int) -> None:
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until descents agree."""
-        model = watch.question.model
+        model = evaluator.problem.model
         if model is None:
-            raise TypeError(f"{watch.question.name} is no calibration")
-        told = 0
+            raise TypeError(f"{evaluator.problem.name} is not a calibration")
+        counted = 0
 
-        def note(evaluations: int, cost: float) -> None:
-            nonlocal told
-            watch.saw(evaluations - told + 1, cost)  # and one on all rows, for J
-            told = evaluations
+        def record(evaluations: int, cost: float) -> None:
+            nonlocal counted
+            evaluator.record(evaluations - counted + 1, cost)  # and one on all rows, for J
+            counted = evaluations
 
-        def look(so_far: SoFar) -> None:
-            note(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
+        def after_round(so_far: SoFar) -> None:
+            record(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
 
-        nowhere = np.empty((0, len(model.parameters)))
-        found = multistart(model, seed=seed, starts=nowhere, progress=look)
-        note(found.evaluations, found.cost)
+        no_starts = np.empty((0, len(model.parameters)))
+        found = multistart(model, seed=seed, starts=no_starts, progress=after_round)
+        record(found.evaluations, found.cost)

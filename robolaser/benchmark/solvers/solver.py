@@ -1,33 +1,33 @@
-"""What takes part in a comparison."""
+"""The abstract solver of a benchmark."""
 
 from abc import ABC, abstractmethod
 
-from robolaser.benchmark.evaluator import Watch
-from robolaser.benchmark.problem import Question
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
 
 
-class Contestant(ABC):
-    """A way to search, with all its settings.
+class Solver(ABC):
+    """A search method with all its settings.
 
     Attributes:
-        name: As it was asked for, `de` or `rcga:b=2`; unique in a comparison.
-        title: What it is, for a person.
+        name: As the user named it, `de` or `rcga:b=2`; unique in a benchmark.
+        title: A description for a person.
     """
 
     name: str
     title: str
 
     @abstractmethod
-    def search(self, watch: Watch, seed: int) -> None:
-        """Look for the lowest cost until nothing is left to do or the watch ends it: `Over`, which is not to be caught.
+    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        """Look for the lowest cost until done or until the evaluator raises `BudgetExhausted`; never catch that.
 
-        All randomness comes from `seed`: the same seed asks for the same candidates in the same order.
+        All randomness comes from `seed`: the same seed evaluates the same candidates in the same order.
 
         Args:
-            watch: The question; costs and residuals are asked from it, and from nowhere else.
-            seed: Of this run, from 1.
+            evaluator: Of the problem; costs and residuals are taken from it and from nothing else.
+            seed: Seed of this run, at least 1.
         """
 
-    def refuses(self, question: Question) -> str | None:
-        """Why it has nothing to say on a question, if so."""
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
+        """Why the solver does not apply to a problem; None if it does."""
         return None

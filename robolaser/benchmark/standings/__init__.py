@@ -1,14 +1,14 @@
-"""The judge of comparisons: which contestant is better, by how much, and how sure that is."""
+"""Rankings of solvers: which is better, by how much, and how certain that is."""
 
-from robolaser.benchmark.standings.judgement import judged, standings
+from robolaser.benchmark.standings.judgement import standings, standings_of
 from robolaser.benchmark.standings.table import (
-    Estimate,
+    FinalCosts,
+    IntervalEstimate,
     Measure,
     OnProblem,
     Order,
     Pair,
     Place,
-    Quality,
     Ranks,
     Reached,
     Result,
@@ -16,17 +16,17 @@ from robolaser.benchmark.standings.table import (
 )
 
 __all__ = [
-    "Estimate",
+    "FinalCosts",
+    "IntervalEstimate",
     "Measure",
     "OnProblem",
     "Order",
     "Pair",
     "Place",
-    "Quality",
     "Ranks",
     "Reached",
     "Result",
     "Standings",
-    "judged",
     "standings",
+    "standings_of",
 ]

@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.standings.table import Estimate, Quality
-from robolaser.benchmark.statistics.bounded import Bounded
+from robolaser.benchmark.standings.table import FinalCosts, IntervalEstimate
+from robolaser.benchmark.statistics.intervals import Intervals
 from robolaser.benchmark.statistics.quantiles import quantiles
 from robolaser.benchmark.statistics.success import wilson
 
-UNKNOWN = Estimate(None, None, None)
+UNKNOWN = IntervalEstimate(None, None, None)
 
 
 def plain(number: float) -> float | None:
@@ -18,18 +18,18 @@ def plain(number: float) -> float | None:
     return float(number) if math.isfinite(number) else None
 
 
-def estimate(bounded: Bounded, at: tuple[int, ...]) -> Estimate:
+def estimate(bounded: Intervals, at: tuple[int, ...]) -> IntervalEstimate:
     """One of many."""
-    return Estimate(plain(bounded.value[at]), plain(bounded.lower[at]), plain(bounded.upper[at]))
+    return IntervalEstimate(plain(bounded.value[at]), plain(bounded.lower[at]), plain(bounded.upper[at]))
 
 
-def success(reached: Ints | int, runs: Ints | int) -> Estimate:
+def success(reached: Ints | int, runs: Ints | int) -> IntervalEstimate:
     """Share of runs that reached a target."""
     return estimate(wilson(np.atleast_1d(reached), np.atleast_1d(runs)), (0,))
 
 
-def quality(final: Array) -> Quality | None:
+def quality(final: Array) -> FinalCosts | None:
     """What runs (s,) ended with."""
     if np.isnan(final).all():
         return None
-    return Quality(*(plain(value) for value in quantiles(final, np.array([0.0, 0.25, 0.5, 0.75, 1.0]))))
+    return FinalCosts(*(plain(value) for value in quantiles(final, np.array([0.0, 0.25, 0.5, 0.75, 1.0]))))

@@ -1,48 +1,50 @@
-"""From runs to standings."""
+"""Standings of solvers, computed from their runs."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison
-from robolaser.benchmark.results_array import HEADLINE, Tally
-from robolaser.benchmark.standings import judge
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
+from robolaser.benchmark.standings import significance
 from robolaser.benchmark.standings.estimates import estimate, quality
-from robolaser.benchmark.standings.evidence import Evidence
+from robolaser.benchmark.standings.measurements import Measurements
 from robolaser.benchmark.standings.ordering import order
 from robolaser.benchmark.standings.table import OnProblem, Reached, Result, Standings
 from robolaser.benchmark.statistics import running_time
 from robolaser.benchmark.statistics.success import successes, wilson
 
 
-def standings(comparison: Comparison, family: str, *, seed: int = 1) -> Standings:
-    """How contestants stand on a family of problems.
+def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standings:
+    """Rank the solvers on a family of problems.
 
     Args:
-        comparison: With all its runs so far.
-        family: Of its problems.
-        seed: Of the bootstrap samples.
+        result: With all its runs so far.
+        family: Which of its problems.
+        seed: Seed of the bootstrap samples.
     """
-    return judged(comparison.tally(family), family=family, refused=comparison.refused, seed=seed)
+    return standings_of(result.arrays(family), family=family, refused=result.refused, seed=seed)
 
 
-def judged(tally: Tally, *, family: str, refused: Mapping[tuple[str, str], str], seed: int = 1) -> Standings:
-    """The same of runs as arrays.
+def standings_of(
+    arrays: ResultArrays, *, family: str, refused: Mapping[tuple[str, str], str], seed: int = 1
+) -> Standings:
+    """Rank the solvers, given their runs as arrays.
 
     Args:
-        tally: Of the family's problems.
+        arrays: Runs on the family's problems.
         family: Its name.
-        refused: Why a contestant has nothing to say on a problem, by (problem, contestant).
-        seed: Of the bootstrap samples.
+        refused: Why a solver does not apply to a problem, by (problem, solver).
+        seed: Seed of the bootstrap samples.
     """
-    problems = range(len(tally.problems))
-    drawn = running_time.draws(len(problems), len(tally.seeds), np.random.default_rng(seed))
-    evaluations, seconds = Evidence.of(tally, "evaluations", drawn), Evidence.of(tally, "seconds", drawn)
-    results = _results(tally, evaluations, seconds)
+    problems = range(len(arrays.problems))
+    drawn = running_time.draws(len(problems), len(arrays.seeds), np.random.default_rng(seed))
+    evaluations, seconds = Measurements.of(arrays, "evaluations", drawn), Measurements.of(arrays, "seconds", drawn)
+    results = _results(arrays, evaluations, seconds)
     return Standings(
         family=family,
         tolerance=HEADLINE,
-        seeds=len(tally.seeds),
+        seeds=len(arrays.seeds),
         evaluations=order(evaluations, problems, refused),
         seconds=order(seconds, problems, refused),
         by_problem=tuple(
@@ -52,14 +54,14 @@ def judged(tally: Tally, *, family: str, refused: Mapping[tuple[str, str], str],
                 seconds=order(seconds, [p], refused),
                 results=results[p],
             )
-            for p, name in enumerate(tally.problems)
+            for p, name in enumerate(arrays.problems)
         ),
-        scope=judge.SCOPE,
+        scope=significance.SCOPE,
     )
 
 
-def _results(tally: Tally, evaluations: Evidence, seconds: Evidence) -> list[tuple[Result, ...]]:
-    reached, runs = successes(np.moveaxis(tally.evaluations, 2, 3))
+def _results(arrays: ResultArrays, evaluations: Measurements, seconds: Measurements) -> list[tuple[Result, ...]]:
+    reached, runs = successes(np.moveaxis(arrays.evaluations, 2, 3))
     shares = wilson(reached, runs)
 
     def targets(p: int, a: int) -> tuple[Reached, ...]:
@@ -71,7 +73,7 @@ def _results(tally: Tally, evaluations: Evidence, seconds: Evidence) -> list[tup
                 evaluations=estimate(evaluations.expected, (p, a, t)),
                 seconds=estimate(seconds.expected, (p, a, t)),
             )
-            for t, tolerance in enumerate(tally.tolerances)
+            for t, tolerance in enumerate(arrays.tolerances)
         )
 
     return [
@@ -79,12 +81,12 @@ def _results(tally: Tally, evaluations: Evidence, seconds: Evidence) -> list[tup
             Result(
                 problem=problem,
                 algorithm=algorithm,
-                runs=int(tally.there[p, a].sum()),
-                failed=int(tally.failed[p, a].sum()),
-                final=quality(tally.final[p, a]),
+                runs=int(arrays.there[p, a].sum()),
+                failed=int(arrays.failed[p, a].sum()),
+                final=quality(arrays.final[p, a]),
                 targets=targets(p, a),
             )
-            for a, algorithm in enumerate(tally.algorithms)
+            for a, algorithm in enumerate(arrays.algorithms)
         )
-        for p, problem in enumerate(tally.problems)
+        for p, problem in enumerate(arrays.problems)
     ]

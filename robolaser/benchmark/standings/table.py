@@ -1,4 +1,4 @@
-"""What is known of contestants: places, prices, how sure both are, and sentences that say so.
+"""What is known of solvers: places, running_times, how sure both are, and sentences that say so.
 
 Plain values throughout, ready for JSON: None stands for a number that there is none of, never NaN or infinity.
 """
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import Literal, final
 
 Measure = Literal["evaluations", "seconds"]
-"""What runs are paid in."""
+"""What counts: evaluations or wall time."""
 
 
 @final
 @dataclass(frozen=True)
-class Estimate:
-    """A number, and between which two it lies 95 times in a hundred.
+class IntervalEstimate:
+    """A number and its 95 % interval.
 
     Attributes:
-        value: Itself; None where the runs give none: an expected running time to a target that nobody reached.
+        value: None where the runs give none: an expected running time to a target that no run reached.
         lower: None where the runs leave it open.
         upper: None where the runs leave it open: it may be infinite, or there are too few runs to say.
     """
@@ -29,26 +29,26 @@ class Estimate:
 @final
 @dataclass(frozen=True)
 class Reached:
-    """How often a contestant came to one target on one problem, and at what price.
+    """How often a solver reached one target on one problem, and in what time.
 
     Attributes:
         tolerance: Of the target, over the lowest known cost, in units of the problem's scale.
         successes: Runs that reached it.
         success: Share of the runs that did, with Wilson's interval.
-        evaluations: Expected until a target is reached, runs that do not reach it being repeated (ERT).
+        evaluations: Expected running time (ERT): evaluations until the target is reached, unsuccessful runs repeated.
         seconds: The same in wall time [s].
     """
 
     tolerance: float
     successes: int
-    success: Estimate
-    evaluations: Estimate
-    seconds: Estimate
+    success: IntervalEstimate
+    evaluations: IntervalEstimate
+    seconds: IntervalEstimate
 
 
 @final
 @dataclass(frozen=True)
-class Quality:
+class FinalCosts:
     """What runs ended with: lowest costs over the best known, in units of the problem's scale; None is infinite."""
 
     best: float | None
@@ -61,13 +61,13 @@ class Quality:
 @final
 @dataclass(frozen=True)
 class Result:
-    """One contestant on one problem.
+    """One solver on one problem.
 
     Attributes:
         problem: Its name.
-        algorithm: Name of the contestant.
-        runs: That were made.
-        failed: Those of them that failed.
+        algorithm: Name of the solver.
+        runs: Number of runs.
+        failed: Number of runs that failed.
         final: What they ended with; None without runs.
         targets: One for each target, tolerances falling.
     """
@@ -76,56 +76,56 @@ class Result:
     algorithm: str
     runs: int
     failed: int
-    final: Quality | None
+    final: FinalCosts | None
     targets: tuple[Reached, ...]
 
 
 @final
 @dataclass(frozen=True)
 class Pair:
-    """Two contestants against each other.
+    """Two solvers against each other.
 
     Attributes:
-        one: Name of a contestant.
+        one: Name of a solver.
         other: Name of another.
         superiority: How often a run of the one does better than a run of the other, ties counting half: the A12 of
             Vargha and Delaney, over several problems its mean.
         effect: Its size in a word: negligible, small, medium or large; None without runs.
         ratio: Expected running time of the other over that of the one at the headline target; above one if the one is
-            faster. Over several problems the geometric mean of those in `ratio_problems`.
+            faster. BudgetExhausted several problems the geometric mean of those in `ratio_problems`.
         ratio_problems: Problems on which both reached the target.
         p: Probability of runs as different as these if the two were the same; None without runs.
         p_adjusted: After Holm's correction for all comparisons made.
-        told: Can the two be told apart?
+        significant: Whether the two differ significantly.
     """
 
     one: str
     other: str
-    superiority: Estimate
+    superiority: IntervalEstimate
     effect: str | None
-    ratio: Estimate
+    ratio: IntervalEstimate
     ratio_problems: tuple[str, ...]
     p: float | None
     p_adjusted: float | None
-    told: bool
+    significant: bool
 
 
 @final
 @dataclass(frozen=True)
 class Place:
-    """Where a contestant stands.
+    """Where a solver stands.
 
     Attributes:
         algorithm: Its name.
         rank: From 1; equal mean ranks share one. None where it cannot be ranked with the others, see `unranked`.
-        mean_rank: Over the blocks (problem, seed), 1 being the best; None as `rank`.
+        mean_rank: BudgetExhausted the blocks (problem, seed), 1 being the best; None as `rank`.
         runs: That were made.
         failed: Those of them that failed.
         success: Share of them that reached the headline target.
-        price: Expected running time to the headline target, in the measure; None over several problems.
+        running_time: Expected running time to the headline target, in the measure; None over several problems.
         solved: Problems on which any run reached it.
         area: Under the ECDF of running times on a logarithmic axis of budgets, 0 to 1; None without runs.
-        against_first: The first as `one` and this contestant as `other`; None for the first itself and the unranked.
+        against_first: The first as `one` and this solver as `other`; None for the first itself and the unranked.
         unranked: Why it is not ranked; empty if it is.
     """
 
@@ -134,8 +134,8 @@ class Place:
     mean_rank: float | None
     runs: int
     failed: int
-    success: Estimate
-    price: Estimate
+    success: IntervalEstimate
+    running_time: IntervalEstimate
     solved: int
     area: float | None
     against_first: Pair | None
@@ -145,17 +145,17 @@ class Place:
 @final
 @dataclass(frozen=True)
 class Ranks:
-    """Mean ranks over complete blocks, and what can be told of them: all that a critical-difference diagram shows.
+    """Mean ranks over complete blocks and their tests: all that a critical-difference diagram shows.
 
     Attributes:
         algorithms: Names, the best mean rank first.
         mean_ranks: Of each.
         blocks: Pairs (problem, seed) in which each of them has a run.
-        statistic: Friedman's; None with fewer than three contestants, two blocks, or all tied.
+        statistic: Friedman's; None with fewer than three solvers, two blocks, or all tied.
         p: Of Friedman's test: probability of mean ranks as different as these if all were the same.
         critical_difference: Mean ranks that differ by more differ at 5 %, after Nemenyi; None with fewer than two.
         nemenyi: Adjusted p of each pair, in the order of `algorithms`; empty as above.
-        groups: Names of those that cannot be told apart, two at least, each group in order.
+        groups: Names of solvers that do not differ significantly, at least two in each group, in order.
     """
 
     algorithms: tuple[str, ...]
@@ -171,10 +171,10 @@ class Ranks:
 @final
 @dataclass(frozen=True)
 class Order:
-    """Contestants in order, on some problems and in one measure.
+    """Solvers in order, on some problems and in one measure.
 
     Attributes:
-        measure: What runs are paid in.
+        measure: Evaluations or wall time.
         problems: Names of those it is about: one, or a family.
         places: The best first; those that cannot be ranked last.
         pairs: All of them, `one` standing before `other`.
@@ -193,13 +193,13 @@ class Order:
 @final
 @dataclass(frozen=True)
 class OnProblem:
-    """How contestants stand on one problem.
+    """How solvers stand on one problem.
 
     Attributes:
         problem: Its name.
         evaluations: Their order when evaluations count.
         seconds: Their order when wall time counts.
-        results: What each achieved, in the order asked for.
+        results: What each achieved, in the order of the plan.
     """
 
     problem: str
@@ -211,7 +211,7 @@ class OnProblem:
 @final
 @dataclass(frozen=True)
 class Standings:
-    """How contestants stand on a family of problems.
+    """How solvers stand on a family of problems.
 
     Attributes:
         family: Of the problems.

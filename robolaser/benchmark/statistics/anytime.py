@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.convergence import Course
+from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.statistics.quantiles import quantiles
 
 BAND = np.array([0.1, 0.5, 0.9])
@@ -30,6 +30,6 @@ def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Arra
     return quantiles(excess.T, levels).T if len(costs) else np.full((len(levels), costs.shape[1]), np.nan)
 
 
-def after_evaluations(courses: Sequence[Course], at: Array) -> Array:
+def after_evaluations(traces: Sequence[ConvergenceTrace], at: Array) -> Array:
     """Lowest cost of each run after so many evaluations (g,) -> (s, g)."""
-    return np.array([course.after(at) for course in courses]).reshape(-1, len(at))
+    return np.array([trace.best_after(at) for trace in traces]).reshape(-1, len(at))

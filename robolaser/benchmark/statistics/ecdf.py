@@ -10,34 +10,34 @@ import numpy as np
 from robolaser.arrays import Array
 
 
-def budgets(prices: Array, spent: Array, points: int = 200) -> Array:
-    """From the first target that anybody reached to the end of the longest run, evenly on a logarithmic axis.
+def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
+    """From the first target that any run reached to the end of the longest run, evenly on a logarithmic axis.
 
     Args:
-        prices: Any shape.
-        spent: By whole runs, any shape.
+        running_times: Any shape.
+        totals: Of whole runs, any shape.
         points: How many.
 
     Returns:
-        (points,), rising; empty where nobody reached anything.
+        (points,), rising; empty if no run reached any.
     """
-    reached = prices[np.isfinite(prices) & (prices > 0)]
+    reached = running_times[np.isfinite(running_times) & (running_times > 0)]
     if not len(reached):
         return np.empty(0)
-    return np.geomspace(reached.min(), max(np.nanmax(spent), reached.max()), points)
+    return np.geomspace(reached.min(), max(np.nanmax(totals), reached.max()), points)
 
 
-def shares(prices: Array, budgets: Array) -> Array:
+def shares(running_times: Array, budgets: Array) -> Array:
     """Shares of (problem, seed, target) reached within budgets.
 
     Args:
-        prices: (p, a, s, t).
+        running_times: (p, a, s, t).
         budgets: (g,).
 
     Returns:
         (a, g); NaN for an algorithm without runs.
     """
-    of_algorithms = [prices[:, a].ravel() for a in range(prices.shape[1])]
+    of_algorithms = [running_times[:, a].ravel() for a in range(running_times.shape[1])]
     found = np.full((len(of_algorithms), len(budgets)), np.nan)
     for row, of_one in zip(found, of_algorithms, strict=True):
         there = np.sort(of_one[~np.isnan(of_one)])
@@ -46,7 +46,7 @@ def shares(prices: Array, budgets: Array) -> Array:
     return found
 
 
-def areas(prices: Array, first: float, last: float) -> Array:
+def areas(running_times: Array, first: float, last: float) -> Array:
     """Area under the ECDF on a logarithmic axis of budgets from `first` to `last`, 0 to 1.
 
     That is, the mean over (problem, seed, target) of the share of the axis that was left when it was reached. Lopez-
@@ -54,15 +54,15 @@ def areas(prices: Array, first: float, last: float) -> Array:
     black-box optimization algorithms".
 
     Args:
-        prices: (p, a, s, t).
+        running_times: (p, a, s, t).
         first: Budget at which the axis begins.
         last: Budget at which it ends, above the first.
 
     Returns:
         (a,); NaN for an algorithm without runs.
     """
-    left = np.log(last / np.clip(prices, first, last)) / np.log(last / first)
-    there = ~np.isnan(prices)
+    left = np.log(last / np.clip(running_times, first, last)) / np.log(last / first)
+    there = ~np.isnan(running_times)
     total, count = np.where(there, left, 0.0).sum(axis=(0, 2, 3)), there.sum(axis=(0, 2, 3))
     area: Array = total / np.where(count > 0, count, np.nan)
     return area

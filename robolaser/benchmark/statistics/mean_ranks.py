@@ -1,4 +1,4 @@
-"""Mean ranks over blocks, and what differences of them can be told from chance.
+"""Mean ranks over blocks, and which of their differences are significant.
 
 A block is a (problem, seed) in which each algorithm has one run. Friedman 1937; Nemenyi 1963; Demsar 2006, who ranks
 over data sets: ranked over seeds of given problems too, the tests speak of new seeds on these problems.
@@ -65,7 +65,7 @@ def mean_ranks(blocks: Array) -> MeanRanks:
 
 
 def critical_difference(blocks: int, algorithms: int) -> float:
-    """By how much mean ranks must differ to be told apart. Demsar 2006, section 3.2.2."""
+    """The difference above which mean ranks are significantly different. Demsar 2006, section 3.2.2."""
     q = float(studentized_range.ppf(1 - LEVEL, algorithms, np.inf)) / np.sqrt(2)
     return float(q * np.sqrt(algorithms * (algorithms + 1) / (6 * blocks)))
 

@@ -5,25 +5,25 @@ import numpy as np
 from robolaser.arrays import Array
 
 
-def outcomes(prices: Array, final: Array) -> Array:
+def outcomes(running_times: Array, final: Array) -> Array:
     """Places of all runs on each problem, equal ones sharing theirs.
 
     Runs that reached the target come first, the cheaper the better; then the others by what they ended with; last those
     that found nothing. Hansen et al. 2021 (COCO) rank like this where targets are not always reached.
 
     Args:
-        prices: To the target, (p, a, s).
+        running_times: To the target, (p, a, s).
         final: Excess of the lowest cost, (p, a, s).
 
     Returns:
         (p, a, s), from 1; NaN where there is no run.
     """
-    places = np.full(prices.shape, np.nan)
-    for of_problem, price, excess in zip(places, prices, final, strict=True):
-        there = ~np.isnan(price)
-        reached = np.isfinite(price)
+    places = np.full(running_times.shape, np.nan)
+    for of_problem, time, excess in zip(places, running_times, final, strict=True):
+        there = ~np.isnan(time)
+        reached = np.isfinite(time)
         excess_of_rest = np.where(reached, -np.inf, np.where(np.isnan(excess), np.inf, excess))
-        keys = np.stack([excess_of_rest[there], np.where(reached, price, 0.0)[there]], axis=1)
+        keys = np.stack([excess_of_rest[there], np.where(reached, time, 0.0)[there]], axis=1)
         if len(keys):
             of_problem[there] = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1) + 1.0
     return places

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import norm, t
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.benchmark.statistics.bounded import CONFIDENCE, Bounded
+from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 SAMPLES = 2000
 """Bootstrap samples: expanded percentiles of five runs lie a thousandth from the ends."""
@@ -22,17 +22,17 @@ interval: few runs, drawn again and again, give the same handful of numbers. Wit
 truth 95 times in a hundred do so at least 92 times."""
 
 
-def expected(prices: Array, spent: Array) -> Array:
+def expected(running_times: Array, totals: Array) -> Array:
     """ERT of each target.
 
     Args:
-        prices: (..., s, t).
-        spent: By the whole runs, (..., s).
+        running_times: (..., s, t).
+        totals: Of the whole runs, (..., s).
 
     Returns:
         (..., t); infinite where no run reached the target, NaN where there are no runs.
     """
-    paid, reached = _paid(prices, spent), np.isfinite(prices)
+    paid, reached = _paid(running_times, totals), np.isfinite(running_times)
     return _over(paid.sum(axis=-2), reached.sum(axis=-2))
 
 
@@ -45,18 +45,18 @@ def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SA
     return drawn
 
 
-def resampled(prices: Array, spent: Array, drawn: Ints) -> Array:
+def resampled(running_times: Array, totals: Array, drawn: Ints) -> Array:
     """ERT in each bootstrap sample.
 
     Args:
-        prices: (p, a, s, t).
-        spent: (p, a, s).
+        running_times: (p, a, s, t).
+        totals: (p, a, s).
         drawn: (p, b, s), see `draws`.
 
     Returns:
         (p, a, t, b).
     """
-    p, a, s, targets = prices.shape
+    p, a, s, targets = running_times.shape
     weights = np.swapaxes(drawn, 1, 2).astype(float)  # (p, s, b)
 
     def total(of_runs: Array) -> Array:
@@ -64,10 +64,10 @@ def resampled(prices: Array, spent: Array, drawn: Ints) -> Array:
         totals: Array = (rows @ weights).reshape(p, a, targets, weights.shape[2])
         return totals
 
-    return _over(total(_paid(prices, spent)), total(np.isfinite(prices).astype(float)))
+    return _over(total(_paid(running_times, totals)), total(np.isfinite(running_times).astype(float)))
 
 
-def bounds(value: Array, samples: Array, runs: Ints) -> Bounded:
+def bounds(value: Array, samples: Array, runs: Ints) -> Intervals:
     """Intervals of numbers that were estimated anew in each bootstrap sample.
 
     Args:
@@ -78,7 +78,7 @@ def bounds(value: Array, samples: Array, runs: Ints) -> Bounded:
     return _bounds(value, samples, runs, runs - 1)
 
 
-def ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
+def ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
     """How many times longer the other takes than the one, on each problem.
 
     Args:
@@ -97,7 +97,7 @@ def ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
     )
 
 
-def mean_ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
+def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
     """The same over several problems: the geometric mean over those on which both reached the target.
 
     Args:
@@ -129,9 +129,9 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> Bounded:
     )
 
 
-def _paid(prices: Array, spent: Array) -> Array:
+def _paid(running_times: Array, totals: Array) -> Array:
     """Up to the target, or the end; nothing where there is no run."""
-    return np.nan_to_num(np.where(np.isfinite(prices), prices, spent[..., None]), nan=0.0)
+    return np.nan_to_num(np.where(np.isfinite(running_times), running_times, totals[..., None]), nan=0.0)
 
 
 def _over(paid: Array, reached: Array | Ints) -> Array:
@@ -146,7 +146,7 @@ def _ratio(other: Array, one: Array) -> Array:
     return ratio
 
 
-def _bounds(value: Array, samples: Array, runs: Ints, freedoms: Ints) -> Bounded:
+def _bounds(value: Array, samples: Array, runs: Ints, freedoms: Ints) -> Intervals:
     enough = (freedoms >= FEWEST) & (runs >= FEWEST_RUNS) & ~np.isnan(value)
     n, df = np.where(enough, runs, 2), np.where(enough, freedoms, 1)
     level = norm.cdf(np.sqrt(n / (n - 1)) * t.ppf((1 - CONFIDENCE) / 2, df))
@@ -158,7 +158,7 @@ def _bounds(value: Array, samples: Array, runs: Ints, freedoms: Ints) -> Bounded
         picked: Array = np.take_along_axis(np.sort(filled, axis=-1), at, axis=-1)[..., 0]
         return np.where(enough, picked, np.nan)
 
-    return Bounded(
+    return Intervals(
         value,
         picked(np.where(unknown, 0.0, samples), at),
         picked(np.where(unknown, np.inf, samples), count - 1 - at),

@@ -6,15 +6,15 @@ import numpy as np
 from scipy.stats import binomtest
 
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.statistics.bounded import CONFIDENCE, Bounded
+from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 
-def successes(prices: Array) -> tuple[Ints, Ints]:
-    """Runs that reached a target, and runs there are: prices (..., s) -> two (...)."""
-    return np.isfinite(prices).sum(axis=-1), (~np.isnan(prices)).sum(axis=-1)
+def successes(running_times: Array) -> tuple[Ints, Ints]:
+    """Runs that reached a target, and runs there are: running_times (..., s) -> two (...)."""
+    return np.isfinite(running_times).sum(axis=-1), (~np.isnan(running_times)).sum(axis=-1)
 
 
-def wilson(reached: Ints, runs: Ints) -> Bounded:
+def wilson(reached: Ints, runs: Ints) -> Intervals:
     """Share of the runs that reached a target, with its score interval. Wilson 1927; Brown, Cai & DasGupta 2001.
 
     Pooled over problems of different difficulty the interval is a little wider than it need be.
@@ -26,7 +26,7 @@ def wilson(reached: Ints, runs: Ints) -> Bounded:
     reached, runs = np.broadcast_arrays(reached, runs)
     intervals = [_interval(int(k), int(n)) for k, n in zip(reached.flat, runs.flat, strict=True)]
     value, lower, upper = np.array(intervals, np.float64).reshape(-1, 3).T.reshape(3, *runs.shape)
-    return Bounded(value, lower, upper)
+    return Intervals(value, lower, upper)
 
 
 @cache

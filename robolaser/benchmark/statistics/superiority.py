@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.statistics.bounded import CONFIDENCE, Bounded
+from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 
 def wins(outcomes: Array) -> Array:
@@ -24,7 +24,7 @@ def wins(outcomes: Array) -> Array:
     return won
 
 
-def superiority(outcomes: Array) -> Bounded:
+def superiority(outcomes: Array) -> Intervals:
     """A12 of each pair of algorithms on each problem, with its score interval.
 
     The interval is Newcombe's fifth (2006): unlike a bootstrap's it does not shrink to a point where one algorithm wins
@@ -39,10 +39,10 @@ def superiority(outcomes: Array) -> Bounded:
     runs = (~np.isnan(outcomes)).sum(axis=2)
     n, m = runs[:, :, None], runs[:, None, :]
     value = wins(outcomes) / np.where(n * m > 0, n * m, np.nan)
-    return Bounded(value, _bound(value, n, m, end=0.0), _bound(value, n, m, end=1.0))
+    return Intervals(value, _bound(value, n, m, end=0.0), _bound(value, n, m, end=1.0))
 
 
-def mean_superiority(of_problems: Bounded) -> Bounded:
+def mean_superiority(of_problems: Intervals) -> Intervals:
     """Mean of A12 over the problems on which both have runs, (p, a, a) -> (a, a).
 
     Its interval is made of the problems' intervals: Zou & Donner 2008 (MOVER).
@@ -59,7 +59,7 @@ def mean_superiority(of_problems: Bounded) -> Bounded:
         return across
 
     value = mean(of_problems.value)
-    return Bounded(
+    return Intervals(
         value,
         np.maximum(value - width(of_problems.lower), 0.0),
         np.minimum(value + width(of_problems.upper), 1.0),

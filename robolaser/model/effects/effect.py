@@ -2,14 +2,15 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, NamedTuple, final
+from dataclasses import dataclass, fields
+from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects.declaration import Amplitude, Nonlinear, nonlinear, parameter
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
@@ -23,45 +24,6 @@ NOT_WARM = (
     "how far it has come in this recording is not known; it is taken as at the end of the calibrated run, warmed up. If"
     " it was not"
 )
-
-
-class Amplitude(NamedTuple):
-    """A parameter of an effect that is zero when nominal.
-
-    Attributes:
-        name: Within the effect.
-        unit: SI.
-        bound: It lies within ±bound.
-        prior_scale: What is common in industry: fits, complexity penalties and detection limits are relative to it.
-    """
-
-    name: str
-    unit: str
-    bound: float
-    prior_scale: float
-
-
-class Nonlinear(NamedTuple):
-    """An inner parameter of an effect, such as a frequency: it has no meaning while all amplitudes are zero."""
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    nominal: float
-
-
-def parameter(*, unit: str, bound: float, prior_scale: float) -> Any:
-    """Declare an amplitude, see `Amplitude`."""
-    return field(metadata={"amplitude": (unit, bound, prior_scale)})
-
-
-def nonlinear(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
-    """Declare a nonlinear parameter, see `Nonlinear`.
-
-    Within [lower, upper] the misfit may have many minima: `Effect.grid` says where to look.
-    """
-    return field(metadata={"nonlinear": (unit, lower, upper, nominal)})
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class LaserDrift(Effect):
     caveat = "holds for a warm-up like this one"
     remedy = "Switch the projector on well before measuring."
     reference = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device"
-    stage = Stage.SHEET
+    stage = Stage.LASER_PLANE
     site = "laser"
     needs = (warm_up,)
     depends_on_trajectory = True

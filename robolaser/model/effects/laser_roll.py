@@ -20,7 +20,7 @@ class LaserRoll(Effect):
     clause = "the laser plane is rolled against the image"
     remedy = "Turn the projector in its mount, or use the corrected model."
     reference = "Lee et al. 2004, eqs. 5-6, which take γ = 0"
-    stage = Stage.SHEET
+    stage = Stage.LASER_PLANE
     site = "laser"
 
     angle: Array = parameter(unit="rad", bound=0.5, prior_scale=0.02)

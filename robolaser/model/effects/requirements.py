@@ -11,8 +11,8 @@ PARTS = {
     Stage.MOUNT: "bracket",
     Stage.PIXELS: "camera",
     Stage.IMAGE: "camera",
-    Stage.SHEET: "laser plane",
-    Stage.LIGHT: "laser plane",
+    Stage.LASER_PLANE: "laser plane",
+    Stage.POINTS: "laser plane",
     Stage.TARGET: "target",
 }
 """The parts of a sensor through which values pass at a stage."""

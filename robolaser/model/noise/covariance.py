@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import some_of_each
-from robolaser.estimation.jacobian import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
@@ -38,11 +38,13 @@ class NoiseModel:
         sources: What may shake the rows, see `robolaser.model.noise.sources`.
         sigmas: Standard deviation of each source, by name, in its unit.
         estimated: Those that the residuals or repeats gave rather than the data set.
+        relative: Whether whitened rows are of unit variance only up to a common factor.
     """
 
     sources: tuple[ErrorSource, ...]
     sigmas: Mapping[str, float]
     estimated: tuple[str, ...] = ()
+    relative: bool = False
 
     def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
         """The same sources with other sizes; those not named keep theirs."""
@@ -52,9 +54,10 @@ class NoiseModel:
         """The noise that weights may rest on: all but estimated errors of whole poses.
 
         Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
+        What is left tells how rows compare with each other, no longer how large their errors are.
         """
-        of_poses = (source.name for source in self.sources if source.level == "pose")
-        return self.at({name: 0.0 for name in of_poses if name in self.estimated})
+        gone = [source.name for source in self.sources if source.level == "pose" and source.name in self.estimated]
+        return replace(self.at(dict.fromkeys(gone, 0.0)), relative=self.relative or bool(gone))
 
     def of_rows(self, rows: Ints) -> "NoiseModel":
         """The noise of some rows, whole poses of them."""
@@ -151,7 +154,7 @@ def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     """As `noise_of`, of no more rows than the sizes are judged by."""
     some = _telling(model, kept)
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
-    J = jacobian(some, x)[:, inside]
+    J = jacobian_matrix(some, x)[:, inside]
     pixel = pixel_from_repeats(model.dataset)
     return _sized(some.dataset, error_sources(some, x), some.residuals(x[None])[0], J, pixel)
 

@@ -1,7 +1,7 @@
 """The stripe's chain in compiled loops: from the paper's fourteen, and what effects make of them, to residuals."""
 
-from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
+from types import ModuleType
 from typing import final
 
 import numpy as np
@@ -44,12 +44,11 @@ class Chain:
         self._xyz = points.xyz[None]
         self._last: tuple[Array, Array] | None = None
 
-    @cached_property
-    def _costs(self) -> Callable[..., None]:
-        from robolaser.model.sensors.stripe_loops import costs  # noqa: PLC0415 - numba takes a third of a second to load
+    @property
+    def _loops(self) -> ModuleType:
+        from robolaser.model.sensors import stripe_loops  # noqa: PLC0415 - loads numba
 
-        made: Callable[..., None] = costs
-        return made
+        return stripe_loops
 
     def costs(self, own: Array, T_base_flange: Array) -> Array:
         """J for a placed target and an arm that stands the same for all candidates, (c, 14) -> (c,) [m²].
@@ -57,46 +56,18 @@ class Chain:
         The target is carried to the flange frame once for all: distances stay what they are, and no pose is left in
         the loop.
         """
-        known, costs = self._in_flange(T_base_flange), self._costs
+        known = self._in_flange(T_base_flange)
         c, m = len(own), known.shape[2]
         if m > ROWS_AT_ONCE:
             return self._run(dict(zip(SCANNER, own.T, strict=True)), ARM_STANDS, Perturbation(), known, store=False)[1]
         J = np.empty(c)
         given = np.ascontiguousarray(own), self._bracket, self._zyz, self._along_u, self._image, known, J
         if c * m <= AT_ONCE:
-            costs(0, c, *given)
+            self._loops.costs(0, c, *given)
         else:
             part = -(-AT_ONCE // m)
-            share_out(partial(costs, i, min(i + part, c), *given) for i in range(0, c, part))
+            share_out(partial(self._loops.costs, i, min(i + part, c), *given) for i in range(0, c, part))
         return J
-
-    def descend(
-        self, starts: Array, lower: Array, upper: Array, T_base_flange: Array, *, steps: int, tol: float
-    ) -> tuple[Array, Array, int]:
-        """From each start downhill; see `robolaser.estimation.descent_loops`.
-
-        Args:
-            starts: The fourteen, and where the target is not placed its six, (k, d).
-            lower: Lower bounds, (d,); those with equal bounds are held.
-            upper: Upper bounds, (d,).
-            T_base_flange: Of the nominal arm, (1, n, 4, 4).
-            steps: At most, from each start.
-            tol: Share of J below which a step is not worth while.
-
-        Returns:
-            Where each arrived (k, d), J there (k,) [m²], infinite for starts at a pole, and the candidates evaluated.
-        """
-        from robolaser.estimation.descent_loops import descend  # noqa: PLC0415 - as above
-
-        k = len(starts)
-        ends, J, evaluations = np.empty_like(starts), np.empty(k), np.empty(k, np.int64)
-        known = _by_axis(self._xyz), self._runs, inverse(T_base_flange)[0], self._in_flange(T_base_flange)
-        scanner = self._bracket, self._zyz, self._along_u, self._image, *known
-        share_out(
-            partial(descend, i, i + 1, starts, lower, upper, scanner, steps, tol, ends, J, evaluations)
-            for i in range(k)
-        )
-        return ends, np.where(np.isfinite(J), J, np.inf), int(evaluations.sum())
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation, known: Array) -> Array:
         """Known points less predicted ones in the base frame, (c, m, 3) [m].
@@ -116,13 +87,11 @@ class Chain:
     def _run(
         self, values: Values, T_base_flange: Array, perturb: Perturbation, known: Array, *, store: bool
     ) -> tuple[Array, Array]:
-        from robolaser.model.sensors.stripe_loops import residuals, unpacked  # noqa: PLC0415 - likewise
-
         own = np.empty((common_length(*(values[name] for name in SCANNER)), len(SCANNER)))
         for column, name in enumerate(SCANNER):
             own[:, column] = values[name]
-        camera, sheet, mount = unpacked(own, self._bracket, self._zyz, self._along_u)
-        sheet, mount = perturb(Stage.SHEET, sheet), perturb(Stage.MOUNT, mount)
+        camera, sheet, mount = self._loops.unpacked(own, self._bracket, self._zyz, self._along_u)
+        sheet, mount = perturb(Stage.LASER_PLANE, sheet), perturb(Stage.MOUNT, mount)
         image = self._image
         if perturb.touches(Stage.PIXELS, Stage.IMAGE):
             image = self._along_axes(self._flat(values, perturb))
@@ -134,7 +103,7 @@ class Chain:
         given = camera, *map(np.ascontiguousarray, (sheet, mount, T_base_flange)), self._runs, image, known, E
         part = -(-AT_ONCE // min(m, ROWS_AT_ONCE))
         share_out(
-            partial(residuals, i, min(i + part, c), top, min(top + ROWS_AT_ONCE, m), *given, sums)
+            partial(self._loops.residuals, i, min(i + part, c), top, min(top + ROWS_AT_ONCE, m), *given, sums)
             for top, sums in zip(blocks, J, strict=True)
             for i in range(0, c, part)
         )

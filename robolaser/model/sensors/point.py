@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
@@ -14,7 +14,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of, vector
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameters, Values
+from robolaser.parameters import Values
 
 ENOUGH_ROWS = 3000
 """Rows that start values are found from, each reflector's alike."""
@@ -51,11 +51,6 @@ class Point(Sensor):
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
         return (*(f"base.{part}" for part in SIX), *tools)
 
-    @property
-    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Each axis of the tool points."""
-        return tuple((tuple(f"tool.{name}.{axis}" for name in self._tools), self._tool) for axis in "xyz")
-
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
         rows = np.arange(len(self._tool))
@@ -69,12 +64,6 @@ class Point(Sensor):
         for number, name in enumerate(self._tools):
             found |= {f"tool.{name}.{part}": tools[:, number, axis] for axis, part in enumerate("xyz")}
         return found
-
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The best, clipped to the bounds."""
-        found = self.initialize(values, T_base_flange, perturb)
-        items = (bounds.items[column] for column in bounds.columns(self.derived))
-        return {item.name: np.clip(found[item.name], item.lower, item.upper) for item in items}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""

@@ -2,16 +2,17 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
-from robolaser.errors import ParameterMissing, ParameterUnknown
+from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
@@ -57,6 +58,11 @@ class Sensor(ABC):
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
 
+    @classmethod
+    def has_laser_plane(cls) -> bool:
+        """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
+        return Stage.LASER_PLANE in cls.stages
+
     @property
     @abstractmethod
     def free(self) -> tuple[str, ...]:
@@ -72,11 +78,6 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
-    @property
-    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Groups of parameters of which no row depends on more than one: their names, and which is each row's, (m,)."""
-        return ()
-
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
@@ -90,15 +91,6 @@ class Sensor(ABC):
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
         """
-
-    @property
-    def eliminated(self) -> tuple[str, ...]:
-        """Parameters that `complete` finds: a search need not look for them."""
-        return self.derived
-
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The eliminated parameters that fit best within their bounds, for each candidate, as (c,) by name."""
-        raise NotImplementedError
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -151,6 +143,22 @@ class Sensor(ABC):
             columns.append((ahead - behind) / (2 * TWIST_STEP))
         return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
 
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
+        """The camera as programs that know pinholes see it, one candidate; None where there is none."""
+        return None
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """T_flange_frame of what sits on the flange, by name, one candidate: an exported URDF has these frames.
+
+        The points `tool.NAME` are called `tool_NAME` here.
+        """
+        tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
+        return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
+        return np.ones(len(self.dataset.points), dtype=bool)
+
     def prefix_of(self, name: str) -> str | None:
         """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
         return None
@@ -175,6 +183,11 @@ class Sensor(ABC):
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
     @property
+    def description(self) -> dict[str, Any]:
+        """What calibration.json says of it under `model`, beside its kind."""
+        return {}
+
+    @property
     def held_out_groups(self) -> Ints | None:
         """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
         return None
@@ -187,16 +200,24 @@ class Sensor(ABC):
         """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
 
         Raises:
-            ParameterUnknown: The data set gives one that this sensor does not have.
-            ParameterMissing: It does not give all of this sensor's free ones.
+            DataError: The data set gives one that this sensor does not have, or not all of its free ones.
         """
         given = self.dataset.parameters
         for name in given:
             if name not in self.free + self.derived:
-                raise ParameterUnknown(name, self.free + self.derived)
+                raise DataError(
+                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
+                    file="dataset.toml",
+                    column=f"[parameters] {name}",
+                )
         missing = [name for name in self.free if name not in given]
         if missing:
-            raise ParameterMissing(missing, self.format.kind)
+            raise DataError(
+                f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
+                "{ nominal, lower, upper } for each.",
+                file="dataset.toml",
+                column="[parameters]",
+            )
         items = [given[name] for name in self.free]
         if self.derived:
             nominal = {item.name: np.array([item.nominal]) for item in items}

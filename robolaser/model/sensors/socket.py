@@ -12,7 +12,7 @@ from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.sensor import Sensor, rigid_moves, vector
 from robolaser.model.stages import Perturbation
-from robolaser.parameters import Parameters, Values
+from robolaser.parameters import Values
 
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
 
@@ -47,11 +47,6 @@ class Socket(Sensor):
         sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
         return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
 
-    @property
-    def separable(self) -> tuple[tuple[tuple[str, ...], Ints], ...]:
-        """Each axis of the sockets."""
-        return tuple((tuple(f"socket.{name}.{axis}" for name in self._sockets), self._socket) for axis in "xyz")
-
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
         T = T_base_flange[:, self.dataset.points.pose]
@@ -65,12 +60,6 @@ class Socket(Sensor):
         ball = (inverse @ (np.swapaxes(A, 1, 2) @ b))[..., 0]
         sockets = np.einsum("csij,cj->csi", R_mean, ball) + t_mean
         return dict(zip(self.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
-
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """The best, clipped to the bounds."""
-        found = self.initialize(values, T_base_flange, perturb)
-        items = (bounds.items[column] for column in bounds.columns(self.derived))
-        return {item.name: np.clip(found[item.name], item.lower, item.upper) for item in items}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""

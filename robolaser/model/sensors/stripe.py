@@ -2,26 +2,26 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.compiled import available
+from robolaser.arrays import Array, Bools
+from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry import camera as optics
-from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
+from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
-from robolaser.model.sensors.mounting import SIMILARITY, Mounting
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
 from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameters, Values
+from robolaser.parameters import Values
 
+LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -65,9 +65,14 @@ class Stripe(Sensor):
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
     @property
-    def eliminated(self) -> tuple[str, ...]:
-        """The scanner's place and size, a similarity fit given its camera and its sheet, and the target's pose."""
-        return (*SIMILARITY, *self.derived)
+    def description(self) -> dict[str, Any]:
+        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
+        dataset = self.dataset
+        return {
+            "stripe_axis": dataset.stripe_axis,
+            "bracket_quat": list(dataset.bracket_quat),
+            "angles": dataset.angles,
+        }
 
     @property
     def fixed(self) -> tuple[str, ...]:
@@ -79,6 +84,20 @@ class Stripe(Sensor):
         c = self.dataset.parameters["f"].nominal / values["f"]
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
+
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
+        """The scanner's camera."""
+        return head.camera_view(values, perturb)
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Camera and laser."""
+        return head.frames(self.dataset, values, perturb)
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether target points lie in front of the camera, (m,)."""
+        T_camera_base = inverse(T_base_flange @ self.mount(values, perturb))
+        seen = carry(T_camera_base, self.dataset.points.pose, self.target(values, perturb))
+        return np.asarray(seen[0, :, 2] > 0.0)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
@@ -108,25 +127,6 @@ class Stripe(Sensor):
             T[good] = rigid_fit(known[good], seen[good])
         return six_of(T, "target")
 
-    def complete(self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Parameters) -> Values:
-        """Baseline, hand-eye and target's pose that fit best; what does not grow with b is taken at the values' b."""
-        items = tuple(bounds.items[column] for column in bounds.columns(self.eliminated))
-        mounting = Mounting(self.dataset, self.eliminated, Parameters(items))
-        reference = mounting.reference(values)
-        return mounting.found(self._shown({**values, "b": reference}, perturb), reference, T_base_flange, perturb)
-
-    def _shown(self, values: Values, perturb: Perturbation) -> Array:
-        """What `in_camera` gives, compiled where it can be."""
-        if not available() or perturb.touches(Stage.PIXELS, Stage.IMAGE):
-            return self.in_camera(values, perturb)
-        from robolaser.estimation.elimination.similarity_loops import shown  # noqa: PLC0415 - numba takes a third of a second to load
-
-        lens = np.stack(np.broadcast_arrays(*(values[name] for name in ("s_u", "s_v", "u_0", "v_0", "k", "f"))), axis=1)
-        sheet = np.ascontiguousarray(perturb(Stage.SHEET, optics.sheet(values)))
-        seen = np.empty((len(lens), self._pixel.shape[1], 3))
-        shown(0, len(lens), lens, sheet, self._pixel[0], self.dataset.stripe_axis == "u", seen)
-        return perturb(Stage.LIGHT, seen)
-
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
         return self.target(values, perturb)
@@ -154,29 +154,36 @@ class Stripe(Sensor):
 
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by the fourteen and T_base_target, (c, m, 3, 14 or 20); None where effects sit in between."""
-        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.SHEET, Stage.LIGHT):
+        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS):
             return None
         return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
 
-    @cached_property
-    def chain(self) -> Chain:
-        """The same in compiled loops, where there is a compiler."""
-        return Chain(self.dataset)
-
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        known = self.target(values, perturb)
-        if available() and not perturb.touches(Stage.LIGHT):
-            return self.chain.residuals(values, T_base_flange, perturb, known)
+        known, chain = self.target(values, perturb), self._chain_for(values, perturb)
+        if chain:
+            return chain.residuals(values, T_base_flange, perturb, known)
         return known - self.in_base(values, T_base_flange, perturb)
 
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """J of eq. 18; in one go where the compiler can."""
-        if available() and not perturb.touches(Stage.LIGHT):
-            return self.chain.squares(values, T_base_flange, perturb, self.target(values, perturb))
+        """J of eq. 18; in one go where it is compiled."""
+        chain = self._chain_for(values, perturb)
+        if chain:
+            return chain.squares(values, T_base_flange, perturb, self.target(values, perturb))
         return super().squares(values, T_base_flange, perturb)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
-        """J of the unbent model."""
-        direct = self.dataset.placed and available()
-        return self.chain.costs(x, T_base_flange) if direct else super().costs(x, T_base_flange)
+        """J of the model without effects; in one go where it is compiled."""
+        if self.dataset.placed and LOOPS.after(len(x) * len(self.dataset.points)):
+            return self._chain.costs(x, T_base_flange)
+        return super().costs(x, T_base_flange)
+
+    def _chain_for(self, values: Values, perturb: Perturbation) -> Chain | None:
+        """The compiled chain, where it pays and no effect sits where it has no room for one."""
+        if perturb.touches(Stage.POINTS):
+            return None
+        return self._chain if LOOPS.after(len(values["f"]) * len(self.dataset.points)) else None
+
+    @cached_property
+    def _chain(self) -> Chain:
+        return Chain(self.dataset)

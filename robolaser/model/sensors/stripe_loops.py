@@ -8,11 +8,8 @@ from robolaser.arrays import Array, Ints
 from robolaser.compiled.decorators import compiled
 from robolaser.geometry.frame_loops import frame, times, turned_xyz, turned_zyz
 
-FOURTEEN = 14
 TILE = 256
 """Rows whose residuals are worked out before they are written."""
-Scanner = tuple[Array, bool, bool, Array, Array, Ints, Array, Array]
-"""What `errors_of_one` has to know besides a candidate."""
 
 
 @compiled
@@ -204,38 +201,11 @@ def _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E):  # type: ignore
     return J
 
 
-@compiled
-def errors_of_one(x: Array, i: int, scanner: Scanner, e: Array) -> Any:
-    """Residuals of one candidate in the flange frame, and J; for an arm that stands the same for all candidates.
-
-    Args:
-        x: Candidates: the fourteen, and where the target is not placed the six of T_base_target, (c, 14 or 20).
-        i: Number of the candidate.
-        scanner: Bracket, kind of angles, axis of the stripe and image as for `costs`; target points in the target's own
-            frame (3, 1, m) [m], looked at where it is not placed; runs as for `residuals`; T_flange_base, (n, 4, 4);
-            target points in the flange frame (3, 1, m) [m], overwritten where the target is not placed.
-        e: Takes the residuals, one axis after the other, (3 m,) [m].
-
-    Returns:
-        J [m²].
-    """
-    bracket, zyz, along_u, image, target, runs, flange, known = scanner
-    m = np.uintp(image.shape[2])
-    lens, f, plane, mount = _parts(x, i, bracket, zyz, along_u)
-    if x.shape[1] > FOURTEEN:
-        turn = turned_xyz(x[i, 17], x[i, 18], x[i, 19])
-        T_base_target = times((1.0, 0.0, 0.0, x[i, 14], 0.0, 1.0, 0.0, x[i, 15], 0.0, 0.0, 1.0, x[i, 16]), turn)
-        for run in range(len(runs)):
-            T = times(frame(flange[runs[run, 0]]), T_base_target)
-            for r in range(np.uintp(runs[run, 1]), np.uintp(runs[run, 2])):
-                X, Y, Z = target[0, 0, r], target[1, 0, r], target[2, 0, r]
-                known[0, 0, r] = T[0] * X + T[1] * Y + T[2] * Z + T[3]
-                known[1, 0, r] = T[4] * X + T[5] * Y + T[6] * Z + T[7]
-                known[2, 0, r] = T[8] * X + T[9] * Y + T[10] * Z + T[11]
-    light, a = _light(plane, f), _focal(mount, f)
-    J = 0.0
-    for r in range(m):
-        e_x, e_y, e_z = _error(0, r, image, known, lens, light, a)
-        e[r], e[m + r], e[m + m + r] = e_x, e_y, e_z
-        J += e_x * e_x + e_y * e_y + e_z * e_z
-    return J
+def warm_up() -> None:
+    """Compile all that is called from outside."""
+    zyz, along_u = False, True
+    own, bracket, image, known = np.ones((1, 14)), np.eye(3), np.ones((2, 1, 1)), np.ones((3, 1, 1))
+    J, frames, runs = np.empty(1), np.zeros((1, 1, 4, 4)), np.array([[0, 0, 1]])
+    costs(0, 1, own, bracket, zyz, along_u, image, known, J)
+    camera, sheet, mount = unpacked(own, bracket, zyz, along_u)
+    residuals(0, 1, 0, 1, camera, sheet, mount, frames, runs, image, known, np.empty((1, 1, 3)), J)

@@ -11,8 +11,8 @@ _SCANNER: Mapping[str, str] = {
     "u_0": "principal point, u",
     "v_0": "principal point, v",
     "k": "radial lens distortion",
-    "b": "baseline, camera to light sheet",
-    "theta": "tilt of the light sheet",
+    "b": "baseline, camera to laser plane",
+    "theta": "tilt of the laser plane",
     "w": "camera turned on the flange, 1st angle",
     "phi": "camera turned on the flange, 2nd angle",
     "psi": "camera turned on the flange, 3rd angle",
@@ -24,19 +24,19 @@ _SIX = {"w": "1st angle", "phi": "2nd angle", "psi": "3rd angle"}
 
 
 def meaning(name: str) -> str:
-    """What a sensor's parameter is; empty for a name that nobody explained."""
+    """What a sensor's parameter is; empty for an unknown name."""
     if name in _SCANNER:
         return _SCANNER[name]
     thing, _, part = name.rpartition(".")
     part = _SIX.get(part, part)
     kind, _, which = thing.partition(".")
-    said = {
+    meanings = {
         "target": "target in the base frame",
         "base": "robot base in the tracker's frame",
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",
     }
-    return f"{said[kind]}, {part}" if kind in said else ""
+    return f"{meanings[kind]}, {part}" if kind in meanings else ""
 
 
 def effect_meaning(effect: str) -> str:

@@ -1,4 +1,4 @@
-"""The parameters as rows of a table: value and error, place within the bounds, and what to beware of."""
+"""The parameters as rows of a table: value and error, position within the bounds, and caveats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from robolaser.calibration.result import Calibration
 from robolaser.report.calibration.meanings import effect_meaning, meaning
 from robolaser.report.digits import measured, plain
 
-HELD, ON_BOUND, UNFIXED = "held", "on its bound", "cannot be fixed by these data"
-ENTANGLED = "hardly told from others"
+FIXED, ON_BOUND, UNDETERMINED = "fixed", "on its bound", "not determined by these data"
+CORRELATED = "hardly distinguishable from others"
 BAND = 2.0  # standard deviations of the band on the bounds bar
 
 
@@ -39,7 +39,7 @@ class Bar:
 
 @final
 @dataclass(frozen=True)
-class Row:
+class ParameterRow:
     """One parameter.
 
     Attributes:
@@ -48,7 +48,7 @@ class Row:
         value: With its error and unit.
         nominal: With unit; empty where nobody gave one.
         bar: None where nobody gave bounds.
-        note: What to beware of; may be empty.
+        note: A caveat; may be empty.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Row:
 
 @final
 @dataclass(frozen=True)
-class EffectRow:
+class EffectParameterRow:
     """One number of an effect in the model.
 
     Attributes:
@@ -71,7 +71,7 @@ class EffectRow:
         number: Which of the effect's numbers.
         value: With its error and unit.
         away: How far it is from zero.
-        note: What to beware of; may be empty.
+        note: A caveat; may be empty.
     """
 
     effect: str
@@ -83,11 +83,11 @@ class EffectRow:
     note: str
 
 
-def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Row]]:
+def parameter_rows(calibration: Calibration) -> tuple[Sequence[ParameterRow], Sequence[ParameterRow]]:
     """The sensor's parameters: those with bounds from the user, and those that started from a closed form."""
     model = calibration.model
-    given: list[Row] = []
-    placed: list[Row] = []
+    given: list[ParameterRow] = []
+    placed: list[ParameterRow] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
         value, std = float(calibration.x[i]), float(calibration.std[i])
         bar = None
@@ -97,7 +97,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Ro
             half = 100 * BAND * std / width if np.isfinite(std) else 0.0
             start, end = (float(np.clip(place, 0, 100)) for place in (at - half, at + half))
             bar = Bar(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
-        row = Row(
+        row = ParameterRow(
             name=item.name,
             meaning=meaning(item.name),
             value=measured(value, std, item.unit),
@@ -109,7 +109,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Ro
     return given, placed
 
 
-def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
+def effect_rows(calibration: Calibration) -> Sequence[EffectParameterRow]:
     """The numbers of the effects in the model."""
     names = calibration.model.parameters.names
     rows = []
@@ -118,7 +118,7 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
             i = names.index(item.name)
             value, std = float(calibration.x[i]), float(calibration.std[i])
             rows.append(
-                EffectRow(
+                EffectParameterRow(
                     effect=candidate_effect.effect.name,
                     where=candidate_effect.where,
                     meaning=effect_meaning(candidate_effect.effect.name),
@@ -132,16 +132,16 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
 
 
 def note(calibration: Calibration, i: int) -> str:
-    """What to beware of with the i-th parameter."""
+    """The caveat about the i-th parameter; may be empty."""
     name = calibration.model.parameters.names[i]
     if name in calibration.model.sensor.fixed:
-        return HELD
+        return FIXED
     if calibration.on_bound[i]:
         return ON_BOUND
     if not np.isfinite(calibration.std[i]):
-        return UNFIXED
+        return UNDETERMINED
     held = set(calibration.model.sensor.fixed)
     shared = [set(direction.parameters) for direction in calibration.unidentifiable if name in direction.parameters]
     if any(not held & names for names in shared):
-        return ENTANGLED
+        return CORRELATED
     return f"given {' and '.join(sorted(held))}" if shared else ""

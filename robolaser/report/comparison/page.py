@@ -7,8 +7,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.benchmark.result import Comparison
-from robolaser.benchmark.results_array import SHOWN
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.report.chart import Chart
 from robolaser.report.comparison import methods, rows
@@ -74,12 +74,12 @@ class ProblemRow:
     targets: str
 
 
-def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = "") -> str:
+def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
     """The page as HTML.
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: The standings of each family of problems.
         command: What to type to repeat it.
     """
     contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
@@ -105,8 +105,8 @@ def page(comparison: Comparison, judged: Sequence[Standings], *, command: str = 
     )
 
 
-def verdict(comparison: Comparison, judged: Sequence[Standings]) -> str:
-    """Which is better, by how much and how sure is that, in the first family of problems."""
+def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
+    """Which is better, by how much and how certain, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
     return judged[0].evaluations.answer or NOTHING
@@ -179,7 +179,7 @@ def _problems(context: PlotContext) -> Sequence[ProblemPart]:
     return parts
 
 
-def _problem_rows(comparison: Comparison) -> list[ProblemRow]:
+def _problem_rows(comparison: BenchmarkResult) -> list[ProblemRow]:
     return [
         ProblemRow(
             1 + i,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.benchmark.standings import Order, Pair
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.standings.phrases import chance
 
 
 @final
@@ -41,10 +41,10 @@ def _cell(of: Mapping[tuple[str, str], Pair], one: str, other: str) -> PairwiseC
         return PairwiseCell("", 0.0, is_significant=False, words="nothing is known of these two")
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
     p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
-    significant = "significant" if pair.told else "not significant"
+    significant = "significant" if pair.significant else "not significant"
     return PairwiseCell(
         f"{value:.2f}",
         200 * (value - 0.5),
-        pair.told,
+        pair.significant,
         f"{one} beats {other} in {100 * value:.0f} % of pairs; {significant}{p}",
     )

@@ -9,12 +9,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.result import Comparison, Contested
-from robolaser.benchmark.results_array import Tally
+from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
+from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
 from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours
-from robolaser.report.comparison import prices
+from robolaser.report.comparison.excess import cost_excess, number, rms_excess, rms_target
 
 LEADING = 5
 """Algorithms that have a colour of their own, by rank."""
@@ -29,8 +29,8 @@ LEGEND_PX = 12
 def target(family: str, tolerance: float) -> str:
     """A target of a family in words."""
     if family == CALIBRATION:
-        return f"an RMS within {prices.rms_target(tolerance)} of the best known"
-    return f"a cost within {prices.number(tolerance)} of the lowest"
+        return f"an RMS within {rms_target(tolerance)} of the best known"
+    return f"a cost within {number(tolerance)} of the lowest"
 
 
 @final
@@ -43,16 +43,16 @@ class PlotContext:
         standings: On the problems of this one.
     """
 
-    comparison: Comparison
+    comparison: BenchmarkResult
     standings: Standings
 
     @cached_property
-    def tally(self) -> Tally:
+    def tally(self) -> ResultArrays:
         """Runs on these problems."""
-        return self.comparison.tally(self.standings.family)
+        return self.comparison.arrays(self.standings.family)
 
     @property
-    def problems(self) -> tuple[Contested, ...]:
+    def problems(self) -> tuple[ProblemSummary, ...]:
         """Of this family."""
         return self.comparison.of(self.standings.family)
 
@@ -92,14 +92,18 @@ class PlotContext:
 
     def widths(self, names: Sequence[str]) -> Channel:
         """The channel of a line's width: those with a colour are thicker."""
-        scale = {"domain": list(names), "range": [2 if name in self.coloured else 1 for name in names]}
+        scale = {
+            "type": "ordinal",
+            "domain": list(names),
+            "range": [2 if name in self.coloured else 1 for name in names],
+        }
         return {"field": "series", "type": "nominal", "scale": scale, "legend": None}
 
     def number(self, problem: str) -> int:
         """Of a problem, from 1, as the page counts them."""
         return 1 + next(i for i, one in enumerate(self.comparison.problems) if one.name == problem)
 
-    def contested(self, name: str) -> Contested:
+    def contested(self, name: str) -> ProblemSummary:
         """A problem by its name."""
         return next(problem for problem in self.problems if problem.name == name)
 
@@ -107,34 +111,34 @@ class PlotContext:
         """A target in words."""
         return target(self.standings.family, tolerance)
 
-    def excess(self, problem: Contested, tolerance: float) -> str:
+    def excess(self, problem: ProblemSummary, tolerance: float) -> str:
         """How far above the best known, for a person."""
         if self.relative(problem):
-            return prices.rms_excess(tolerance)
-        return prices.cost_excess(tolerance, problem.scale, problem.unit)
+            return rms_excess(tolerance)
+        return cost_excess(tolerance, problem.scale, problem.unit)
 
-    def relative(self, problem: Contested) -> bool:
+    def relative(self, problem: ProblemSummary) -> bool:
         """Is more than next to nothing left at best, so that people would ask how much more an RMS is?"""
         return self.calibrates and problem.scale == abs(problem.best)
 
-    def heights(self, problem: Contested, tolerance: Array) -> Array:
+    def heights(self, problem: ProblemSummary, tolerance: Array) -> Array:
         """Tolerances as they are drawn: RMS above the best known as a share of it, or cost above the lowest."""
         if self.relative(problem):
             return np.sqrt(1.0 + np.maximum(tolerance, 0.0)) - 1.0
         heights: Array = tolerance * problem.scale
         return heights
 
-    def courses(self, problem: Contested) -> tuple[Array, Mapping[str, Array]]:
+    def courses(self, problem: ProblemSummary) -> tuple[Array, Mapping[str, Array]]:
         """Evaluations (g,), and what coloured algorithms have reached by then: one in ten, median, nine in ten."""
         of = {name: [run for run in self.comparison.runs if (run.problem, run.algorithm) == (problem.name, name)]
               for name in self.coloured}  # fmt: skip
-        first = [run.course.evaluations[0] for runs in of.values() for run in runs if len(run.course.evaluations)]
+        first = [run.trace.evaluations[0] for runs in of.values() for run in runs if len(run.trace.evaluations)]
         if not first or not np.isfinite(problem.best):
             return np.empty(0), {}
         at = np.geomspace(max(1, min(first)), max(self.comparison.budget, 2 * min(first)), MOMENTS)
         return at, {
             name: self.heights(
-                problem, bands(after_evaluations([run.course for run in runs], at), problem.best, problem.scale)
+                problem, bands(after_evaluations([run.trace for run in runs], at), problem.best, problem.scale)
             )
             for name, runs in of.items()
             if runs

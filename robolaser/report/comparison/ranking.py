@@ -1,15 +1,15 @@
-"""Tables of contestants: where they stand in a family, and what they achieve on a problem."""
+"""Tables of algorithms: their ranks in a family of problems, and their results on one problem."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.benchmark.result import Contested
-from robolaser.benchmark.results_array import SHOWN
-from robolaser.benchmark.standings import Estimate, OnProblem, Pair, Place, Quality, Reached, Result
-from robolaser.benchmark.standings.words import chance
-from robolaser.report.comparison import prices
+from robolaser.benchmark.result import ProblemSummary
+from robolaser.benchmark.result_arrays import SHOWN
+from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Place, Reached, Result
+from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison.plot_context import PlotContext
+from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
 
 FEW = 3
 """Problems that have a line each in one cell."""
@@ -17,7 +17,7 @@ FEW = 3
 
 @final
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """What stands in a table, and lines below it in small letters."""
 
     shown: str
@@ -27,31 +27,31 @@ class Cell:
 @final
 @dataclass(frozen=True)
 class StandingRow:
-    """A contestant's place in a family.
+    """An algorithm in a family of problems.
 
     Attributes:
         rank: By evaluations.
-        name: Of the contestant.
-        title: Of the contestant.
+        name: Of the algorithm.
+        title: Of the algorithm.
         colour: Its line's number in charts, see `report.chart.LINES`; None if it is grey.
         success: Share of runs that reached the target.
         evaluations: To the target.
         seconds: To the target.
-        against: Can it be told from the first?
-        final: What runs end with.
+        against: Is it significantly worse than the first?
+        final: Final results.
         failed: Runs that failed, of those made.
-        remark: What to beware of.
+        remark: A caveat.
     """
 
     rank: str
     name: str
     title: str
     colour: int | None
-    success: Cell
-    evaluations: Cell
-    seconds: Cell
-    against: Cell
-    final: Cell
+    success: TableCell
+    evaluations: TableCell
+    seconds: TableCell
+    against: TableCell
+    final: TableCell
     failed: str
     remark: str
 
@@ -59,17 +59,17 @@ class StandingRow:
 @final
 @dataclass(frozen=True)
 class ResultRow:
-    """A contestant on one problem: price and success at each of the shown targets, and what runs end with."""
+    """An algorithm on one problem: running time and success at each of the shown targets, and final results."""
 
     rank: str
     name: str
     colour: int | None
-    targets: Sequence[Cell]
-    final: Cell
+    targets: Sequence[TableCell]
+    final: TableCell
 
 
 def standing_rows(context: PlotContext) -> list[StandingRow]:
-    """All contestants of a family, the best first."""
+    """All algorithms of a family, the best first."""
     by_seconds = {place.algorithm: place for place in context.standings.seconds.places}
     return [_standing(context, place, by_seconds[place.algorithm]) for place in context.standings.evaluations.places]
 
@@ -82,19 +82,19 @@ def _standing(context: PlotContext, place: Place, in_seconds: Place) -> Standing
     return StandingRow(
         rank=_rank(place),
         name=name,
-        title=context.comparison.contestants[name],
+        title=context.comparison.solvers[name],
         colour=line_number(context, name),
-        success=Cell(
-            "" if place.success.value is None else prices.rate(place.success.value),
+        success=TableCell(
+            "" if place.success.value is None else rate(place.success.value),
             _lines(
                 _interval(place.success),
                 f"{place.solved} of {problems} problems" if place.solved < problems > 1 and place.runs else "",
             ),
         ),
-        evaluations=_price(place, [(problem, prices.count(_known(one.evaluations))) for problem, one in at]),
+        evaluations=_price(place, [(problem, count(_known(one.evaluations))) for problem, one in at]),
         seconds=_price(
             in_seconds,
-            [(problem, prices.duration(_known(one.seconds))) for problem, one in at],
+            [(problem, duration(_known(one.seconds))) for problem, one in at],
             f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (place.rank, None) else "",
         ),
         against=_against(place),
@@ -105,7 +105,7 @@ def _standing(context: PlotContext, place: Place, in_seconds: Place) -> Standing
 
 
 def result_rows(context: PlotContext, on: OnProblem) -> list[ResultRow]:
-    """All contestants on a problem, the best first."""
+    """All algorithms on a problem, the best first."""
     of = {result.algorithm: result for result in on.results}
     problem = context.contested(on.problem)
     return [
@@ -126,12 +126,12 @@ def reached(result: Result, tolerance: float) -> Reached | None:
 
 
 def line_number(context: PlotContext, name: str) -> int | None:
-    """Of a contestant that has a colour."""
+    """The number of its colour, of an algorithm that has one."""
     coloured = list(context.coloured)
     return coloured.index(name) if name in coloured else None
 
 
-def _known(estimate: Estimate) -> float:
+def _known(estimate: IntervalEstimate) -> float:
     return float("inf") if estimate.value is None else estimate.value
 
 
@@ -139,76 +139,76 @@ def _rank(place: Place) -> str:
     return "–" if place.rank is None else str(place.rank)
 
 
-def _interval(estimate: Estimate) -> str:
+def _interval(estimate: IntervalEstimate) -> str:
     if estimate.lower is None or estimate.upper is None:
         return ""
-    return prices.interval(estimate.lower, estimate.upper)
+    return interval(estimate.lower, estimate.upper)
 
 
 def _lines(*lines: str) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> Cell:
+def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> TableCell:
     """The price itself on one problem, times the first's over several."""
     if not place.runs:
-        return Cell("")
+        return TableCell("")
     if not place.solved:
-        return Cell(prices.NEVER, _lines(remark))
+        return TableCell(NEVER, _lines(remark))
     ratio, between = ("the first", "") if place.rank == 1 else _ratio(place.against_first)
     if len(each) == 1:
-        return Cell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
+        return TableCell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
     prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
-    return Cell(ratio or "–", _lines(between, *prices_of, remark))
+    return TableCell(ratio or "–", _lines(between, *prices_of, remark))
 
 
 def _ratio(pair: Pair | None) -> tuple[str, str]:
     """How many times the first's, and between which two."""
     if pair is None or pair.ratio.value is None:
         return "", ""
-    shown, lower, upper = prices.many(pair.ratio.value), pair.ratio.lower, pair.ratio.upper
+    shown, lower, upper = many(pair.ratio.value), pair.ratio.lower, pair.ratio.upper
     if lower is None:
         return shown, ""
     if upper is None:
-        return shown, f"at least {prices.manifold(lower)}"
-    return shown, f"{prices.manifold(lower)} to {prices.manifold(upper)}"
+        return shown, f"at least {manifold(lower)}"
+    return shown, f"{manifold(lower)} to {manifold(upper)}"
 
 
-def _against(place: Place) -> Cell:
+def _against(place: Place) -> TableCell:
     pair = place.against_first
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
-        return Cell("")
-    return Cell(
-        "yes" if pair.told else "no",
-        (chance(pair.p_adjusted), f"loses {prices.rate(pair.superiority.value)} of pairs"),
+        return TableCell("")
+    return TableCell(
+        "yes" if pair.significant else "no",
+        (chance(pair.p_adjusted), f"loses {rate(pair.superiority.value)} of pairs"),
     )
 
 
-def _target(one: Reached | None, runs: int) -> Cell:
+def _target(one: Reached | None, runs: int) -> TableCell:
     if one is None or not runs:
-        return Cell("")
+        return TableCell("")
     success = f"{one.successes} of {runs} runs"
     if not one.successes:
-        return Cell(prices.NEVER, (success,))
-    return Cell(prices.count(_known(one.evaluations)), (prices.duration(_known(one.seconds)), success))
+        return TableCell(NEVER, (success,))
+    return TableCell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
 
 
-def _quality(context: PlotContext, problem: Contested, quality: Quality | None) -> Cell:
+def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts | None) -> TableCell:
     """Median, and quartiles unless they are alike."""
     if quality is None:
-        return Cell("")
+        return TableCell("")
     median, lower, upper = (
         context.excess(problem, float("inf") if tolerance is None else tolerance)
         for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
     )
-    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+    return TableCell(median, () if median == lower == upper else (f"{lower} to {upper}",))
 
 
-def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
+def _final(context: PlotContext, results: Sequence[Result]) -> TableCell:
     if len(context.problems) == 1 and results:
         return _quality(context, context.problems[0], results[0].final)
     if len(context.problems) > FEW:
-        return Cell("")
-    return Cell(
+        return TableCell("")
+    return TableCell(
         "", [f"{one.problem} {_quality(context, context.contested(one.problem), one.final).shown}" for one in results]
     )

@@ -1,14 +1,14 @@
-"""Tables of what went wrong: runs that failed, and contestants that were not asked."""
+"""Tables of failures: runs that failed, and algorithms that cannot solve a problem."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 
 
-def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
-    """Contestant, reason, runs, and on which problems with which seeds."""
-    order = list(comparison.contestants)
+def failure_rows(comparison: BenchmarkResult) -> Iterator[tuple[str, str, int, str]]:
+    """Algorithm, reason, runs, and on which problems with which seeds."""
+    order = list(comparison.solvers)
     failures = sorted(
         comparison.failures, key=lambda run: (order.index(run.algorithm), run.reason, run.problem, run.seed)
     )
@@ -21,8 +21,8 @@ def failure_rows(comparison: Comparison) -> Iterator[tuple[str, str, int, str]]:
         yield name, reason, len(group), "; ".join(where)
 
 
-def refusal_rows(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
-    """Contestant, problems it was not asked, and why."""
+def refusal_rows(comparison: BenchmarkResult) -> Iterator[tuple[str, str, str]]:
+    """Algorithm, problems it was not run on, and why."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for (problem, name), reason in comparison.refused.items():
         grouped.setdefault((name, reason), []).append(problem)

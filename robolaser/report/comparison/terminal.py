@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from robolaser.benchmark.result import Comparison
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.plot_context import PlotContext
@@ -25,7 +25,7 @@ LONGEST = 90
 
 
 def print_comparison(
-    comparison: Comparison,
+    comparison: BenchmarkResult,
     judged: Sequence[Standings],
     folder: Path | None = None,
     *,
@@ -35,7 +35,7 @@ def print_comparison(
 
     Args:
         comparison: What was run.
-        judged: How contestants stand, for each family of problems.
+        judged: The standings of each family of problems.
         folder: Where it was written.
         console: Where to print; standard output by default.
     """

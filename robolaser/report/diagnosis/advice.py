@@ -1,4 +1,4 @@
-"""What to beware of with an effect that was found, and what to do about it."""
+"""Caveats about the effects that were found, and what to do about them."""
 
 from collections.abc import Mapping
 
@@ -6,15 +6,15 @@ from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.summary_text import EVEN
 
 SURE = 0.95
-"""Probability below which a finding is called a likelihood."""
+"""Probability below which a finding is called likely."""
 CLEAR = 2.0
-"""Standard deviations from zero, below which a number may as well be none."""
+"""Standard deviations from zero below which a value may be zero."""
 ALIKE = 0.5
-"""Share relative to the largest, from which on a place is worth a look too."""
+"""Share relative to the largest from which on a site is worth checking too."""
 WORSE = 1.02
-"""Held-out gap over that of what was found, from which on a rival does worse."""
+"""Held-out gap over that of the effect found, from which on an alternative is worse."""
 FEW = 2
-"""Rivals that a caveat names."""
+"""Alternatives that a caveat names."""
 
 SITES: Mapping[str, str] = {
     "camera": "the lens and how it is fixed",
@@ -30,33 +30,34 @@ SITES: Mapping[str, str] = {
 
 
 def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
-    """What to beware of with an effect, the gravest first; never nothing."""
+    """Caveats about an effect, the most serious first; at least one."""
     said = []
     if found.alternatives:
-        others = [str(rival.candidate_effect) for rival in found.alternatives[:FEW]]
-        more = len(found.alternatives) - len(others)
-        said.append(f"these poses cannot tell it from {', '.join(others)}" + (f" and {more} more" if more else ""))
+        others = [str(other.candidate_effect) for other in found.alternatives[:FEW]]
+        left = len(found.alternatives) - len(others)
+        more = f" and {left} more" if left else ""
+        said.append(f"these poses cannot distinguish it from {', '.join(others)}{more}")
     if found.probability < SURE:
-        said.append("likely rather than sure")
+        said.append("likely rather than certain")
     if diagnosis.verdict == "unexplained":
-        said.append("may have taken a part of what is unexplained")
+        said.append("may have absorbed a part of what is unexplained")
     return [*said, found.candidate_effect.effect.caveat]
 
 
-def beside(found: Finding, rival: Alternative) -> str:
-    """What to beware of with a rival: how it compares with what was found in its place."""
-    more = len(rival.parameters) - len(found.parameters)
-    worse = rival.gap_m > WORSE * found.gap_after_m
-    said = [f"has {more} more number{'s' * (more > 1)} to fit with"] if more > 0 else []
+def comparison(found: Finding, other: Alternative) -> str:
+    """How an alternative compares with the effect found."""
+    more = len(other.parameters) - len(found.parameters)
+    worse = other.gap_m > WORSE * found.gap_after_m
+    said = [f"has {more} more parameter{'s' * (more > 1)} to fit"] if more > 0 else []
     said += ["predicts new poses less well"] if worse else []
-    return "; ".join(said) or "predicts new poses as well: only other poses decide"
+    return "; ".join(said) or "predicts new poses as well: only other poses can decide"
 
 
 def doubt(number: Estimate) -> str:
-    """What to beware of with one number; may be empty."""
+    """The caveat about one value; may be empty."""
     if number.std is None:
-        return "not fixed by these data"
-    return "may as well be zero" if abs(number.value) < CLEAR * number.std else ""
+        return "not determined by these data"
+    return "may be zero" if abs(number.value) < CLEAR * number.std else ""
 
 
 def to_do(diagnosis: Diagnosis) -> list[str]:
@@ -65,43 +66,43 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     for found in diagnosis.findings:
         remedy = found.candidate_effect.remedy
         if found.probability < EVEN:
-            remedy = "Do not mend it yet: something else is likelier."
+            remedy = "Do not repair it yet: something else is more likely."
         said.append(f"{found.candidate_effect}: {remedy}")
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
         said.append(_measure(diagnosis))
     if len(diagnosis.outliers):
-        said.append("Look at the images of the gross errors listed below; they count for nothing here.")
+        said.append("Look at the images of the gross errors listed below; they are excluded here.")
     if diagnosis.findings:
-        said.append("Until then use the corrected model, `calibration.json`: it has all the effects found.")
+        said.append("Until then use the corrected model, `calibration.json`: it contains all effects found.")
     if diagnosis.verdict == "no_gap":
         said.append(
-            "Nothing needs mending. To become more accurate than this, lower the noise: repeat shots, or find the"
-            " stripe better."
+            "Nothing needs repair. To become more accurate, lower the noise: repeat shots, or improve the line"
+            " extraction."
         )
     return said
 
 
 def _look(diagnosis: Diagnosis) -> str:
     if not diagnosis.where:
-        return "The rest lies at no one place. More poses, spread wider, may show where."
+        return "The rest lies at no single site. More poses, spread wider, may show where."
     largest = diagnosis.where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
-    looked = "; and at ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
+    checked = "; and ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
     follows = ", ".join(dict.fromkeys(alike[site] for site in sites))
     return (
-        f"Look at {looked}. What is left there follows: {follows}; but in no form that an effect of the library has."
-        " One of your own may."
+        f"Check {checked}. What is left there depends on {follows}, but in no form that an effect of the library has."
+        " An effect of your own may."
     )
 
 
 def _measure(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.next_poses)
     poses = "the pose" if count == 1 else f"the {count} poses"
-    torn = next((found for found in diagnosis.findings if found.alternatives), None)
-    if torn is None:
-        return f"Measure {poses} listed below: they would tell most."
-    rival = torn.alternatives[0].candidate_effect
-    return f"Measure {poses} listed below: they distinguish {torn.candidate_effect} from {rival}."
+    ambiguous = next((found for found in diagnosis.findings if found.alternatives), None)
+    if ambiguous is None:
+        return f"Measure {poses} listed below: they are the most informative."
+    other = ambiguous.alternatives[0].candidate_effect
+    return f"Measure {poses} listed below: they distinguish {ambiguous.candidate_effect} from {other}."

@@ -1,12 +1,14 @@
 """The page of a diagnosis: one file that needs nothing else."""
 
 from robolaser.diagnosis.result import Diagnosis
+from robolaser.model.noise.sources import error_sources
+from robolaser.report.calibration.error_analysis import enough_rows
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import FIRST, THEN
-from robolaser.report.digits import millimetres, plain
+from robolaser.report.digits import millimetres
 from robolaser.report.page import drawn, render
-from robolaser.report.sensor_words import SOURCES, setting
+from robolaser.report.setting import noise_lines, setting
 
 VERDICTS = {
     "no_gap": "no gap",
@@ -26,6 +28,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
     """
     lead, _, sense = diagnosis.sentence.partition(". ")
     joints, poses = rows.pose_table(diagnosis)
+    sources = error_sources(enough_rows(diagnosis.model), diagnosis.x)
     return render(
         "diagnosis.html",
         diagnosis=diagnosis,
@@ -36,13 +39,13 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         sense=sense,
         gap=gap_lines(diagnosis),
         effects=rows.effect_rows(diagnosis),
-        rivals=rows.rival_rows(diagnosis),
-        places=rows.place_rows(diagnosis),
+        alternatives=rows.alternative_rows(diagnosis),
+        sites=rows.site_rows(diagnosis),
         limits=list(rows.limit_rows(diagnosis)),
         joints=joints,
         next_poses=poses,
         gross=list(rows.gross_rows(diagnosis)),
-        noise=list(noise_lines(diagnosis)),
+        noise=list(noise_lines(diagnosis.noise, sources)),
         to_do=to_do(diagnosis),
         first=drawn([make(diagnosis) for make in FIRST]),
         charts=drawn([make(diagnosis) for make in THEN]),
@@ -62,12 +65,3 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
     ]
     return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
-
-
-def noise_lines(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Each source of noise and its standard deviation."""
-    lines = []
-    for name, sigma in diagnosis.noise.items():
-        what, unit = SOURCES.get(name, (name, ""))
-        lines.append((what, plain(sigma, unit, 2) if sigma > 0 else "not known, taken as none"))
-    return lines

@@ -1,4 +1,4 @@
-"""Tables of a diagnosis: each row a value with its error, and what to beware of."""
+"""Tables of a diagnosis: values with their errors and caveats."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,104 +8,79 @@ from typing import final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.result import DetectionLimit, Diagnosis, Estimate
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.model.effects.joints import moving_joints
-from robolaser.report.diagnosis.advice import beside, caveats, doubt
-from robolaser.report.digits import measured, millimetres, plain
-
-SMALL = 1e-3
-"""Probabilities are not told apart below this, nor above its complement."""
+from robolaser.report.diagnosis.advice import caveats, comparison, doubt
+from robolaser.report.digits import measured, millimetres, percent, plain
 
 
 @final
 @dataclass(frozen=True)
 class EffectRow:
-    """An effect that was found.
+    """An effect that was found, or one that could stand in its place.
 
     Attributes:
         effect: Its name.
-        where: Its place.
+        where: Its site.
         meaning: In a few words.
-        numbers: Name of each, value with error and unit, and what to beware of with it.
-        probability: Of the effect.
-        closes: The gap before and after.
-        without: The gap when this one alone is taken out again.
-        caveat: What to beware of.
+        values: Name of each parameter, value with error and unit, and the caveat about it.
+        cells: What further columns say.
+        caveat: Of the whole.
     """
 
     effect: str
     where: str
     meaning: str
-    numbers: Sequence[tuple[str, str, str]]
-    probability: str
-    closes: str
-    without: str
+    values: Sequence[tuple[str, str, str]]
+    cells: Sequence[str]
     caveat: str
 
 
 @final
 @dataclass(frozen=True)
-class RivalRow:
-    """An effect that could stand in another's place."""
-
-    effect: str
-    where: str
-    meaning: str
-    numbers: Sequence[tuple[str, str, str]]
-    gap: str
-    instead_of: str
-    caveat: str
-
-
-@final
-@dataclass(frozen=True)
-class PlaceRow:
-    """A place of the gap: its share in per cent, and how likely chance alone would show as much."""
+class SiteRow:
+    """A site of the gap: its share in per cent, and the p value of finding as much by chance."""
 
     site: str
     coordinate: str
     share: float
-    chance: str
+    p_value: str
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
-    """The effects found, most important first."""
+    """The effects found, most important first: probability, gap before and after, gap without this one."""
     return [
-        EffectRow(
-            effect=found.candidate_effect.effect.name,
-            where=found.candidate_effect.where,
-            meaning=found.candidate_effect.effect.title,
-            numbers=[(name, with_error(number), doubt(number)) for name, number in found.parameters.items()],
-            probability=percent(found.probability),
-            closes=f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
-            without=millimetres(found.gap_without_m),
-            caveat="; ".join(caveats(diagnosis, found)),
+        _row(
+            found,
+            (
+                percent(found.probability),
+                f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
+                millimetres(found.gap_without_m),
+            ),
+            "; ".join(caveats(diagnosis, found)),
         )
         for found in diagnosis.findings
     ]
 
 
-def rival_rows(diagnosis: Diagnosis) -> list[RivalRow]:
-    """What else could be the cause, as far as these poses can tell."""
+def alternative_rows(diagnosis: Diagnosis) -> list[EffectRow]:
+    """What else could be the cause, as far as these poses can tell: the gap with it, and what it would replace."""
     return [
-        RivalRow(
-            effect=rival.candidate_effect.effect.name,
-            where=rival.candidate_effect.where,
-            meaning=rival.candidate_effect.effect.title,
-            numbers=[(name, with_error(number), doubt(number)) for name, number in rival.parameters.items()],
-            gap=millimetres(rival.gap_m),
-            instead_of=at(found.candidate_effect),
-            caveat=beside(found, rival),
-        )
+        _row(other, (millimetres(other.gap_m), str(found.candidate_effect)), comparison(found, other))
         for found in diagnosis.findings
-        for rival in found.alternatives
+        for other in found.alternatives
     ]
 
 
-def place_rows(diagnosis: Diagnosis) -> list[PlaceRow]:
+def _row(one: Finding | Alternative, cells: Sequence[str], caveat: str) -> EffectRow:
+    effect = one.candidate_effect.effect
+    values = [(name, with_error(number), doubt(number)) for name, number in one.parameters.items()]
+    return EffectRow(effect.name, one.candidate_effect.where, effect.title, values, cells, caveat)
+
+
+def site_rows(diagnosis: Diagnosis) -> list[SiteRow]:
     """Where the gap lies."""
-    return [PlaceRow(lies.site, lies.coordinate, 100 * lies.share, _chance(lies.p_value)) for lies in diagnosis.where]
+    return [SiteRow(lies.site, lies.coordinate, 100 * lies.share, _chance(lies.p_value)) for lies in diagnosis.where]
 
 
 def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, str]]:
@@ -144,18 +119,6 @@ def joint_units(dataset: Dataset) -> Mapping[str, str]:
 def with_error(number: Estimate) -> str:
     """A number as people read it."""
     return measured(number.value, np.nan if number.std is None else number.std, number.unit)
-
-
-def percent(share: float) -> str:
-    """A probability, never quite none and never quite all."""
-    if share > 1 - SMALL:
-        return "> 99.9 %"
-    return "< 0.1 %" if share < SMALL else f"{100 * share:.3g} %"
-
-
-def at(candidate_effect: CandidateEffect) -> str:
-    """An effect and its place."""
-    return str(candidate_effect)
 
 
 def _chance(p: float) -> str:

@@ -11,8 +11,8 @@ from robolaser.report.console import plain_unless_terminal, table
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import caveats, to_do
 from robolaser.report.diagnosis.page import gap_lines
-from robolaser.report.digits import millimetres
-from robolaser.report.sensor_words import setting
+from robolaser.report.digits import millimetres, percent
+from robolaser.report.setting import setting
 
 MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
 """Lines of each."""
@@ -35,7 +35,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
         out.print(Text(f"  {what:<17} {size:>10}   ") + Text(how, style="dim"))
     if diagnosis.findings:
         out.print(_effects(diagnosis))
-    places = [place for place in rows.place_rows(diagnosis) if place.share >= LEAST_SHARE]
+    places = [place for place in rows.site_rows(diagnosis) if place.share >= LEAST_SHARE]
     for place in places[:MOST_PLACES]:
         what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
         out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
@@ -63,7 +63,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
         made.add_row(
             Text(f"{found.candidate_effect.effect.name}:{found.candidate_effect.where} {name}"),
             rows.with_error(found.parameters[name]),
-            rows.percent(found.probability),
+            percent(found.probability),
             millimetres(found.gap_without_m),
             Text(caveats(diagnosis, found)[0], style="dim"),
         )

@@ -1,4 +1,4 @@
-"""A cloud as dots: no more of them than a browser bears, coloured by their height."""
+"""A cloud as dots: no more of them than a browser can handle, coloured by height."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,8 @@ VIRIDIS = (
 LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger ones hide edges
 
 
-def thinned(vertices: Vertices, most: int = MOST) -> Dots | None:
-    """Evenly taken points of a cloud; None where it has none."""
+def downsampled(vertices: Vertices, most: int = MOST) -> Dots | None:
+    """Evenly spaced points of a cloud; None where it has none."""
     every = max(1, -(-len(vertices) // most))
     places = places_of(vertices[::every])
     if not len(places):

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from viser import SceneApi
 
 
-def drawn(scene: "SceneApi", shape: Shape) -> Any:
-    """Draw a shape, in the place of another of its name; gives viser's handle of it."""
+def draw(scene: "SceneApi", shape: Shape) -> Any:
+    """Draw a shape, replacing any other of its name; returns viser's handle."""
     match shape:
         case Mesh():
             return scene.add_mesh_simple(

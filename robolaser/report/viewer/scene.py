@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.report.viewer.model import Belief, Posture
-from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, ball, box, together, tube
+from robolaser.report.viewer.cell_model import CellFrames, CellModel
+from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, box, merged, sphere, tube
 
 ARM: Colour = (178, 186, 196)
 JOINT: Colour = (88, 98, 112)
@@ -15,8 +15,8 @@ CAMERA: Colour = (38, 42, 48)
 VIEW: Colour = (90, 100, 115)
 LASER: Colour = (214, 40, 40)
 TARGET: Colour = (60, 60, 66)
-OF_BELIEF: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}
-"""Colours of the points, by the model that puts them there; the report's."""
+MODEL_COLOURS: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}
+"""Colours of the points by model, as in the pages."""
 
 THICK = 0.028  # radius of a link as a share of the arm's length
 LEAST_RADIUS_M, MOST_RADIUS_M = 0.004, 0.06
@@ -25,20 +25,20 @@ DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
 
 
-def cell(belief: Belief, posture: Posture, arm_m: float) -> tuple[Shape, ...]:
-    """What moves with the joints: arm, scanner and light.
+def moving_shapes(model: CellModel, frames: CellFrames, arm_m: float) -> tuple[Shape, ...]:
+    """Shapes that move with the joints: arm, scanner and laser plane.
 
     Args:
-        belief: Whose.
-        posture: Where it stands.
-        arm_m: Length of the arm, by which things are drawn [m].
+        model: Of the cell.
+        frames: At one pose.
+        arm_m: Length of the arm, to which sizes are relative [m].
     """
     radius = float(np.clip(THICK * arm_m, LEAST_RADIUS_M, MOST_RADIUS_M))
-    return (*_arm(belief.dataset, posture, radius), *_scanner(posture, radius))
+    return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
 
 
 def arm_length(dataset: Dataset) -> float:
-    """How far an arm's joints are from each other, altogether [m]."""
+    """Sum of the distances between successive joints [m]."""
     robot = dataset.robot
     if robot is None:
         return USUAL_ARM_M
@@ -46,62 +46,62 @@ def arm_length(dataset: Dataset) -> float:
     return float(sum(np.linalg.norm(step) for step in steps)) or USUAL_ARM_M
 
 
-def measured(belief: Belief, others: tuple[Belief, ...]) -> tuple[Shape, ...]:
-    """What stays: the target, and where this model puts the measured points.
+def fixed_shapes(model: CellModel, others: tuple[CellModel, ...]) -> tuple[Shape, ...]:
+    """Shapes that do not move: the target, and the measured points by this model.
 
     Args:
-        belief: Whose.
-        others: All models, for one size of dots.
+        model: Of the cell.
+        others: All models, so that their dots have one size.
     """
-    known = belief.target
+    known = model.target
     extent = max((float(np.ptp(one.target, axis=0).max()) for one in others if len(one.target)), default=0.0)
     size = float(np.clip(DOT * extent, LEAST_DOT_M, MOST_DOT_M))
-    seen = belief.points[np.isfinite(belief.points).all(axis=1)]
+    seen = model.points[np.isfinite(model.points).all(axis=1)]
     shapes: list[Shape] = []
     if len(known):
         shapes.append(Dots("target/points", known, TARGET, 0.8 * size))
     if len(seen):
-        shapes.append(Dots("points/measured", seen, OF_BELIEF[belief.name], size))
+        shapes.append(Dots("points/measured", seen, MODEL_COLOURS[model.name], size))
     return tuple(shapes)
 
 
-def _arm(dataset: Dataset, posture: Posture, radius: float) -> list[Shape]:
+def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
     shapes: list[Shape] = []
-    if len(posture.joints):
+    if len(frames.joints):
         robot = dataset.robot
-        assert robot is not None  # whose joints they are
-        places = [np.zeros(3), *posture.joints[:, :3, 3], posture.flange[:3, 3]]
+        assert robot is not None  # it has joints
+        places = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
         links = [
             tube(start, end, radius) for start, end in pairwise(places) if np.linalg.norm(end - start) > 0.1 * radius
         ]
-        links += [ball(place, radius) for place in places[1:-1]]
+        links += [sphere(place, radius) for place in places[1:-1]]
         if links:
-            shapes.append(Mesh("robot/links", *together(*links), ARM))
-        turned = [T[:3, :3] @ robot.axes[i] for T, i in zip(posture.joints, robot.chain, strict=True)]
+            shapes.append(Mesh("robot/links", *merged(*links), ARM))
+        turned = [T[:3, :3] @ robot.axes[i] for T, i in zip(frames.joints, robot.chain, strict=True)]
         hubs = [
             _slider(T, radius) if robot.prismatic[i] else tube(*_about(T[:3, 3], axis, 1.5 * radius), 1.25 * radius)
-            for T, axis, i in zip(posture.joints, turned, robot.chain, strict=True)
+            for T, axis, i in zip(frames.joints, turned, robot.chain, strict=True)
         ]
-        shapes.append(Mesh("robot/joints", *together(*hubs), JOINT))
+        shapes.append(Mesh("robot/joints", *merged(*hubs), JOINT))
         foot = tube(np.array([0.0, 0.0, -0.3 * radius]), np.array([0.0, 0.0, 0.3 * radius]), 2.6 * radius)
         shapes.append(Mesh("robot/foot", *foot, JOINT))
-    ends, colours = axes(posture.flange, 4.0 * radius)
+    ends, colours = axes(frames.flange, 4.0 * radius)
     shapes.append(Lines("robot/flange", ends, colours, 3.0))
     return shapes
 
 
-def _scanner(posture: Posture, radius: float) -> list[Shape]:
-    T, corners, light = posture.camera, posture.corners, posture.light
-    if T is None or corners is None or light is None or posture.projector is None:
+def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
+    T, corners, light = frames.camera, frames.corners, frames.light
+    if T is None or corners is None or light is None or frames.projector is None:
         return []
-    eye, lamp = T[:3, 3], posture.projector
+    eye, lamp = T[:3, 3], frames.projector
     size = 1.1 * radius
     body = T @ _shift(0.0, 0.0, -0.8 * size)
-    bracket = together(tube(posture.flange[:3, 3], body[:3, 3], 0.3 * radius), tube(body[:3, 3], lamp, 0.3 * radius))
+    bracket = merged(tube(frames.flange[:3, 3], body[:3, 3], 0.3 * radius), tube(body[:3, 3], lamp, 0.3 * radius))
     shapes: list[Shape] = [
         Mesh("scanner/camera", *box(body, (size, size, 1.6 * size)), CAMERA),
         Mesh("scanner/bracket", *bracket, JOINT),
-        Mesh("scanner/laser", *ball(lamp, 0.5 * size), LASER),
+        Mesh("scanner/laser", *sphere(lamp, 0.5 * size), LASER),
         Lines("scanner/view", _frustum(eye, corners), VIEW, 1.5),
     ]
     if len(light) > 1:
@@ -110,7 +110,7 @@ def _scanner(posture: Posture, radius: float) -> list[Shape]:
         faces = np.column_stack([np.zeros_like(i), i, i + 1])
         shapes.append(Mesh("light/sheet", fan, faces, LASER, 0.22))
         shapes.append(Lines("light/edge", np.stack([light[:-1], light[1:]], axis=1), LASER, 1.5))
-    stripe = posture.stripe
+    stripe = frames.stripe
     if stripe is not None and len(stripe) > 1:
         shapes.append(Lines("light/stripe", np.stack([stripe[:-1], stripe[1:]], axis=1), LASER, 4.0))
     return shapes

@@ -91,7 +91,7 @@ def tube(start: Array, end: Array, radius: float) -> tuple[Array, Ints]:
     return vertices, faces
 
 
-def ball(centre: Array, radius: float) -> tuple[Array, Ints]:
+def sphere(centre: Array, radius: float) -> tuple[Array, Ints]:
     """A sphere about a place (3,), as vertices and faces."""
     rows = SIDES // 2
     polar = np.linspace(0.0, np.pi, rows + 1)[:, None]
@@ -116,7 +116,7 @@ def box(T: Array, size: tuple[float, float, float]) -> tuple[Array, Ints]:
     return corner @ T[:3, :3].T + T[:3, 3], faces
 
 
-def together(*parts: tuple[Array, Ints]) -> tuple[Array, Ints]:
+def merged(*parts: tuple[Array, Ints]) -> tuple[Array, Ints]:
     """Several surfaces as one."""
     firsts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     faces = [faces + first for (_, faces), first in zip(parts, firsts[:-1], strict=True)]

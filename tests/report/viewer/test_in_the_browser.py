@@ -9,8 +9,8 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset, written
 
-from robolaser.report.viewer.downsampling import thinned
-from robolaser.report.viewer.model import calibrated, nominal
+from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.viewer.downsampling import downsampled
 from robolaser.report.viewer.serving import ViewerApp
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
@@ -32,26 +32,26 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def stage(tmp_path_factory):
+def app(tmp_path_factory):
     data = dataset()
     calibration = made(data, ["joint_offset:joint_2"], {"joint_offset.joint_2.offset": 0.15})
     scanner = read_calibration(written(calibration, tmp_path_factory.mktemp("browser")))
     cloud = np.zeros(5000, VERTEX)
     cloud["x"], cloud["y"], cloud["z"] = np.random.default_rng(0).uniform(0.2, 0.4, (3, 5000))
-    served = ViewerApp((nominal(data), calibrated(scanner, data)), thinned(cloud))
+    served = ViewerApp((nominal(data), calibrated(scanner, data)), downsampled(cloud))
     yield served
     served.stop()
 
 
 @pytest.fixture(scope="module")
-def page(stage):
+def page(app):
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=BROWSER, args=FLAGS)
         opened = browser.new_page(viewport=SIZE)
         opened.set_default_timeout(1000 * PATIENCE_S)
         opened.wrong = []
         opened.on("pageerror", lambda error: opened.wrong.append(str(error)))
-        opened.goto(stage.url)
+        opened.goto(app.url)
         opened.wait_for_selector("canvas")
         opened.get_by_text("joint_2").wait_for()
         yield opened

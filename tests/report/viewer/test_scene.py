@@ -8,12 +8,12 @@ from scanned import calibrated as made
 from scanned import dataset, written
 
 from robolaser.data.dataset import Points, Poses
-from robolaser.errors import ParameterMissing
+from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose
-from robolaser.report.viewer.downsampling import thinned
-from robolaser.report.viewer.model import calibrated, nominal
-from robolaser.report.viewer.scene import OF_BELIEF, arm_length, cell, measured
-from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, ball, box, together, tube
+from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.viewer.downsampling import downsampled
+from robolaser.report.viewer.scene import MODEL_COLOURS, arm_length, fixed_shapes, moving_shapes
+from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, box, merged, sphere, tube
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
 
@@ -26,73 +26,73 @@ def data():
 
 
 @pytest.fixture(scope="module")
-def beliefs(data, tmp_path_factory):
+def models(data, tmp_path_factory):
     calibration = made(data, ["joint_offset:joint_2", "laser_drift"], NUMBERS)
     folder = written(calibration, tmp_path_factory.mktemp("viewer"))
     return nominal(data), calibrated(read_calibration(folder), data)
 
 
 @pytest.fixture(params=[0, 1], ids=["nominal", "calibrated"])
-def belief(request, beliefs):
-    return beliefs[request.param]
+def model(request, models):
+    return models[request.param]
 
 
 def by_name(shapes):
     return {shape.name: shape for shape in shapes}
 
 
-def test_the_arm_hangs_together_from_base_to_camera(belief):
-    posture = belief.at_pose(3)
-    np.testing.assert_allclose(posture.flange, belief.sight.flange[3])
-    np.testing.assert_allclose(posture.camera, belief.sight.camera[3])
-    robot = belief.dataset.robot
-    np.testing.assert_allclose(posture.joints[-1] @ robot.end, posture.flange, atol=1e-12)
+def test_the_arm_hangs_together_from_base_to_camera(model):
+    frames = model.at_pose(3)
+    np.testing.assert_allclose(frames.flange, model.scanner.flange[3])
+    np.testing.assert_allclose(frames.camera, model.scanner.camera[3])
+    robot = model.dataset.robot
+    np.testing.assert_allclose(frames.joints[-1] @ robot.end, frames.flange, atol=1e-12)
 
 
-def test_sliders_at_a_poses_angles_give_that_pose(beliefs):
-    belief = beliefs[0]
-    here, there = belief.at(belief.dataset.poses.q[5]), belief.at_pose(5)
+def test_sliders_at_a_poses_angles_give_that_pose(models):
+    model = models[0]
+    here, there = model.at(model.dataset.poses.q[5]), model.at_pose(5)
     np.testing.assert_allclose(here.camera, there.camera, atol=1e-12)
     np.testing.assert_allclose(here.joints, there.joints, atol=1e-12)
     assert len(here.stripe) == 0 < len(there.stripe)
 
 
-def test_away_from_the_poses_the_scanner_is_as_warm_as_at_the_runs_end(beliefs):
-    belief, last = beliefs[1], int(np.argmax(beliefs[1].dataset.poses.time_s))
-    q = belief.dataset.poses.q[last]
-    np.testing.assert_allclose(belief.at(q).light, belief.at_pose(last).light, atol=1e-9)
+def test_away_from_the_poses_the_scanner_is_as_warm_as_at_the_runs_end(models):
+    model, last = models[1], int(np.argmax(models[1].dataset.poses.time_s))
+    q = model.dataset.poses.q[last]
+    np.testing.assert_allclose(model.at(q).light, model.at_pose(last).light, atol=1e-9)
 
 
-def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(belief):
-    posture = belief.at_pose(2)
-    normal, offset = belief.sight.sheet[2, :3], belief.sight.sheet[2, 3]
-    back = inverse(posture.camera)
-    for places in (posture.light, posture.projector[None]):
+def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(model):
+    frames = model.at_pose(2)
+    normal, offset = model.scanner.laser_plane[2, :3], model.scanner.laser_plane[2, 3]
+    back = inverse(frames.camera)
+    for places in (frames.light, frames.projector[None]):
         np.testing.assert_allclose(apply(back, places) @ normal, offset, atol=1e-12)
-    assert abs(apply(back, posture.projector)[1:]).max() < 1e-12
+    assert abs(apply(back, frames.projector)[1:]).max() < 1e-12
 
 
-def test_the_image_s_corners_are_before_the_camera_and_about_the_light(belief):
-    posture = belief.at_pose(2)
-    corners = apply(inverse(posture.camera), posture.corners)
+def test_the_image_s_corners_are_before_the_camera_and_about_the_light(model):
+    frames = model.at_pose(2)
+    corners = apply(inverse(frames.camera), frames.corners)
     assert (corners[:, 2] > 0).all()
-    seen = apply(inverse(posture.camera), posture.light)
+    seen = apply(inverse(frames.camera), frames.light)
     assert corners[:, 1].min() <= seen[:, 1].min() + 1e-3
     assert seen[:, 1].max() <= corners[:, 1].max() + 1e-3
 
 
-def test_the_stripe_of_a_pose_is_its_measured_points(belief):
-    own = belief.points[belief.dataset.points.pose == 4]
-    stripe = belief.at_pose(4).stripe
+def test_the_stripe_of_a_pose_is_its_measured_points(model):
+    own = model.points[model.dataset.points.pose == 4]
+    stripe = model.at_pose(4).stripe
     assert {tuple(row) for row in np.round(stripe, 9)} == {tuple(row) for row in np.round(own, 9)}
 
 
-def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(beliefs):
-    for belief in beliefs:
-        shapes = by_name(measured(belief, beliefs))
-        assert shapes["points/measured"].colours == OF_BELIEF[belief.name]
-        np.testing.assert_array_equal(shapes["target/points"].places, belief.dataset.points.xyz)
-    sizes = [by_name(measured(belief, beliefs))["points/measured"].size_m for belief in beliefs]
+def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):
+    for model in models:
+        shapes = by_name(fixed_shapes(model, models))
+        assert shapes["points/measured"].colours == MODEL_COLOURS[model.name]
+        np.testing.assert_array_equal(shapes["target/points"].places, model.dataset.points.xyz)
+    sizes = [by_name(fixed_shapes(model, models))["points/measured"].size_m for model in models]
     assert sizes[0] == sizes[1]
 
 
@@ -102,8 +102,8 @@ def test_a_target_that_is_not_placed_is_laid_where_it_fits(data):
     np.testing.assert_allclose(nominal(moved).target, nominal(data).points, atol=1e-9)
 
 
-def test_shapes_have_faces_of_their_own_vertices_and_names_of_their_own(belief):
-    shapes = [*cell(belief, belief.at_pose(1), arm_length(belief.dataset)), *measured(belief, (belief,))]
+def test_shapes_have_faces_of_their_own_vertices_and_names_of_their_own(model):
+    shapes = [*moving_shapes(model, model.at_pose(1), arm_length(model.dataset)), *fixed_shapes(model, (model,))]
     assert len(by_name(shapes)) == len(shapes)
     assert {type(shape) for shape in shapes} == {Mesh, Lines, Dots}
     for shape in shapes:
@@ -115,29 +115,29 @@ def test_shapes_have_faces_of_their_own_vertices_and_names_of_their_own(belief):
 
 def test_flange_poses_without_a_robot_are_shown_too(data):
     poses = Poses(data.poses.names, T_base_flange=data.flange())
-    belief = nominal(replace(data, robot=None, poses=poses))
-    shapes = by_name(cell(belief, belief.at_pose(0), arm_length(belief.dataset)))
+    model = nominal(replace(data, robot=None, poses=poses))
+    shapes = by_name(moving_shapes(model, model.at_pose(0), arm_length(model.dataset)))
     assert "robot/links" not in shapes
     assert {"robot/flange", "scanner/camera", "light/sheet"} <= set(shapes)
 
 
 def test_other_sensors_show_their_arm(data):
-    belief = nominal(replace(data, kind="point", parameters={}))
-    assert set(by_name(cell(belief, belief.at_pose(0), 1.0))) == {
+    model = nominal(replace(data, kind="point", parameters={}))
+    assert set(by_name(moving_shapes(model, model.at_pose(0), 1.0))) == {
         "robot/links", "robot/joints", "robot/foot", "robot/flange",
     }  # fmt: skip
-    assert measured(belief, (belief,)) == ()
-    assert belief.at(data.poses.q[0] + 0.1).camera is None
+    assert fixed_shapes(model, (model,)) == ()
+    assert model.at(data.poses.q[0] + 0.1).camera is None
 
 
 def test_a_recording_without_points_shows_its_cell(data):
-    belief = nominal(replace(data, points=Points(np.empty(0, np.int64), ())))
-    assert measured(belief, (belief,)) == ()
-    assert len(belief.at_pose(0).light) > 10
+    model = nominal(replace(data, points=Points(np.empty(0, np.int64), ())))
+    assert fixed_shapes(model, (model,)) == ()
+    assert len(model.at_pose(0).light) > 10
 
 
 def test_a_scanner_without_its_numbers_is_refused(data):
-    with pytest.raises(ParameterMissing, match="theta"):
+    with pytest.raises(DataError, match="theta"):
         nominal(replace(data, parameters={key: item for key, item in data.parameters.items() if key != "theta"}))
 
 
@@ -145,9 +145,9 @@ def test_a_scanner_without_its_numbers_is_refused(data):
     "surface",
     [
         tube(np.zeros(3), np.array([0.3, 0.2, 0.1]), 0.05),
-        ball(np.array([0.1, 0.0, 0.0]), 0.2),
+        sphere(np.array([0.1, 0.0, 0.0]), 0.2),
         box(np.eye(4), (0.1, 0.2, 0.3)),
-        together(tube(np.zeros(3), np.array([0.0, 0.0, 0.1]), 0.05), ball(np.ones(3), 0.2)),
+        merged(tube(np.zeros(3), np.array([0.0, 0.0, 0.1]), 0.05), sphere(np.ones(3), 0.2)),
     ],
     ids=["tube", "ball", "box", "together"],
 )
@@ -170,8 +170,8 @@ def test_axes_start_at_the_frame_and_follow_it():
 def test_a_cloud_is_thinned_evenly(count):
     cloud = np.zeros(count, VERTEX)
     cloud["x"] = np.arange(count)
-    dots = thinned(cloud, 1000)
+    dots = downsampled(cloud, 1000)
     assert len(dots.places) == len(dots.colours) <= 1000
     assert len(dots.places) >= min(count, 500)
     assert dots.places[0, 0] == 0
-    assert thinned(cloud[:0]) is None
+    assert downsampled(cloud[:0]) is None

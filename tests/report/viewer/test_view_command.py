@@ -60,7 +60,7 @@ def test_without_what_draws_the_scene_it_says_how_to_get_it(cell, monkeypatch, c
 def test_what_is_not_known_about_another_run_is_told(name, told, cell, served, capsys):
     assert main(["view", str(cell / name), str(cell / "calibration"), "--no-browser"]) == 0
     assert ("laser_drift at laser" in capsys.readouterr().err) is told
-    assert [belief.name for belief in served[0][0]] == ["nominal", "calibrated"]
+    assert [model.name for model in served[0][0]] == ["nominal", "calibrated"]
 
 
 def test_a_calibration_that_is_none_is_told(cell, served, capsys):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.benchmark.result import Contested
+from robolaser.benchmark.result import ProblemSummary
 from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
 from robolaser.report.comparison.plot_context import PlotContext
 
@@ -12,7 +12,7 @@ ABOVE = {True: "RMS above the best known, as a share of it", False: "cost above 
 """Label of the axis, where the excess is relative and where it is not."""
 
 
-def anytime(context: PlotContext, problem: Contested, title: str) -> Chart | None:
+def anytime(context: PlotContext, problem: ProblemSummary, title: str) -> Chart | None:
     """Median convergence of the leading algorithms, with what the best and the worst tenth of runs do."""
     spent, traces = context.courses(problem)
     lines = {name: trace for name, trace in traces.items() if np.isfinite(trace[1]).any()}

@@ -1,7 +1,7 @@
 """Which algorithms differ significantly: mean ranks with half the critical difference to each side (Nemenyi)."""
 
 from robolaser.benchmark.standings import Ranks
-from robolaser.benchmark.standings.words import chance
+from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.chart import INK, Chart, chart, hover, layer, quantity, records
 from robolaser.report.comparison.plot_context import PlotContext
 

@@ -16,8 +16,8 @@ def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
     """Share of targets that runs have reached, over what they spent."""
     tally = context.tally
     of_targets, of_runs = {
-        "evaluations": (tally.evaluations, tally.spent_evaluations),
-        "seconds": (tally.seconds, tally.spent_s),
+        "evaluations": (tally.evaluations, tally.total_evaluations),
+        "seconds": (tally.seconds, tally.total_s),
     }[measure]
     spent = budgets(of_targets, of_runs)
     if len(spent) < 2 or spent[0] >= spent[-1]:

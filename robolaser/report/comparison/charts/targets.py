@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from robolaser.benchmark.result import Contested
+from robolaser.benchmark.result import ProblemSummary
 from robolaser.benchmark.standings import OnProblem
 from robolaser.report.chart import MUTED, Chart, chart, hover, layer, line, quantity, records, rule
 from robolaser.report.comparison.charts.anytime import ABOVE
 from robolaser.report.comparison.plot_context import PlotContext
 
 
-def targets(context: PlotContext, problem: Contested, on: OnProblem, title: str) -> Chart | None:
+def targets(context: PlotContext, problem: ProblemSummary, on: OnProblem, title: str) -> Chart | None:
     """Expected evaluations of every algorithm to each target, the hardest on the right."""
     at = context.heights(problem, context.tally.tolerances)
     lines = {

@@ -20,7 +20,7 @@ from robolaser.report.chart import (
     layer,
     records,
 )
-from robolaser.report.diagnosis.charts.posture import Posture
+from robolaser.report.diagnosis.charts.outline import Outline
 
 ELEVATION = np.radians(18.0)
 """How far from above the cell is looked at."""
@@ -33,12 +33,12 @@ LEAST_SHARE = 0.1
 
 def cell(diagnosis: Diagnosis) -> Chart:
     """Arm, sensor and target as seen from the side on which the arm spreads."""
-    posture = Posture.of(diagnosis)
+    outline = Outline.of(diagnosis)
     marked = suspected(diagnosis)
-    view = _view(posture)
-    line = np.concatenate([posture.line, posture.camera[None]]) @ view
-    places = _places(posture, view)
-    seen = np.concatenate([line, posture.points @ view, posture.light @ view])
+    view = _view(outline)
+    line = np.concatenate([outline.line, outline.tip[None]]) @ view
+    places = _places(outline, view)
+    seen = np.concatenate([line, outline.points @ view, outline.light @ view])
     x, y, height = equal_axes(seen, ("", ""), margin=0.12)
     for channel in (x, y):
         channel |= {"axis": None, "title": None}
@@ -55,14 +55,14 @@ def cell(diagnosis: Diagnosis) -> Chart:
     brackets = f" In brackets: {whose} that lies there." if any(marked.values()) else ""
     return chart(
         "Where the gap lies",
-        f"The cell in pose {posture.name}, one in the middle of those measured. {what}{brackets}",
+        f"The cell in pose {outline.name}, one in the middle of those measured. {what}{brackets}",
         f"A line drawing of the cell. {what}",
         [
-            *_target(posture, view, marked, at),
-            *_light(posture, view, marked, at),
-            *_arm(posture, line, marked, at),
+            *_target(outline, view, marked, at),
+            *_light(outline, view, marked, at),
+            *_arm(outline, line, marked, at),
             *_marks(places, marked, at),
-            *_labels(posture, line, places, marked, at),
+            *_labels(outline, line, places, marked, at),
         ],
         height=height,
     )
@@ -80,39 +80,41 @@ def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
     return {site: f"{100 * min(1.0, shares[site]):.0f} %" if site in shares else "" for site in dict.fromkeys(places)}
 
 
-def _view(posture: Posture) -> Array:
+def _view(outline: Outline) -> Array:
     """From the base frame to the plane of the drawing, (3, 2): the arm spreads to the right, up is up."""
-    seen = np.concatenate([posture.line, posture.camera[None], posture.points])
+    seen = np.concatenate([outline.line, outline.tip[None], outline.points])
     flat = seen[:, :2] - seen[:, :2].mean(axis=0)
     across = np.linalg.svd(flat, full_matrices=False)[2][0] if np.ptp(flat) > 0 else np.array([1.0, 0.0])
-    across = across * np.sign(across @ (posture.camera[:2] - posture.line[0, :2]) or 1.0)
+    across = across * np.sign(across @ (outline.tip[:2] - outline.line[0, :2]) or 1.0)
     right = np.array([across[0], across[1], 0.0])
     away = np.array([-across[1], across[0], 0.0])
     up = np.array([0.0, 0.0, np.cos(ELEVATION)]) + np.sin(ELEVATION) * away
     return np.column_stack([right, up])
 
 
-def _places(posture: Posture, view: Array) -> Mapping[str, Array]:
+def _places(outline: Outline, view: Array) -> Mapping[str, Array]:
     """Where in the drawing each site is, those that are somewhere in space."""
-    places = {name: posture.line[1 + i] for i, name in enumerate(posture.joints)}
-    places |= {"base": posture.line[0], "camera": posture.camera, "target": posture.points.mean(axis=0)}
-    places["hand_eye" if posture.is_scanner else "tool"] = (posture.line[-1] + posture.camera) / 2
-    if len(posture.light):
-        places["laser"] = posture.light[0]
+    places = {name: outline.line[1 + i] for i, name in enumerate(outline.joints)}
+    places |= {"base": outline.line[0], "camera": outline.tip}
+    if len(outline.points):
+        places["target"] = outline.points.mean(axis=0)
+    places["hand_eye" if outline.has_camera else "tool"] = (outline.line[-1] + outline.tip) / 2
+    if len(outline.light):
+        places["laser"] = outline.light[0]
     return {site: place @ view for site, place in places.items()}
 
 
-def _target(posture: Posture, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
-    points = posture.points @ view
+def _target(outline: Outline, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    points = outline.points @ view
     mark = {"type": "point", "size": 8, "color": HELD_OUT if "target" in marked else MUTED, "opacity": 0.7}
     return [layer(mark, records(x=points[:, 0], y=points[:, 1]), **at)]
 
 
-def _light(posture: Posture, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+def _light(outline: Outline, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
     """The laser plane as a fan from the projector."""
-    if not len(posture.light):
+    if not len(outline.light):
         return []
-    light = posture.light @ view
+    light = outline.light @ view
     ends = light[1:][np.argsort(light[1:, 0])]
     some = ends[np.linspace(0, len(ends) - 1, min(FAN_LINES, len(ends))).round().astype(int)]
     colour = HELD_OUT if "laser" in marked else FITTED
@@ -125,20 +127,20 @@ def _light(posture: Posture, view: Array, marked: Mapping[str, str], at: Spec) -
     ]
 
 
-def _arm(posture: Posture, line: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
+def _arm(outline: Outline, line: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
     base, size = line[0], float(np.ptp(line, axis=0).max()) or 1.0
     ground = base + size * np.array([[-0.09, 0.0], [0.09, 0.0]])
-    hand = "hand_eye" if posture.is_scanner else "tool"
+    hand = "hand_eye" if outline.has_camera else "tool"
     layers = [_path(ground, {"color": _colour("base", marked), "strokeWidth": 5}, at)]
-    if posture.joints:
+    if outline.joints:
         layers.append(_path(line[:-1], {"color": MUTED, "strokeWidth": 7, "opacity": 0.45}, at))
     layers.append(_path(line[-2:], {"color": _colour(hand, marked), "strokeWidth": 3}, at))
-    innocent = [i for i, name in enumerate(posture.joints) if name not in marked]
+    innocent = [i for i, name in enumerate(outline.joints) if name not in marked]
     if innocent:
         layers.append(
-            _shape(line[[1 + i for i in innocent]], [posture.joints[i] for i in innocent], {"stroke": MUTED}, at)
+            _shape(line[[1 + i for i in innocent]], [outline.joints[i] for i in innocent], {"stroke": MUTED}, at)
         )
-    if posture.is_scanner and "camera" not in marked:
+    if outline.has_camera and "camera" not in marked:
         layers.append(_shape(line[-1:], ["camera"], {"shape": "square", "stroke": INK}, at))
     return layers
 
@@ -158,32 +160,32 @@ def _marks(places: Mapping[str, Array], marked: Mapping[str, str], at: Spec) -> 
 
 
 def _labels(
-    posture: Posture, line: Array, places: Mapping[str, Array], marked: Mapping[str, str], at: Spec
+    outline: Outline, line: Array, places: Mapping[str, Array], marked: Mapping[str, str], at: Spec
 ) -> list[Spec]:
     """Names of the highlighted places beside them, or in a corner for those nowhere in space; of other joints small."""
     layers = []
     bold = {"type": "text", "align": "left", "color": HELD_OUT, "fontWeight": "bold"}
     for site in (site for site in marked if site in places):
         text = records(x=float(places[site][0]), y=float(places[site][1]), label=_label(site, marked))
-        offset = {"dx": 13, "dy": -11 if site in posture.joints else 15}
+        offset = {"dx": 13, "dy": -11 if site in outline.joints else 15}
         layers.append(layer(bold | offset, text, text={"field": "label"}, **at))
     for i, site in enumerate(site for site in marked if site not in places):
         corner = {"x": {"value": 4}, "y": {"value": 12 + 17 * i}}
         layers.append(layer(bold, records(label=_label(site, marked)), text={"field": "label"}, **corner))
-    others = _other_joints(posture, line, marked)
+    others = _other_joints(outline, line, marked)
     if others:
         where = np.stack([place for _, place in others])
         data = records(x=where[:, 0], y=where[:, 1], label=[label for label, _ in others])
-        small = {"type": "text", "align": "right", "dx": -12, "color": MUTED, "fontSize": 11}
+        small = {"type": "text", "align": "right", "dx": -12, "dy": -9, "color": MUTED, "fontSize": 11}
         layers.append(layer(small, data, text={"field": "label"}, **at))
     return layers
 
 
-def _other_joints(posture: Posture, line: Array, marked: Mapping[str, str]) -> list[tuple[str, Array]]:
+def _other_joints(outline: Outline, line: Array, marked: Mapping[str, str]) -> list[tuple[str, Array]]:
     """Names of joints that are not suspected, those at one place in one label."""
     near = NEAR * float(np.ptp(line, axis=0).max())
     labels: list[tuple[str, Array]] = []
-    for name, at in zip(posture.joints, line[1:], strict=False):
+    for name, at in zip(outline.joints, line[1:], strict=False):
         if name in marked:
             continue
         if labels and np.linalg.norm(at - labels[-1][1]) < near:

@@ -4,18 +4,19 @@ import numpy as np
 
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.evidence import known_points, lengths_mm, point_names, some_rows
+from robolaser.report.calibration.error_analysis import known_points, lengths_mm, point_names, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, INK, Chart, chart, colours, equal_axes, hover, layer, records
-from robolaser.report.sensor_words import FRAME, KNOWN
+from robolaser.report.digits import plain
 
 MOST = 400  # arrows of each kind
 
 
-def plans(diagnosis: Diagnosis) -> Chart:
+def plans(diagnosis: Diagnosis) -> Chart | None:
     """A plan of the points with magnified errors: in the calibrated model, and with all effects in it."""
-    model = diagnosis.model
-    values = model.parameters.values(diagnosis.x[None])
-    known = 1e3 * known_points(model, values, model.perturb(values))
+    model, known = diagnosis.model, known_points(diagnosis.model, diagnosis.x)
+    if known is None or diagnosis.after_m.shape[1] != 3:
+        return None
+    known = 1e3 * known
     extent = np.ptp(known, axis=0)
     along = int(np.argmin(extent))
     across = [axis for axis in range(3) if axis != along]
@@ -36,13 +37,14 @@ def plans(diagnosis: Diagnosis) -> Chart:
     ]  # fmt: skip
     colour = colours({name: HELD_OUT if name == "before" else FITTED for name in shown})
     dots = records(x=start[:, 0], y=start[:, 1], pose=pose, point=point)
-    kind = model.dataset.kind
+    sensor, times = model.sensor, plain(factor, "")
     when = "before and after the effects were added" if diagnosis.findings else "as the model leaves them"
     return chart(
         "Errors before and after" if diagnosis.findings else "Errors at the points",
-        f"Seen along {'xyz'[along]} of the {FRAME[kind]}: a line leads from each {KNOWN[kind]} to where it is predicted"
-        f" from other poses, {when}; all are magnified {factor:g} times. What is left should point in any direction.",
-        f"Plan of the points with error lines magnified {factor:g} times.",
+        f"Seen along {'xyz'[along]} of the {sensor.frame}: a line leads from each {sensor.row_point} to where it is"
+        f" predicted from other poses, {when}; all are magnified {times} times. What is left should"
+        " point in any direction.",
+        f"Plan of the points with error lines magnified {times} times.",
         [
             layer({"type": "rule", "strokeWidth": 1.2}, arrows, tooltip=hover("pose", "point", "series",
                   error="error [mm]"), x=x, y=y, x2={"field": "x2"}, y2={"field": "y2"}, color=colour),

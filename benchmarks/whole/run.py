@@ -1,0 +1,93 @@
+"""What a person waits for: whole commands in processes of their own, the first time ever and later, and their parts.
+
+    python benchmarks/whole/run.py [--rounds 5]
+
+The first time ever, Python's and our caches are empty folders. CPU time is user and system time of the command's
+process and of the children that it waited for; loops that are compiled beside it for later are not in it. The parts are
+measured in one more run by timers around the package's own functions: imports are all that `import` took, wherever it
+stood.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve()
+EXAMPLE = HERE.parents[2] / "examples" / "etna-s2"
+SIMULATED = ["simulate", "--robot", "scorbot_er7", "--poses", "60", "--points", "10", "--repeats", "2", "--seed", "1"]
+EFFECT = ["--effect", "joint_offset:joint_2=0.003"]
+
+
+def commands(folder: Path) -> dict[str, list[str]]:
+    """What is measured; a later command may use what an earlier one wrote."""
+    demo, nothing, one = (str(folder / name) for name in ("demo", "nothing", "one"))
+    out = ["--force", "--output"]
+    return {
+        "--help": ["--help"],
+        "list effects": ["list", "effects"],
+        "simulate, 60 poses": [*SIMULATED, *out, nothing],
+        "simulate, one effect": [*SIMULATED, *EFFECT, *out, one],
+        "extract the demo": ["extract", str(EXAMPLE), *out, demo],
+        "calibrate the demo": ["calibrate", demo, "--with", "laser_roll", *out, str(folder / "calibration")],
+        "diagnose, nothing wrong": ["diagnose", nothing, *out, str(folder / "why-nothing")],
+        "diagnose, one effect": ["diagnose", one, *out, str(folder / "why-one")],
+    }
+
+
+def cpu_s(command: list[str], environment: dict[str, str]) -> float:
+    """User and system time of a process [s]."""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        said = process.stderr.read()
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise SystemExit(f"{' '.join(command)} exits with {process.returncode}:\n{said.decode()}")
+    return used.ru_utime + used.ru_stime
+
+
+def parts(words: list[str], environment: dict[str, str]) -> dict[str, float]:
+    """What each part of a command took [s], by `phases.py`."""
+    with tempfile.NamedTemporaryFile("r", suffix=".json") as file:
+        cpu_s([sys.executable, str(HERE.with_name("phases.py")), file.name, *words], environment)
+        took: dict[str, float] = json.load(file)
+    return took
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description="Whole commands as a person runs them.")
+    parser.add_argument("--rounds", type=int, default=5, help="warm runs of each; default: 5")
+    args = parser.parse_args()
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    idle = statistics.median(cpu_s([sys.executable, "-c", "pass"], environment) for _ in range(args.rounds))
+    rows = []
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for title, words in commands(folder).items():
+            command = [sys.executable, "-m", "robolaser", *words]
+            empty = {
+                "ROBOLASER_CACHE": str(folder / "cache" / title),
+                "PYTHONPYCACHEPREFIX": str(folder / "py" / title),
+            }
+            first = cpu_s(command, environment | empty)
+            cpu_s(command, environment)
+            warm = [cpu_s(command, environment) for _ in range(args.rounds)]
+            rows.append((title, first, statistics.median(warm), min(warm), max(warm), parts(words, environment)))
+    print(f"Python alone: {idle:.3f} s\n")
+    names = list(dict.fromkeys(name for row in rows for name in row[-1]))
+    print(f"| command | first ever [s] | later [s] | spread [s] | first / later | {' | '.join(names)} |")
+    print("|---|" + "---|" * (4 + len(names)))
+    for title, first, middle, low, high, took in rows:
+        cells = (f"{took[name]:.2f}" if name in took else "" for name in names)
+        figures = (title, f"{first:.2f}", f"{middle:.2f}", f"{low:.2f} .. {high:.2f}", f"{first / middle:.1f}")
+        print(f"| {' | '.join((*figures, *cells))} |")
+
+
+if __name__ == "__main__":
+    main()

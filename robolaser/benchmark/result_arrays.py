@@ -1,0 +1,125 @@
+"""What every run reached, and after how long, as arrays."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun
+
+TOLERANCES = 10.0 ** np.arange(4.0, -6.5, -0.5)
+"""Targets: excesses over the lowest known cost, in units of the problem's scale. They are half a decade apart, from a
+hundred times the best RMS to half a millionth more than it."""
+HEADLINE = 1e-2
+"""The target by which solvers are ranked: J within one per cent, RMS within half a per cent of the best known."""
+SHOWN = (1.0, 1e-2, 1e-6)
+"""Targets worth a column: in the right valley, as good as solved, solved."""
+
+
+def targets(best: float, scale: float) -> Array:
+    """Costs to be reached on a problem, falling, (t,)."""
+    return best + TOLERANCES * scale
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ResultArrays:
+    """All runs on some problems as arrays: problems p, solvers a, seeds s, targets t.
+
+    NaN stands for a run that is missing: not yet made, or the solver does not apply to the problem.
+
+    Attributes:
+        problems: Names of the problems, p.
+        algorithms: Names of the solvers, a.
+        seeds: s of them.
+        tolerances: Of the targets, falling, (t,).
+        evaluations: To each target, infinite where it was not reached, (p, a, s, t).
+        seconds: The same in wall time [s].
+        total_evaluations: By the whole run, (p, a, s); a failed one counts as if it had spent the budget.
+        total_s: The same in wall time [s]; a failed one counts as long as the solver's longest on the problem that
+            did not fail, or as the time limit if there is none.
+        final: Lowest cost over the best known, less one in units of the problem's scale: its tolerance, (p, a, s).
+        failed: Runs that failed, (p, a, s).
+    """
+
+    problems: tuple[str, ...]
+    algorithms: tuple[str, ...]
+    seeds: tuple[int, ...]
+    tolerances: Array
+    evaluations: Array
+    seconds: Array
+    total_evaluations: Array
+    total_s: Array
+    final: Array
+    failed: Bools
+
+    @classmethod
+    def of(
+        cls,
+        runs: Sequence[BenchmarkRun],
+        *,
+        problems: Sequence[str],
+        algorithms: Sequence[str],
+        seeds: Sequence[int],
+        best: Sequence[float],
+        scale: Sequence[float],
+        budget: int,
+        time_limit_s: float,
+    ) -> "ResultArrays":
+        """Count.
+
+        Args:
+            runs: Any; those on other problems, by other algorithms or with other seeds are left out.
+            problems: Names, p.
+            algorithms: Names, a.
+            seeds: s of them.
+            best: The lowest cost known of each problem, p.
+            scale: What tolerances are measured in, in each problem, p.
+            budget: Evaluations that a run might spend.
+            time_limit_s: Wall time that a run might take [s].
+        """
+        shape = (len(problems), len(algorithms), len(seeds))
+        per_target = (*shape, len(TOLERANCES))
+        evaluations, seconds = np.full(per_target, np.nan), np.full(per_target, np.nan)
+        total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
+        failed = np.zeros(shape, dtype=bool)
+        of_problem = {name: i for i, name in enumerate(problems)}
+        of_algorithm = {name: i for i, name in enumerate(algorithms)}
+        of_seed = {seed: i for i, seed in enumerate(seeds)}
+        for run in runs:
+            if run.problem not in of_problem or run.algorithm not in of_algorithm or run.seed not in of_seed:
+                continue
+            at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
+            lowest, unit = best[at[0]], scale[at[0]]
+            evaluations[at], seconds[at] = run.trace.first_hits(targets(lowest, unit))
+            failed[at] = run.state == FAILED
+            total_evaluations[at] = budget if failed[at] else run.evaluations
+            total_s[at] = run.seconds
+            found = run.trace.final
+            final[at] = (found - lowest) / unit if np.isfinite(found) else np.inf
+        longest = np.where(failed | np.isnan(total_s), 0.0, total_s).max(axis=2, keepdims=True, initial=0.0)
+        total_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), total_s)
+        return cls(
+            tuple(problems),
+            tuple(algorithms),
+            tuple(seeds),
+            TOLERANCES,
+            evaluations,
+            seconds,
+            total_evaluations,
+            total_s,
+            final,
+            failed,
+        )
+
+    @property
+    def there(self) -> Bools:
+        """Runs that were made, (p, a, s)."""
+        there: Bools = ~np.isnan(self.total_s)
+        return there
+
+    def target(self, tolerance: float) -> int:
+        """Which of the targets has that tolerance."""
+        return int(np.argmin(np.abs(np.log(self.tolerances / tolerance))))

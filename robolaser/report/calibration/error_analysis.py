@@ -1,0 +1,161 @@
+"""What a calibration's page and charts are about: errors in millimetres, and what noise alone would make of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel, pixel_from_repeats
+from robolaser.model.noise.sources import error_sources
+from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
+from robolaser.report.chart import Spec, records
+
+ENOUGH_ROWS = 20_000
+"""Rows that tell a root mean square to three digits."""
+
+
+@final
+@dataclass(frozen=True)
+class ErrorAnalysis:
+    """A calibration with what follows from it."""
+
+    calibration: Calibration
+
+    @cached_property
+    def values(self) -> Values:
+        """The parameters found, (1,) each."""
+        return self.calibration.model.parameters.values(self.calibration.x[None])
+
+    @cached_property
+    def perturb(self) -> Perturbation:
+        """The effects in the model."""
+        return self.calibration.model.perturb(self.values)
+
+    @cached_property
+    def fitted_m(self) -> Array:
+        """Residuals at the points' places, (m, j) [m]."""
+        return self.calibration.model.in_metres(self.calibration.x, self.calibration.residuals)
+
+    @cached_property
+    def held_out_m(self) -> Array | None:
+        """The same on poses left out of the fit."""
+        held_out = self.calibration.held_out
+        return None if held_out is None else self.calibration.model.in_metres(self.calibration.x, held_out)
+
+    @cached_property
+    def fitted_mm(self) -> Array:
+        """Length of each residual, (m,) [mm]."""
+        return lengths_mm(self.fitted_m)
+
+    @cached_property
+    def held_out_mm(self) -> Array | None:
+        """The same on poses left out of the fit."""
+        return None if self.held_out_m is None else lengths_mm(self.held_out_m)
+
+    @cached_property
+    def _some(self) -> Model:
+        return enough_rows(self.calibration.model)
+
+    @cached_property
+    def sources(self) -> tuple[ErrorSource, ...]:
+        """What may disturb the rows, for no more rows than a figure needs."""
+        return error_sources(self._some, self.calibration.x)
+
+    @cached_property
+    def known_noise(self) -> Mapping[str, str]:
+        """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
+        known = {source.name: "stated in the data set" for source in self.sources if source.stated is not None}
+        if "pixel" not in known and pixel_from_repeats(self.calibration.model.dataset) is not None:
+            known["pixel"] = "from repeats"
+        return {name: origin for name, origin in known.items() if name in self.calibration.noise}
+
+    @cached_property
+    def noise(self) -> NoiseModel | None:
+        """The noise that is known without looking at the residuals, of no more rows than a figure needs; or None."""
+        if not self.known_noise:
+            return None
+        known = {name: self.calibration.noise[name] for name in self.known_noise}
+        return NoiseModel(self.sources, {source.name: known.get(source.name, 0.0) for source in self.sources})
+
+    @cached_property
+    def noise_m(self) -> float | None:
+        """Root-mean-square error that this noise alone would give at the points' places [m]."""
+        if self.noise is None:
+            return None
+        roots = np.linalg.cholesky(self.noise.covariances).astype(np.float64)
+        moved = [self._in_metres(roots[..., column]) for column in range(roots.shape[-1])]
+        return float(np.sqrt(sum((part**2).sum() for part in moved) / len(roots)))
+
+    def drawn_noise_mm(self, times: int, rng: np.random.Generator) -> Array | None:
+        """Lengths of errors as the known noise would make them, (times m,) [mm]."""
+        if self.noise is None:
+            return None
+        return np.concatenate([lengths_mm(self._in_metres(errors)) for errors in self.noise.draw(times, rng)])
+
+    def _in_metres(self, residuals: Array) -> Array:
+        return self._some.in_metres(self.calibration.x, residuals)
+
+    @cached_property
+    def known(self) -> Array | None:
+        """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; or None."""
+        known = known_points(self.calibration.model, self.calibration.x)
+        return known if self.fitted_m.shape[1] == 3 else None
+
+    def named(self, rows: Ints, **columns: Any) -> list[Spec]:
+        """Records of some rows of points.csv for a chart, with the names of their poses and points."""
+        pose, point = point_names(self.calibration.model.dataset, rows)
+        return records(pose=pose, point=point, **columns)
+
+    def per_pose(self, errors: Array) -> tuple[Ints, Array]:
+        """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
+        pose = self.calibration.model.dataset.points.pose
+        seen, counts = np.unique(pose, return_counts=True)
+        squares = np.bincount(pose, (errors**2).sum(axis=-1))[seen]
+        return seen, 1e3 * np.sqrt(squares / counts)
+
+
+def enough_rows(model: Model) -> Model:
+    """The model of some rows of each pose, where there are more than a figure about noise needs."""
+    if len(model.dataset.points) <= ENOUGH_ROWS or depends_on_trajectory(model):
+        return model
+    some = some_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses)))
+    return with_rows(model, np.sort(some[some >= 0]))
+
+
+def known_points(model: Model, x: Array) -> Array | None:
+    """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; None where rows are no points."""
+    values = model.parameters.values(x[None])
+    perturb = model.perturb(values)
+    known = model.sensor.known(values, model.flange(values, perturb), perturb)
+    return None if known is None else known[0]
+
+
+def lengths_mm(errors: Array) -> Array:
+    """Lengths of errors (m, j) [m], (m,) [mm]."""
+    lengths: Array = 1e3 * np.linalg.norm(errors, axis=-1)
+    return lengths
+
+
+def point_names(dataset: Dataset, rows: Ints) -> tuple[list[str], list[str]]:
+    """Names of the poses and of the points of some rows of points.csv."""
+    points, poses = dataset.points, dataset.poses
+    return [poses.names[points.pose[i]] for i in rows], [points.names[i] for i in rows]
+
+
+def some_rows(errors: Array, most: int) -> Ints:
+    """At most `most` rows for a chart: evenly thinned, the largest tenth of them always among them."""
+    if len(errors) <= most:
+        return np.arange(len(errors))
+    even = np.linspace(0, len(errors) - 1, most - most // 10).round().astype(int)
+    largest = np.argsort(errors)[-(most // 10) :]
+    return np.unique(np.concatenate([even, largest])).astype(np.int64)

@@ -1,0 +1,40 @@
+"""What is said of the noise of a data set, and of how it was measured."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from robolaser.data.dataset import Dataset
+from robolaser.model.error_source import ErrorSource
+from robolaser.report.digits import plain
+
+SOURCES: Mapping[str, str] = {
+    "pixel": "line centre in the image",
+    "target": "target points",
+    "point": "tracked points",
+    "seat": "seat of the ball",
+    "joint": "joint readings",
+    "probe": "tracker's probe, position",
+    "probe_turn": "tracker's probe, rotation",
+    "flange": "flange poses, position",
+    "flange_turn": "flange poses, rotation",
+}
+"""What each source of noise disturbs; others are called by their names."""
+
+
+def setting(dataset: Dataset) -> str:
+    """What was measured, with which arm, and how much of it."""
+    arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
+    poses = len(set(dataset.points.pose.tolist()))
+    return f"{dataset.format.title}, {arm}, {len(dataset.points)} points in {poses} poses"
+
+
+def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> Iterator[tuple[str, str, str]]:
+    """Each source of noise: its name, what it disturbs, and its standard deviation with unit.
+
+    Args:
+        noise: Standard deviations by name.
+        sources: Those of the model, which have the units.
+    """
+    units = {source.name: source.unit for source in sources}
+    for name, sigma in noise.items():
+        size = plain(sigma, units.get(name, ""), 2) if sigma > 0 else "not known, taken as none"
+        yield name, SOURCES.get(name, name), size

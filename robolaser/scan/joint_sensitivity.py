@@ -1,0 +1,23 @@
+"""How far a point of the cell moves when a joint is misread."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.kinematics import Robot
+
+
+def joint_sensitivity(robot: Robot, q: Array, points: Array) -> Array:
+    """Move of a point per unit of each joint of the chain, base first.
+
+    Args:
+        robot: The arm.
+        q: Joint values, (n, j) [rad or m].
+        points: In the base frame, one for each pose, (n, 3) [m].
+
+    Returns:
+        (n, len(chain)) [m/rad, or 1 for joints that slide].
+    """
+    frames, chain = robot.joint_frames(q[None])[0], list(robot.chain)
+    axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], robot.axes[chain])
+    arms = np.linalg.norm(np.cross(axes, points[:, None] - frames[..., :3, 3]), axis=-1)
+    return np.where(robot.prismatic[chain], 1.0, arms)

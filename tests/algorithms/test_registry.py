@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+from pymoo.core.algorithm import Algorithm
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.problems import get_problem
+
+from robolaser import find_robot
+from robolaser.algorithms.algorithm_spec import AlgorithmSpec
+from robolaser.algorithms.operator_choices import OPERATORS, operator_settings
+from robolaser.algorithms.rcga import RCGA
+from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
+from robolaser.calibration.initialization import find_start
+from robolaser.calibration.options import Plan
+from robolaser.calibration.pymoo_search import search
+from robolaser.errors import UsageError, WrongUsage
+from robolaser.model.forward_model import Model
+from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
+from robolaser.simulation import paper
+
+WORDS = [f"ga:{place}={word}" for place, words in OPERATORS.items() for word in words]
+
+
+def history(text: str, seed: int = 1, generations: int = 5) -> np.ndarray:
+    problem = get_problem("ackley", n_var=4)
+    problem.names = tuple("abcd")
+    return search(problem, algorithm_named(text), generations=generations, seed=seed).history.x
+
+
+@pytest.mark.parametrize("text", [*ALGORITHMS, *WORDS])
+def test_all_that_can_be_asked_for_search(text: str) -> None:
+    assert isinstance(algorithm_named(text), Algorithm)
+    assert history(text).shape[1] == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "settings"),
+    [
+        ("rcga:b=2", {"b": 2}),
+        ("rcga:n_elites=0", {"n_elites": 0}),
+        ("rcga:prob_var=0.3", {"prob_var": 0.3}),
+        ("rcga:form=power", {"form": "power"}),
+        ("rcga:pop_size=50", {"pop_size": 50, "n_elites": 5}),
+        ("rcga:prob_crossover=1", {"prob_crossover": 1}),
+        (" rcga : b = 2 : form = power ", {"b": 2, "form": "power"}),
+    ],
+)
+def test_a_setting_changes_what_it_names_and_nothing_else(text: str, settings: dict[str, object]) -> None:
+    assert algorithm_named(text).settings == RCGA().settings | settings
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "kind"),
+    [
+        ("ga:crossover=arithmetic", "crossover", ArithmeticCrossover),
+        ("ga:mutation=non-uniform", "mutation", NonUniformMutation),
+        ("ga:selection=roulette", "selection", RouletteSelection),
+        ("ga:survival=elitist", "survival", ElitistReplacement),
+    ],
+)
+def test_one_operator_is_swapped_and_the_others_stay(text: str, place: str, kind: type) -> None:
+    ours, theirs = algorithm_named(text), algorithm_named("ga")
+    for part in ("crossover", "mutation", "selection", "survival"):
+        one, other = (getattr(a if part == "survival" else a.mating, part) for a in (ours, theirs))
+        assert type(one) is (kind if part == place else type(other))
+
+
+def test_with_all_four_swapped_pymoos_algorithm_is_the_papers() -> None:
+    swapped = "ga:crossover=arithmetic:mutation=non-uniform:selection=roulette:survival=elitist"
+    assert np.array_equal(history(f"{swapped}:eliminate_duplicates=false"), history("rcga"))
+
+
+def test_words_for_pymoos_own_operators_change_nothing() -> None:
+    own = "ga:crossover=sbx:mutation=polynomial:selection=tournament:survival=fitness"
+    assert np.array_equal(history(own), history("ga"))
+
+
+def test_an_operator_takes_settings_after_its_place() -> None:
+    made = algorithm_named("ga:mutation=non-uniform:mutation.b=2:mutation.prob_var=0.3:crossover.eta=3")
+    assert (made.mating.mutation.b.value, made.mating.mutation.prob_var.value) == (2, 0.3)
+    assert type(made.mating.crossover) is SBX
+    assert made.mating.crossover.eta.value == 3
+
+
+def test_operators_have_the_papers_settings() -> None:
+    made = algorithm_named("ga:crossover=arithmetic:mutation=non-uniform")
+    assert made.mating.crossover.prob.value == 0.85
+    assert (made.mating.mutation.prob_var.value, made.mating.mutation.b.value) == (0.1, 5.0)
+
+
+@pytest.mark.parametrize("text", ["ga:mutation=gaussian", "ga:crossover=de", "pattern-search"])
+def test_a_calibrations_search_is_its_seed_also_where_pymoo_forgets_it(text: str) -> None:
+    model = Model(paper(find_robot("scorbot_er7"), seed=1).dataset)
+    plan = Plan(algorithm=text, polish=False, generations=5)
+    first, again = (find_start(model, plan) for _ in range(2))
+    assert np.array_equal(first.history.x, again.history.x)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_setting_that_is_known_can_be_given(name: str) -> None:
+    named = ALGORITHMS[name]
+    candidates = [
+        1,
+        3,
+        0.5,
+        50,
+        400,
+        True,
+        "linear",
+        "random",
+        "DE/rand/1/bin",
+        *(w for p in OPERATORS.values() for w in p),
+    ]
+    for setting in (*named.settings, *(operator_settings({}) if named.has_operators else ())):
+        fitting = [value for value in candidates if setting.fits(value)]
+        assert fitting, setting.name
+        assert any(_made(named, setting.name, value) for value in fitting), setting.name
+
+
+def _made(named: object, setting: str, value: object) -> bool:
+    try:
+        named.make_with({setting: value})  # type: ignore[attr-defined]
+    except WrongUsage:
+        return False
+    return True
+
+
+def test_values_are_read_as_what_they_look_like() -> None:
+    spec = AlgorithmSpec.of("name:a=1:b=1e3:c=true:d=False:e=none:f=best1bin:g=-2:h=0.5")
+    assert dict(spec.settings) == {
+        "a": 1, "b": 1e3, "c": True, "d": False, "e": None, "f": "best1bin", "g": -2, "h": 0.5
+    }  # fmt: skip
+    assert [type(value) for value in spec.settings.values()][:3] == [int, float, bool]
+
+
+def test_any_algorithm_of_pymoo_is_there_by_its_import_path() -> None:
+    made = algorithm_named("pymoo.algorithms.soo.nonconvex.nrbo:NRBO:pop_size=30")
+    assert (type(made).__name__, made.pop_size) == ("NRBO", 30)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "said"),
+    [
+        ("rgca", UsageError, "Did you mean 'rcga'?"),
+        ("rcga:elites=3", UsageError, "Did you mean 'n_elites'?"),
+        ("rcga:form=cubic", UsageError, "one of linear, power"),
+        ("rcga:prob_var=2", UsageError, "a number from 0 to 1"),
+        ("screening:b=2", UsageError, "There are: none"),
+        ("de:crossover=arithmetic", UsageError, "variant"),
+    ],
+)
+def test_what_makes_no_sense_is_said(text: str, error: type[Exception], said: str) -> None:
+    with pytest.raises(error) as caught:
+        algorithm_named(text)
+    assert said in str(caught.value)

@@ -1,0 +1,159 @@
+"""A sensor of the user's own in one file: a camera that sees the corners of a board, its rows two pixels each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Literal
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.arrays import Array
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.data.writing import save
+from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.geometry.robots import find_robot
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.sensor import SIX, Sensor, motion
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameter, Values
+
+INTRINSICS = ("fx", "fy", "cx", "cy", "k1")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Keys of [sensor]: where the camera sits; the board is at the other end."""
+
+    mount: Literal["flange", "base"] = "flange"
+
+
+class BoardCamera(Sensor):
+    """A pinhole camera with one radial term, which sees points of a board."""
+
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="board_camera",
+        title="camera",
+        columns={"pixel": PIXEL, "xyz": XYZ},
+        numbers=2,
+        unit="px",
+        options=Options,
+        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
+        positive=("fx", "fy"),
+    )
+    task: ClassVar[str] = "the camera sees corners"
+    row_point: ClassVar[str] = "corner"
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        return (*INTRINSICS, *(f"hand_eye.{part}" for part in SIX), *(f"target.{part}" for part in SIX))
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        return ()
+
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        return {}
+
+    def frames(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """T_base_camera and T_base_target at every pose, (c, n or 1, 4, 4)."""
+        camera = perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
+        target = motion(values, "target")[:, None]
+        if self.dataset.options == Options("base"):
+            return camera, T_base_flange @ target
+        return T_base_flange @ camera, target
+
+    def in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The corners in the camera's frame, (c, m, 3) [m]."""
+        T_base_camera, T_base_target = self.frames(values, T_base_flange, perturb)
+        T = inverse(T_base_camera) @ T_base_target
+        T = np.broadcast_to(T, (len(T), len(self.dataset.poses), 4, 4))
+        return apply(T[:, self.dataset.points.pose], perturb(Stage.TARGET, self.dataset.points["xyz"][None]))
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        P = self.in_camera(values, T_base_flange, perturb)
+        fx, fy, cx, cy, k1 = (values[name][:, None] for name in INTRINSICS)
+        x, y = P[..., 0] / P[..., 2], P[..., 1] / P[..., 2]
+        radial = 1.0 + k1 * (x**2 + y**2)
+        seen = np.stack([cx + fx * x * radial, cy + fy * y * radial], axis=-1)
+        seen[P[..., 2] <= 0.0] = np.nan
+        return perturb(Stage.PIXELS, self.dataset.points["pixel"][None]) - seen
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        m = len(self.dataset.points)
+        stated = self.dataset.noise.pixel_px
+        return [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=stated)]
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        depth = self.in_camera(values, T_base_flange, perturb)[..., 2:]
+        return residuals * depth / np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
+
+
+TRUTH = {"fx": 900.0, "fy": 905.0, "cx": 640.0, "cy": 360.0, "k1": -0.1}
+PIXEL_PX = 0.1
+
+
+def board_cell(mount: str, *, poses: int = 24, offset: float = 0.0, seed: int = 0) -> tuple[Dataset, dict[str, float]]:
+    """A UR5 whose camera sees 12 corners of a board in every pose; the second joint's zero may be off [rad]."""
+    rng = np.random.default_rng(seed)
+    robot = find_robot("ur5")
+    q = np.array([0.0, -1.2, 1.4, -1.8, -1.57, 0.0]) + rng.uniform(-0.35, 0.35, (poses, 6))
+    across, down = np.meshgrid(np.arange(4.0), np.arange(3.0))
+    corners = 0.03 * np.stack([across, down, np.zeros_like(across)], axis=-1).reshape(-1, 3)
+    real = q + offset * np.eye(6)[1]
+    T_base_flange = robot.forward(real[None])[0]
+    hand_eye = {"x": 0.02, "y": -0.05, "z": 0.04, "w": 0.05, "phi": -0.04, "psi": 0.1}
+    middle = T_base_flange.mean(axis=0)[:3, 3]
+    if mount == "flange":
+        target = {"x": middle[0], "y": middle[1], "z": middle[2] - 0.5, "w": np.pi, "phi": 0.0, "psi": 0.2}
+    else:
+        hand_eye = {"x": middle[0], "y": middle[1], "z": middle[2] - 0.8, "w": 0.05, "phi": 0.02, "psi": 0.1}
+        target = {"x": 0.02, "y": -0.03, "z": 0.05, "w": 0.03, "phi": 0.05, "psi": -0.1}
+    truth = TRUTH | {f"hand_eye.{k}": float(v) for k, v in hand_eye.items()}
+    truth |= {f"target.{k}": float(v) for k, v in target.items()}
+    spans = {name: 0.03 * value for name, value in TRUTH.items()} | {"k1": 0.1}
+    unit_of = BoardCamera.format.unit_of
+    parameters = {}
+    for name, value in truth.items():
+        span = abs(spans.get(name, 0.05))
+        nominal = value + 0.5 * span * rng.uniform(-1, 1)
+        parameters[name] = Parameter(name, unit_of(name), nominal, nominal - span, nominal + span)
+    rows = np.repeat(np.arange(poses), len(corners))
+    names = tuple(str(i) for i in range(len(corners))) * poses
+    blank = Dataset(
+        name=f"board-{mount}",
+        kind="board_camera",
+        robot=robot,
+        poses=Poses(tuple(map(str, range(poses))), q=real, time_s=np.arange(poses) * 10.0),
+        points=Points(rows, names, pixel=np.zeros((len(rows), 2)), xyz=np.tile(corners, (poses, 1))),
+        parameters=parameters,
+        options=Options("base" if mount == "base" else "flange"),
+        placed=False,
+        noise=Noise(pixel_px=PIXEL_PX),
+    )
+    model = Model(blank)
+    x = np.array([truth[name] for name in model.parameters.names])
+    seen = -model.residuals(x[None])[0]
+    assert np.isfinite(seen).all()
+    pixel = seen + PIXEL_PX * rng.normal(size=seen.shape)
+    points = Points(rows, names, pixel=pixel, xyz=blank.points.xyz)
+    read = Poses(blank.poses.names, q=q, time_s=blank.poses.time_s)
+    return Dataset(**{**blank.__dict__, "points": points, "poses": read}), truth
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_it_is_saved_loaded_and_calibrated_as_any_other(mount: str, tmp_path: Path) -> None:
+    made, truth = board_cell(mount)
+    save(made, tmp_path / "cell")
+    dataset = robolaser.load(tmp_path / "cell")
+    assert dataset.options == made.options
+    result = robolaser.calibrate(dataset)
+    parameters = as_json(result)["parameters"]
+    for name, value in truth.items():
+        assert parameters[name]["value"] == pytest.approx(value, abs=5 * parameters[name]["std"])
+    assert parameters["fx"]["unit"] == "px"
+    assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(PIXEL_PX, rel=0.1)

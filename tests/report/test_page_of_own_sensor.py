@@ -1,0 +1,72 @@
+"""A sensor that a user wrote, whose rows are pixels and no points in space, has a page too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from calibrated import finished, poses
+from diagnosed import of, with_effects
+from page_claims import is_closed_and_its_ids_are_its_own, sound_charts, titled
+
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.sensor_format import SensorFormat
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.sensor import REGISTERED, Sensor
+from robolaser.report.calibration import page
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
+from robolaser.report.diagnosis import page as diagnosis_page
+
+FOCAL_PX, DEPTH_M = 800.0, 0.5
+
+
+@pytest.fixture
+def calibration():
+    class Pinhole(Sensor):
+        format = SensorFormat(kind="pinhole", title="pinhole camera", columns={"pixel": ("u_px", "v_px")}, numbers=2,
+                              unit="px", units={"tool.x": "m", "tool.y": "m", "tool.z": "m"})  # fmt: skip
+        free = ()
+        derived = ("tool.x", "tool.y", "tool.z")
+        task = "the camera sees the mark"
+
+        def initialize(self, values, T_base_flange, perturb):
+            return dict.fromkeys(self.derived, np.zeros(1))
+
+        def residuals(self, values, T_base_flange, perturb):
+            tool = np.stack([values[name] for name in self.derived], axis=-1)
+            seen = np.einsum("cnij,cj->cni", T_base_flange[..., :3, :3], tool) + T_base_flange[..., :3, 3]
+            pixel = FOCAL_PX * seen[..., :2] / (seen[..., 2:] + 3.0)
+            return self.dataset.points.pixel - pixel[:, self.dataset.points.pose]
+
+        def row_errors(self, values, T_base_flange, perturb):
+            rows = len(self.dataset.points)
+            return [ErrorSource("pixel", along_each_axis(rows, 2), np.arange(rows), "px", stated=0.2)]
+
+        def in_metres(self, residuals, values, T_base_flange, perturb):
+            return residuals * DEPTH_M / FOCAL_PX
+
+    rng = np.random.default_rng(0)
+    where = poses(rng, None)
+    points = Points(np.arange(len(where)), ("mark",) * len(where), pixel=rng.normal(size=(len(where), 2)))
+    yield finished(Model(Dataset("seen", where, points, kind="pinhole")), np.zeros(3))
+    del REGISTERED["pinhole"]
+
+
+def test_its_errors_are_lengths_and_its_words_its_own(calibration):
+    calibration = replace(calibration, noise={"pixel": 0.2})
+    text = page(calibration)
+    is_closed_and_its_ids_are_its_own(text)
+    assert "pinhole camera" in text
+    assert "the camera sees the mark" in text
+    assert "Known and estimated points" not in titled(text)
+    assert sound_charts(text)
+    analysis = ErrorAnalysis(calibration)
+    pixels = np.linalg.norm(calibration.residuals, axis=1)
+    np.testing.assert_allclose(analysis.fitted_mm, 1e3 * pixels * DEPTH_M / FOCAL_PX)
+    assert analysis.noise_m == pytest.approx(np.sqrt(2) * 0.2 * DEPTH_M / FOCAL_PX, rel=1e-3)
+
+
+def test_it_is_drawn_in_a_diagnosis(calibration):
+    shown = titled(diagnosis_page(of(with_effects(calibration, ()), "unexplained")))
+    assert "Where the gap lies" in shown
+    assert "Errors at the points" not in shown
