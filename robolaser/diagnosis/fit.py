@@ -17,8 +17,9 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameters
 
-TOLERANCE = 1e-3
-"""Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1."""
+TOLERANCE, SHARE = 1e-3, 1e-6
+"""Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
+model leaves much."""
 SINGULAR = 1e-5
 """Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
@@ -55,7 +56,7 @@ class Fit:
     @classmethod
     def of(cls, problem: Problem, start: Array) -> "Fit":
         """Fit, from parameters (d,) that are near."""
-        return cls(problem, solve(problem, start[None], enough=TOLERANCE).x[0])
+        return cls(problem, solve(problem, start[None], tol=SHARE, enough=TOLERANCE).x[0])
 
     @cached_property
     def at(self) -> Linearization:

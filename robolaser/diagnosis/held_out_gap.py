@@ -10,8 +10,9 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.folds import assign_folds, held_out
 
 RESAMPLES = 2000
-TOLERANCE = 0.1
-"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1."""
+TOLERANCE, SHARE = 0.1, 1e-4
+"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share of
+it, where a model leaves much."""
 
 
 @final
@@ -40,7 +41,7 @@ class HeldOut:
             rows = (
                 fit.at.plain
                 if self._folds is None
-                else held_out(fit.problem, fit.x, self._folds, enough=TOLERANCE).errors
+                else held_out(fit.problem, fit.x, self._folds, enough=max(TOLERANCE, SHARE * fit.chi2)).errors
             )
             self._known[id(fit)] = fit, fit.in_metres(rows)
         return self._known[id(fit)][1]

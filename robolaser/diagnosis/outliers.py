@@ -4,7 +4,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from robolaser.arrays import Array, Bools
-from robolaser.diagnosis.fit import TOLERANCE, Fit
+from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.thresholds import OUTLIER_SIGMA
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
@@ -31,7 +31,7 @@ def robust_fit(fit: Fit) -> Fit:
         problem = fit.problem
         loss = Loss.fitting("cauchy", problem.residuals(x[None])[0], problem.starts)
         problem = problem.with_noise(fit.noise, Loss("cauchy", max(loss.scale, TAIL)))
-        x = solve(problem, x[None], enough=TOLERANCE).x[0]
+        x = solve(problem, x[None], tol=SHARE, enough=TOLERANCE).x[0]
     return Fit(fit.problem, x)
 
 
