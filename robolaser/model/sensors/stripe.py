@@ -96,7 +96,7 @@ class Stripe(Sensor):
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """Some points along the stripe on the middle level of the target."""
-        view, xyz = head.view_of(self.dataset, values), self.dataset.points["xyz"]
+        view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
         T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
         T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
         level = float(np.median(xyz[:, 2]))
