@@ -83,7 +83,7 @@ def calibrate(
         texts = {
             "robot.urdf": robot_urdf(found),
             "robot_corrected.urdf": corrected_urdf(found),
-            "camera.yaml": camera_yaml(found) if data.kind == "stripe" else None,
+            "camera.yaml": camera_yaml(found),
             "report.html": page(found, command=typed),
             "calibration.json": result,
         }

@@ -56,7 +56,7 @@ def diagnose(
     texts = {
         "robot.urdf": robot_urdf(model),
         "robot_corrected.urdf": corrected_urdf(model),
-        "camera.yaml": camera_yaml(model) if data.kind == "stripe" else None,
+        "camera.yaml": camera_yaml(model),
         "calibration.json": corrected_json(model),
         "report.html": page(found, command=typed),
         "diagnosis.json": result,

@@ -5,7 +5,6 @@ from robolaser.errors.challenges import *  # noqa: F403
 from robolaser.errors.devices import *  # noqa: F403
 from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
-from robolaser.errors.images import *  # noqa: F403
 from robolaser.errors.types import (
     AlgorithmError as AlgorithmError,
 )

@@ -6,13 +6,14 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import apply, carry, rigid_fit
+from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
@@ -83,6 +84,20 @@ class Stripe(Sensor):
         c = self.dataset.parameters["f"].nominal / values["f"]
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
+
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
+        """The scanner's camera."""
+        return head.camera_view(values, perturb)
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Camera and laser."""
+        return head.frames(self.dataset, values, perturb)
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether target points lie in front of the camera, (m,)."""
+        T_camera_base = inverse(T_base_flange @ self.mount(values, perturb))
+        seen = carry(T_camera_base, self.dataset.points.pose, self.target(values, perturb))
+        return np.asarray(seen[0, :, 2] > 0.0)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
