@@ -193,9 +193,9 @@ def _sight(description: Dataset) -> _Sight:
     missing = [name for name in place if name not in description.parameters]
     if missing:
         raise DataError(
-            f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be"
-            " planned where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own poses"
-            " with --poses.",
+            f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be planned"
+            " where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own"
+            " poses with --poses.",
             file="dataset.toml",
         )
     v = {name: item.nominal for name, item in description.parameters.items()}

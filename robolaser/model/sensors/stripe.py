@@ -1,4 +1,4 @@
-"""A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
+"""A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
@@ -87,11 +87,11 @@ class Stripe(Sensor):
 
     def camera(self, values: Values, perturb: Perturbation) -> CameraView:
         """The scanner's camera."""
-        return head.camera_view(values, perturb)
+        return scanner_geometry.camera_view(values, perturb)
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Camera and laser."""
-        return head.frames(self.dataset, values, perturb)
+        return scanner_geometry.frames(self.dataset, values, perturb)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether target points lie in front of the camera, (m,)."""
@@ -100,12 +100,14 @@ class Stripe(Sensor):
         return np.asarray(seen[0, :, 2] > 0.0)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
-        """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return head.in_camera(self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis)
+        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
+        return scanner_geometry.in_camera(
+            self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis
+        )
 
     def mount(self, values: Values, perturb: Perturbation) -> Array:
         """T_flange_camera, (c, n or 1, 4, 4)."""
-        return head.mount(self.dataset, values, perturb)
+        return scanner_geometry.mount(self.dataset, values, perturb)
 
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
