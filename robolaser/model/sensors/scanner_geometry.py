@@ -6,9 +6,12 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
+from robolaser.geometry.visibility import View
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
+
+USUAL_IMAGE_PX = (640, 480)
 
 
 def in_image(pixel: Array, values: Values, perturb: Perturbation) -> Array:
@@ -21,6 +24,13 @@ def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: 
     """Points on the laser plane that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
     ray = rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
     return perturb(Stage.POINTS, intersect(ray, perturb(Stage.LASER_PLANE, laser_plane(values))))
+
+
+def view_of(dataset: Dataset, values: Values) -> View:
+    """What the scanner sees from the flange by its parameters alone, one candidate."""
+    T_flange_camera = mount(dataset, values, Perturbation())[0, 0]
+    numbers = {name: float(value[0]) for name, value in values.items()}
+    return View(T_flange_camera, numbers, dataset.stripe_axis, dataset.image_px or USUAL_IMAGE_PX)
 
 
 def camera_view(values: Values, perturb: Perturbation) -> CameraView:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -22,6 +22,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
+SEEN_ALONG = 5  # points of the stripe that stand for all of them
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -92,6 +93,25 @@ class Stripe(Sensor):
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Camera and laser."""
         return scanner_geometry.frames(self.dataset, values, perturb)
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Some points along the stripe on the middle level of the target."""
+        view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
+        T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
+        T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
+        level = float(np.median(xyz[:, 2]))
+        lit = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), SEEN_ALONG)[None])
+        pixel, shown = view.pixels(lit), apply(T_target_camera[:, None], lit)
+        low, high = xyz.min(axis=0), xyz.max(axis=0)
+        good = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2)) & view.contains(pixel).all(axis=1)
+        poses = len(T_base_flange)
+        points = Points(
+            np.repeat(np.arange(poses), SEEN_ALONG),
+            tuple(map(str, range(SEEN_ALONG))) * poses,
+            pixel=pixel.reshape(-1, 2),
+            xyz=shown.reshape(-1, 3),
+        )
+        return points, np.asarray(good)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether target points lie in front of the camera, (m,)."""
