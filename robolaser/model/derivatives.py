@@ -90,6 +90,8 @@ def jacobian(model: Model, x: Array) -> Array:
     values = model.parameters.values(x)
     perturb = model.perturb(values)
     known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
+    if known is not None and known.shape[-1] == x.shape[1]:
+        return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
     m, k = len(model.dataset.points), model.sensor.format.numbers
     J = np.empty((*x.shape, m, k))
     analytic = 0 if known is None else known.shape[-1]
