@@ -7,12 +7,14 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.bounded_step import bounded_steps
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import LEAST_DAMPING, solve
 from robolaser.model.forward_model import Model
+from robolaser.model.pose_blocks import with_rows
 
 FOLDS = 10
 FEWEST = 3
@@ -21,6 +23,10 @@ ALIKE = 1e-4
 """[rad, m] Configurations that differ by less are copies of each other."""
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
+SAMPLE = 10_000
+"""Rows on which these fits of large data are made."""
+FINE = 1e-10
+"""Of the fits on a sample, where steps cost little."""
 CHORDS, SHORTER = 8, 0.3
 """Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little. A step that
 does not lower the cost is tried again, shorter."""
@@ -110,7 +116,8 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
-    step still promises something, the fit goes on by the solver.
+    step still promises something, the fit goes on by the solver. Large data are fitted on a sample of their rows that
+    has the gradient of all of them.
 
     Args:
         problem: What was minimised.
@@ -118,23 +125,41 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
         folds: Which rows are held out together.
         enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
     """
-    fits, left, evaluations = _by_chords(problem, x, folds, enough)
-    going = np.flatnonzero(left)
-    if len(going):
-        kept = folds.of_row != going[:, None]
-        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough)
-        fits[going], evaluations = ends.x, evaluations + ends.evaluations
-    errors: Array | None = None
-    for rows, block in problem.blocks:
-        for fold in np.unique(folds.of_row[rows]):
-            mine = folds.of_row[rows] == fold
-            e = block.plain(fits[[fold]])[0]
-            errors = np.empty((problem.rows, e.shape[1])) if errors is None else errors
-            errors[rows[mine]] = e[mine]
-    assert errors is not None  # a problem has at least one block
+    sample = sampled(problem, SAMPLE)
+    if sample is None:
+        fits, evaluations = _by_chords(problem, x, folds, enough)
+    else:
+        fits, evaluations = _by_sample(problem, x, folds, sample)
+    errors = _predicted(problem, fits, folds)
     if folds.whole:
         errors = problem.model.sensor.located_apart(errors)
     return HeldOut(errors, fits, evaluations + folds.count)
+
+
+def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
+    """Residuals of each row by the fit (f, d) without its fold, (m, k)."""
+    errors: Array | None = None
+    apart = len(problem.blocks) > 1
+    for fold in range(folds.count):
+        mine = np.flatnonzero(folds.of_row == fold)
+        e = (with_rows(problem.model, mine).residuals if apart else problem.plain)(fits[[fold]])[0]
+        errors = np.empty((problem.rows, e.shape[1])) if errors is None else errors
+        errors[mine] = e if apart else e[mine]
+    assert errors is not None  # there is at least one fold
+    return errors
+
+
+def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, Ints]) -> tuple[Array, int]:
+    """Fits without each fold (f, d) on a sample of the rows, each with the gradient of all rows that it keeps."""
+    some, rows = sample
+    of_fold = gradients(problem, x, folds.of_row)
+    others = of_fold.sum(axis=0) - of_fold
+    fits, evaluations = np.empty((folds.count, len(x))), len(x) + 1
+    for fold in range(folds.count):
+        kept = folds.of_row != fold
+        end = solve_corrected(some, x, others[fold] / np.count_nonzero(kept), kept=kept[rows], tol=FINE)
+        fits[fold], evaluations = end.x[0], evaluations + end.evaluations
+    return fits, evaluations
 
 
 def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
@@ -146,8 +171,8 @@ def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
     return cache(of_block) if len(problem.blocks) == 1 else of_block
 
 
-def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, Bools, int]:
-    """Fits without each fold (f, d), whether each still has some way to go (f,), and the evaluations."""
+def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, int]:
+    """Fits without each fold (f, d) by steps with the derivatives of all rows at x, then by the solver."""
     f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
     others = 1.0 - np.eye(f)
     extra = problem.extra_jacobian(x[None])[0]
@@ -171,7 +196,11 @@ def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple
             break
         trial = fits + length[:, None] * problem.scale * (steps / unit)
         trial = np.clip(trial, problem.lower, problem.upper)
-    return fits, unfinished, evaluations
+    going = np.flatnonzero(unfinished)
+    if len(going):
+        ends = solve(problem, fits[going], kept=folds.of_row != going[:, None], tol=TOLERANCE, enough=enough)
+        fits[going], evaluations = ends.x, evaluations + ends.evaluations
+    return fits, evaluations
 
 
 def _normals(problem: Problem, x: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> Array:

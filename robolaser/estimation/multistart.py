@@ -5,7 +5,7 @@ few of each round go downhill, and rounds go on until descents from different po
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -17,6 +17,8 @@ from robolaser.model.forward_model import Model
 
 SEARCH_POINTS = 200
 """Rows, about, of the subsample that is searched on: it ranks candidates as the whole does."""
+SEARCH_POSES = 200
+"""Poses of it at most, evenly taken, where rows have no names: each keeps three rows."""
 CANDIDATES = 256
 """Sampled in a round."""
 STARTS = 4
@@ -103,6 +105,10 @@ def multistart(
 def subsampled(model: Model) -> Model:
     """The model of rows enough to search on; itself where it has no more."""
     few = model.dataset.subsampled(SEARCH_POINTS)
+    seen = np.unique(few.points.pose)
+    if len(seen) > SEARCH_POSES and not few.format.named_points:
+        some = seen[np.linspace(0, len(seen) - 1, SEARCH_POSES).round().astype(np.int64)]
+        few = replace(few, points=few.points.take(np.flatnonzero(np.isin(few.points.pose, some))))
     return model if few is model.dataset else Model(few, model.effects)
 
 

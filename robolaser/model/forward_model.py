@@ -137,6 +137,8 @@ class Model:
 
     def completed(self, values: Values) -> Values:
         """Values with those parameters added that follow from the others in closed form."""
+        if not self.sensor.derived:
+            return values
         perturb = self.perturb(values)
         return {**values, **self.sensor.initialize(values, self.flange(values, perturb), perturb)}
 

@@ -93,7 +93,10 @@ def _in_camera(pixel: Array, values: Values, stripe_axis: str, axes: Array) -> t
     along_x, along_y, along_z = np.zeros((3, c, MOUNTED, m))
     across = 2.0 * k * u * v
     columns = {"u": (1, 3), "v": (2, 4)}  # of pitch and origin
-    for at, name, image in ((0, first, (grown + 2.0 * k * u * u, across)), (1, second, (across, grown + 2.0 * k * v * v))):
+    for at, name, image in (
+        (0, first, (grown + 2.0 * k * u * u, across)),
+        (1, second, (across, grown + 2.0 * k * v * v)),
+    ):
         by_pitch = away[at] * (1.0 if at == 0 else sign)
         for column, by in zip(columns[name], (by_pitch, -pitch[at]), strict=True):
             along_x[:, column], along_y[:, column] = image[0] * by, image[1] * by

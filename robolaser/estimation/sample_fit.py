@@ -1,0 +1,143 @@
+"""Fits of large data on a sample of their rows, which all rows correct.
+
+Many rows say the same of how residuals bend, so a sample tells that; what they say of where the optimum lies only all
+rows know. One pass over all rows gives the exact gradient at a point. A constant added to the sample's residuals gives
+the sample's cost the same gradient there, and then the sample is fitted. That leaves of the way to the optimum the share
+by which the sample's curvature differs from that of all rows, a few thousandths: two or three passes do what the solver
+needs ten for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.least_squares import Rows
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_loss import Loss
+from robolaser.estimation.solver import TOLERANCE, Solution, solve
+from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
+
+RANK = 1e-12
+"""Singular values below this share of the largest belong to directions that move no row."""
+
+
+def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
+    """The problem of so many rows, evenly taken from all poses, and which they are, (most,); None where a sample cannot stand for all rows.
+
+    It can where rows count by their squares alone and each depends on its own pose alone.
+    """
+    rows = problem.rows
+    alone = problem.noise is None and problem.prior is None and problem.model.known_distances is None
+    if not alone or not problem.loss.is_square or depends_on_trajectory(problem.model) or rows <= most:
+        return None
+    stride = rows / most
+    along = np.argsort(problem.model.dataset.points.pose, kind="stable")
+    taken = np.sort(along[((np.arange(most) + 0.5) * stride).astype(np.int64)])
+    return replace(problem, model=with_rows(problem.model, taken)), taken
+
+
+def solve_corrected(
+    sample: Problem, x: Array, gradient: Array, *, kept: Bools | None = None, tol: float = TOLERANCE
+) -> Solution:
+    """Fit a sample whose gradient is corrected to that of all rows.
+
+    Args:
+        sample: Some rows.
+        x: Where the gradient was taken, (d,).
+        gradient: Jᵀr of all rows over their number, by each parameter over its scale, (d,).
+        kept: Rows of the sample that count, (m,); all when absent.
+        tol: See `solve`.
+    """
+    counts = np.ones(sample.rows, dtype=bool) if kept is None else kept
+    of_number = counts[sample.row_of_number]
+    J = sample.jacobian(x[None])[0] * of_number
+    lacking = np.count_nonzero(counts) * gradient - J @ sample.residuals(x[None])[0]
+    lengths = np.linalg.norm(J, axis=1)
+    unit = np.where(lengths > 0.0, lengths, 1.0)
+    shift = np.linalg.lstsq(J / unit[:, None], lacking / unit, rcond=RANK)[0]
+    return solve(_Shifted(sample, shift), x[None], kept=None if kept is None else kept[None], tol=tol)
+
+
+def gradients(problem: Problem, x: Array, groups: Ints | None = None) -> Array:
+    """Jᵀr of each group of rows (m,), or of all, by each parameter over its scale, (g, d)."""
+    count = 1 if groups is None else int(groups.max()) + 1
+    total = np.zeros((count, len(x)))
+    for rows, block in problem.blocks:
+        r = block.residuals(x[None])
+        if groups is not None:
+            r = r * (groups[rows][block.row_of_number] == np.arange(count)[:, None])
+        total += r @ block.jacobian(x[None])[0].T
+    return total
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Shifted:
+    """A problem without extra rows, with a constant added to its residuals.
+
+    Attributes:
+        problem: Which.
+        shift: What is added, (K,).
+    """
+
+    problem: Problem
+    shift: Array
+
+    @property
+    def lower(self) -> Array:
+        """As the problem's."""
+        return self.problem.lower
+
+    @property
+    def upper(self) -> Array:
+        """As the problem's."""
+        return self.problem.upper
+
+    @property
+    def scale(self) -> Array:
+        """As the problem's."""
+        return self.problem.scale
+
+    @property
+    def rows(self) -> int:
+        """As the problem's."""
+        return self.problem.rows
+
+    @property
+    def starts(self) -> Ints:
+        """As the problem's."""
+        return self.problem.starts
+
+    @property
+    def row_of_number(self) -> Ints:
+        """As the problem's."""
+        return self.problem.row_of_number
+
+    @property
+    def loss(self) -> Loss:
+        """As the problem's."""
+        return self.problem.loss
+
+    @property
+    def blocks(self) -> Sequence[tuple[Ints, Rows]]:
+        """All rows at once."""
+        return ((np.arange(self.rows, dtype=np.int64), self),)
+
+    def residuals(self, x: Array) -> Array:
+        """The problem's, shifted, (c, d) -> (c, K)."""
+        return self.problem.residuals(x) + self.shift
+
+    def jacobian(self, x: Array) -> Array:
+        """As the problem's."""
+        return self.problem.jacobian(x)
+
+    def extra_residuals(self, x: Array) -> Array:
+        """None."""
+        return np.empty((len(x), 0))
+
+    def extra_jacobian(self, x: Array) -> Array:
+        """None."""
+        return np.empty((*x.shape, 0))
