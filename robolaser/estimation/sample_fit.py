@@ -1,10 +1,9 @@
 """Fits of large data on a sample of their rows, which all rows correct.
 
-Many rows say the same of how residuals bend, so a sample tells that; what they say of where the optimum lies only all
-rows know. One pass over all rows gives the exact gradient at a point. A constant added to the sample's residuals gives
-the sample's cost the same gradient there, and then the sample is fitted. That leaves of the way to the optimum the share
-by which the sample's curvature differs from that of all rows, a few thousandths: two or three passes do what the solver
-needs ten for.
+A sample tells how residuals bend; where exactly the optimum lies, only all rows tell. One pass over all rows gives the
+gradient at a point. A constant added to the sample's residuals gives the sample's cost the same gradient there, and then
+the sample is fitted. The cost is then above its optimum by a small share of what it was before, the more so the better
+the sample's curvature agrees with that of all rows: about a thousandth with 20 rows of each of 1000 poses.
 """
 
 from collections.abc import Sequence
@@ -25,7 +24,9 @@ RANK = 1e-12
 
 
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
-    """The problem of so many rows, evenly taken from all poses, and which they are, (most,); None where a sample cannot stand for all rows.
+    """The problem of so many rows, evenly taken from all poses, and which they are, (most,).
+
+    None where a sample cannot stand for all rows.
 
     It can where rows count by their squares alone and each depends on its own pose alone.
     """
