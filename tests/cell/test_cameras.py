@@ -19,7 +19,7 @@ from robolaser.cell import live
 from robolaser.cell.camera import Camera, Image
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
-from robolaser.cell.live import Live
+from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraFrozen, CameraLost, CameraSize, CameraUnusable, Overexposed
 
@@ -64,14 +64,14 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Live]]:
+def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., LiveCamera]]:
     """Opens a camera that gives the frames it is told to."""
     opened: list[Camera] = []
 
-    def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> Live:
+    def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> LiveCamera:
         capture = Capture(frame, more.pop("allows", True))
         monkeypatch.setattr(cv2, "VideoCapture", lambda *_: capture)
-        camera = Live(CameraLine(0, **more), SIZE, WallClock(), [].append if said is None else said.append)
+        camera = LiveCamera(CameraLine(0, **more), SIZE, WallClock(), [].append if said is None else said.append)
         opened.append(camera)
         return camera
 
@@ -80,7 +80,7 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Live]]:
         camera.close()
 
 
-def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., Live]) -> None:
+def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., LiveCamera]) -> None:
     scene = [50]
     camera = running(lambda number: noisy(number, scene[0]))
     for grey in (120, 60, 200):
@@ -88,20 +88,20 @@ def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., Li
         assert camera.shot(0.03).min() >= grey
 
 
-def test_shots_in_a_row_are_different_images(running: Callable[..., Live]) -> None:
+def test_shots_in_a_row_are_different_images(running: Callable[..., LiveCamera]) -> None:
     camera = running(noisy)
     shots = [camera.shot(0.0) for _ in range(5)]
     assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
 
 
-def test_colours_and_sixteen_bits_become_grey(running: Callable[..., Live]) -> None:
+def test_colours_and_sixteen_bits_become_grey(running: Callable[..., LiveCamera]) -> None:
     colour = running(lambda number: np.repeat(noisy(number)[:, :, None], 3, axis=2))
     assert colour.shot(0.0).shape == SIZE[::-1]
     deep = running(lambda number: noisy(number).astype(np.uint16) << 8)
     assert 50 <= deep.shot(0.0).max() < 56
 
 
-def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., Live]) -> None:
+def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., LiveCamera]) -> None:
     def stops(number: int) -> Image:
         if number > 5:
             time.sleep(2 * PATIENCE_S)
@@ -113,7 +113,7 @@ def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., Live]) -> No
         camera.shot(0.0)
 
 
-def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., Live]) -> None:
+def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number) if number < 8 else None)
     began = time.monotonic()
     with pytest.raises(CameraLost, match="unplugged"):
@@ -121,7 +121,7 @@ def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., Li
     assert time.monotonic() - began < PATIENCE_S
 
 
-def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., Live]) -> None:
+def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., LiveCamera]) -> None:
     def breaks(number: int) -> Image:
         if number > 8:
             raise ValueError("bad packet")
@@ -131,29 +131,29 @@ def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., Live]) -> 
         running(breaks).shot(0.1)
 
 
-def test_a_camera_that_never_begins_is_lost(running: Callable[..., Live]) -> None:
+def test_a_camera_that_never_begins_is_lost(running: Callable[..., LiveCamera]) -> None:
     with pytest.raises(CameraLost):
         running(lambda number: None)
 
 
-def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., Live]) -> None:
+def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., LiveCamera]) -> None:
     with pytest.raises(CameraFrozen, match="to the last pixel"):
         running(lambda number: noisy(min(number, 8))).shot(0.1)
 
 
-def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., Live]) -> None:
+def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number // 2))
     shots = [camera.shot(0.0) for _ in range(5)]
     assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
 
 
-def test_another_size_is_refused(running: Callable[..., Live]) -> None:
+def test_another_size_is_refused(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number, size=SIZE if number < 8 else (12, 8)))
     with pytest.raises(CameraSize, match="12 x 8 pixels"):
         camera.shot(0.1)
 
 
-def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., Live]) -> None:
+def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., LiveCamera]) -> None:
     with pytest.raises(Overexposed, match="overexposed"):
         running(lambda number: noisy(number, 250)).shot(0.0)
     said: list[str] = []
@@ -167,13 +167,13 @@ def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable
     assert "shorter exposure" in said[0]
 
 
-def test_a_covered_lens_is_pointed_out(running: Callable[..., Live]) -> None:
+def test_a_covered_lens_is_pointed_out(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     running(lambda number: noisy(number, 0), said).shot(0.0)
     assert "covered" in said[0]
 
 
-def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., Live]) -> None:
+def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     assert not running(lambda number: np.zeros(SIZE[::-1], np.uint8), said).shot(0.01).any()
     assert "covered" in said[0]
@@ -183,7 +183,7 @@ def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running
         running(lambda number: np.full(SIZE[::-1], 128, np.uint8)).shot(0.01)
 
 
-def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., Live]) -> None:
+def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     running(noisy, said, exposure=-5.0, gain=2.0, allows=False)
     assert ["refuses exposure = -5" in said[0], "refuses gain = 2" in said[1]] == [True, True]

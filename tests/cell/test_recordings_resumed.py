@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell.recording_writer import Journal, Stay
+from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import numbered, read_route, route_text
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.errors import (
@@ -33,10 +33,10 @@ def cell(tmp_path: Path) -> Cell:
 @pytest.fixture
 def begun(cell: Cell, tmp_path: Path) -> Path:
     """A recording of three poses, two of which are done."""
-    journal = bench.begun(cell, tmp_path / "out", numbered(Q))
-    journal.read_in_steps(np.full(5, 1e-4), pytest.fail)
-    for i, visit in enumerate(journal.visits[:2]):
-        journal.add([Stay(visit.name, float(i), visit.q, {"image": IMAGE, "image_off": IMAGE})])
+    writer = bench.begun(cell, tmp_path / "out", numbered(Q))
+    writer.state_quantization_noise(np.full(5, 1e-4), pytest.fail)
+    for i, waypoint in enumerate(writer.waypoints[:2]):
+        writer.add([Sample(waypoint.name, float(i), waypoint.q, {"image": IMAGE, "image_off": IMAGE})])
     return tmp_path / "out"
 
 
@@ -48,23 +48,23 @@ def test_a_cell_is_never_written_over(cell: Cell) -> None:
     before = files(cell.folder)
     for folder in (cell.folder, cell.folder / ".." / cell.folder.name):
         with pytest.raises(OutputIsCell, match="is a cell"):
-            Journal.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
+            RecordingWriter.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
     assert files(cell.folder) == before
 
 
 def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begun: Path) -> None:
     before = files(begun)
-    journal = Journal.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
+    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
     (cell.folder / "dataset.toml").unlink()
     with pytest.raises(DataError):
-        journal.add([Stay("start", 0.0, Q[0])])
+        writer.add([Sample("start", 0.0, Q[0])])
     assert files(begun) == before
 
 
 def test_a_recording_that_is_overwritten_leaves_no_image_behind(cell: Cell, begun: Path) -> None:
     (begun / "images" / "mine.png").write_bytes(b"not in poses.csv")
-    journal = Journal.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
-    journal.add([Stay("start", 0.0, Q[0])])
+    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
+    writer.add([Sample("start", 0.0, Q[0])])
     assert [file.name for file in (begun / "images").iterdir()] == ["mine.png"]
 
 
@@ -79,7 +79,7 @@ def test_looking_at_what_remains_changes_nothing_on_the_disk(cell: Cell, begun: 
 def test_a_pose_whose_time_cannot_be_read_is_visited_again(cell: Cell, begun: Path, wrong: str) -> None:
     table = begun / "poses.csv"
     table.write_text(table.read_text().replace("p002,1.000", f"p002,{wrong}"))
-    assert [visit.name for visit in bench.resumed(cell, begun).remaining] == ["p002", "p003"]
+    assert [waypoint.name for waypoint in bench.resumed(cell, begun).remaining] == ["p002", "p003"]
 
 
 def test_a_laser_that_can_no_longer_be_switched_is_another_cell(cell: Cell, begun: Path) -> None:
@@ -141,7 +141,7 @@ def interrupted(cell: Cell, rig: bench.Bench, folder: Path) -> None:
 
     rig.clock.at.append((9.0 if cell.arm.kind == "acl" else 3.0, by_hand))
     with pytest.raises(RecordingStopped):
-        bench.session(cell, rig, bench.begun(cell, folder, bench.poses(cell, 4))).run(lambda visit: None)
+        bench.session(cell, rig, bench.begun(cell, folder, bench.poses(cell, 4))).run(lambda waypoint: None)
 
 
 def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) ->
     assert poses.names[-1] == "stopped"
     assert poses.q is not None
     np.testing.assert_allclose(poses.q[-1], rig.motor(), atol=1e-4)
-    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert not bench.resumed(cell, tmp_path / "out").remaining
 
 
@@ -159,17 +159,17 @@ def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) ->
 def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell, tmp_path: Path, home: bool) -> None:
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")
     anew = bench.bench_for(cell, ["reboot@1"])
-    bench.arm_on(bench.Bench(anew.controller, anew.clock), cell).go(anew.motor() + 0.3, 1.0)
+    bench.arm_on(bench.Bench(anew.controller, anew.clock), cell).start_move(anew.motor() + 0.3, 1.0)
     anew.clock.wait(20.0)
     stood, there = anew.motor(), bench.at_home(cell, home)
     before = files(tmp_path / "out")
     going = bench.session(there, anew, bench.resumed(there, tmp_path / "out"))
     if home:
-        going.run(lambda visit: None)
+        going.run(lambda waypoint: None)
         assert not bench.resumed(cell, tmp_path / "out").remaining
     else:
         with pytest.raises(MovedMeanwhile, match="home the arm"):
-            going.run(lambda visit: None)
+            going.run(lambda waypoint: None)
         np.testing.assert_array_equal(anew.motor(), stood)
         assert files(tmp_path / "out") == before
 
@@ -177,14 +177,14 @@ def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell
 def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path, "lss")
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")
-    bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert not bench.resumed(cell, tmp_path / "out").remaining
 
 
 def test_of_an_arm_that_started_anew_no_place_is_stated(cell: Cell, tmp_path: Path) -> None:
     rig = bench.bench_for(cell, ["reboot@>9s"])
     with pytest.raises(RecordingStopped, match="where it stands is not known") as stopped:
-        bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda visit: None)
+        bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda waypoint: None)
     assert "It stands at" not in str(stopped.value)
     assert "It last rested at" in str(stopped.value)
     assert "stopped" not in robolaser.load(tmp_path / "out").poses.names
@@ -194,5 +194,5 @@ def test_it_is_said_what_comes_next(cell: Cell, tmp_path: Path) -> None:
     rig, said = bench.bench_for(cell), []
     there = bench.at_home(cell, True)
     going = bench.session(there, rig, bench.begun(there, tmp_path / "out", bench.poses(cell, 2)))
-    going.run(lambda visit: said.append(f"done {visit.name}"), said.append)
+    going.run(lambda waypoint: said.append(f"done {waypoint.name}"), said.append)
     assert said == ["homing", "p001", "done p001", "p002", "done p002"]
