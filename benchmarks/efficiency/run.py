@@ -25,7 +25,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.estimation.jacobian import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -99,7 +99,7 @@ def bound(name: str) -> Bound:
     model = Model(fitted)
     x = model.fix_gauge(np.array([truth[key] for key in model.parameters.names]))
     free = ~np.isin(model.parameters.names, model.sensor.fixed)
-    J, G = (jacobian(each, x)[:, free] for each in (model, Model(unseen)))
+    J, G = (jacobian_matrix(each, x)[:, free] for each in (model, Model(unseen)))
     pixel_px, target_m = WORLDS[name]
     of_pixel = pixel_effect(model, x)
     row = pixel_px**2 * of_pixel @ np.swapaxes(of_pixel, 1, 2) + target_m**2 * np.eye(3)

@@ -5,17 +5,15 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
-from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
-from robolaser.model.sensors.stripe import Stripe
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
 SAMPLE = 20  # poses that are looked at
 ALIKE = 6  # decimals [m], and of rotation matrices, in which poses that differ at all differ
 SETUP_RMS_M = 0.01
-"""Error of fitted points from which on the description of the cell is wrong: no effect of a sound cell makes so much."""
+"""Error of fitted points from which on the description of the cell is wrong: no effect makes so much."""
 SETUP_ON_BOUNDS = 1 / 3
 """Share of the parameters with given bounds that end on one, from which on the description is wrong."""
 HEADER = 2  # the first row of a table stands in line 2
@@ -58,21 +56,17 @@ def check_target(model: Model) -> None:
     Raises:
         DataError: It lies behind it.
     """
-    sensor = model.sensor
-    if not isinstance(sensor, Stripe) or not model.dataset.placed:
-        return
     values = model.parameters.values(model.parameters.nominal[None])
     perturb = model.perturb(values)
-    T_base_camera = model.flange(values, perturb) @ sensor.mount(values, perturb)
-    pose = model.dataset.points.pose
-    T_camera_base = inverse(T_base_camera)[0, pose, 2]
-    behind = (sensor.target(values, perturb)[0] * T_camera_base[:, :3]).sum(axis=-1) + T_camera_base[:, 3] <= 0
-    if behind.mean() > 0.5:
+    behind = ~model.sensor.in_view(values, model.flange(values, perturb), perturb)
+    if model.dataset.placed and behind.mean() > 0.5:
+        pose = model.dataset.points.pose
         row = int(np.argmax(behind))
+        where = f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]})"
         raise DataError(
-            f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]}): with the nominal "
-            f"parameters the target point lies behind the camera, as do {int(behind.sum())} of {len(behind)} rows. Check the "
-            "target's frame and units, bracket_quat and the flange.",
+            f"{where}: with the nominal parameters the target point lies behind the camera, as do "
+            f"{int(behind.sum())} of {len(behind)} rows. Check the target's frame and units, bracket_quat and the "
+            "flange.",
             file="points.csv",
             row=row + HEADER,
         )

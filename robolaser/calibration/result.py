@@ -127,14 +127,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     robot = dataset.robot
     sensor = len(model.parameters) - len(model.effect_parameters)
     items = zip(model.parameters.items[:sensor], calibration.x, calibration.std, strict=False)
-    description: dict[str, Any] = {"sensor": dataset.kind}
-    if dataset.kind == "stripe":
-        description |= {
-            "stripe_axis": dataset.stripe_axis,
-            "bracket_quat": list(dataset.bracket_quat),
-            "angles": dataset.angles,
-        }
-    description |= {
+    description = {
+        "sensor": dataset.kind,
+        **model.sensor.description,
         "robot": "robot.urdf" if robot else None,
         "flange": robot.flange if robot else None,
         "joints": list(robot.joints) if robot else None,

@@ -91,8 +91,8 @@ def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn)
     """
     if image.shape[::-1] != size:
         raise CameraError(
-            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml, [image] says"
-            f" {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml, [image]"
+            f" says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
         )
     white = float((image >= WHITE).mean())
     if white > MOSTLY:

@@ -48,7 +48,7 @@ class Violation:
 def tool_points(description: Dataset) -> Array:
     """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
     drawn = description.parameters
-    if description.kind != "stripe" or not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
+    if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
         return np.empty((0, 3))
     camera = np.array([drawn[name].nominal for name in ("t_x", "t_y", "t_z")])
     R = from_quaternion(np.array(description.bracket_quat))

@@ -54,7 +54,7 @@ def calibrate(
     from robolaser.calibration.options import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
-    from robolaser.data.csv_tables import write_together
+    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.report.calibration import page, print_summary
 
@@ -83,7 +83,7 @@ def calibrate(
         texts = {
             "robot.urdf": robot_urdf(found),
             "robot_corrected.urdf": corrected_urdf(found),
-            "camera.yaml": camera_yaml(found) if data.kind == "stripe" else None,
+            "camera.yaml": camera_yaml(found),
             "report.html": page(found, command=typed),
             "calibration.json": result,
         }

@@ -124,7 +124,7 @@ def score(
         jobs: Number of diagnoses at a time.
         force: Overwrite an earlier score.
     """
-    from robolaser.data.csv_tables import write_text
+    from robolaser.data.atomic_write import write_text
     from robolaser.trials.trial import score as score_trial
 
     file = (output or folder) / "score.json"

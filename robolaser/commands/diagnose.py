@@ -37,7 +37,7 @@ def diagnose(
         force: Overwrite an earlier result.
     """
     from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
-    from robolaser.data.csv_tables import write_together
+    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json
@@ -56,7 +56,7 @@ def diagnose(
     texts = {
         "robot.urdf": robot_urdf(model),
         "robot_corrected.urdf": corrected_urdf(model),
-        "camera.yaml": camera_yaml(model) if data.kind == "stripe" else None,
+        "camera.yaml": camera_yaml(model),
         "calibration.json": corrected_json(model),
         "report.html": page(found, command=typed),
         "diagnosis.json": result,

@@ -11,7 +11,7 @@ from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, rob
 from robolaser.diagnosis.penalized_fit import Fit, Problem
 from robolaser.diagnosis.pose_noise import explicable
 from robolaser.diagnosis.thresholds import SCATTER_REDUCTION
-from robolaser.estimation.jacobian import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -47,7 +47,7 @@ class Preparation:
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)
         x = sensor.nominal
-        noise = some.noise(small, x, jacobian(small, x), dataset)
+        noise = some.noise(small, x, jacobian_matrix(small, x), dataset)
         near = robust_fit(Problem.of(small, noise, sensor).fit(x, steps=STEPS)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
@@ -64,7 +64,7 @@ class Preparation:
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
         model, x = Model(data.dataset), self.near
-        noise = data.noise(model, x, jacobian(model, x), self.dataset)
+        noise = data.noise(model, x, jacobian_matrix(model, x), self.dataset)
         fit = Problem.of(model, noise, self.sensor).fit(x)
         if self.dataset.kind == "stripe" or not effects:
             return data, fit

@@ -50,8 +50,9 @@ def controller_of(cell: Cell) -> Controller:
         DataError: No emulated controller speaks the arm's language.
     """
     if cell.arm.kind not in CONTROLLERS:
+        meant = near(cell.arm.kind, CONTROLLERS)
         raise DataError(
-            f"cell.toml, [arm] kind: no emulated controller speaks '{cell.arm.kind}'.{near(cell.arm.kind, CONTROLLERS)}",
+            f"cell.toml, [arm] kind: no emulated controller speaks '{cell.arm.kind}'.{meant}",
             file="cell.toml",
             column="kind",
         )

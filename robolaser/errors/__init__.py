@@ -2,7 +2,6 @@
 
 from robolaser.errors.base import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
-from robolaser.errors.images import *  # noqa: F403
 from robolaser.errors.types import (
     AlgorithmError as AlgorithmError,
 )

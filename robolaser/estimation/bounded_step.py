@@ -24,27 +24,32 @@ def bounded_steps(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array
         Steps (c, d), and by how much each lowers its function, (c,).
     """
     d = g.shape[1]
-    fixed = lower >= upper
+    fixed, size = lower >= upper, np.abs(A)
     side = np.where((lower >= 0.0) & (g > 0.0), -1, np.where((upper <= 0.0) & (g < 0.0), 1, 0))
     side[fixed] = -1
+    steps = np.zeros_like(g)
+    left = np.arange(len(g))
     for attempt in range(4 * d):
-        step = _solved(A, g, np.where(side < 0, lower, np.where(side > 0, upper, 0.0)), side == 0)
-        slope = np.einsum("cij,cj->ci", A, step)
-        slack = ROUNDING * (np.einsum("cij,cj->ci", np.abs(A), np.abs(step)) + np.abs(g))
-        slope += g
-        to = np.where(step < lower, -1, np.where(step > upper, 1, 0))
-        to[(side < 0) & (slope >= -slack)] = -1
-        to[(side > 0) & (slope <= slack)] = 1
-        to[fixed] = -1
-        wrong = to != side
-        if not wrong.any():
-            break
+        at, low, high = side[left], lower[left], upper[left]
+        step = _solved(A[left], g[left], np.where(at < 0, low, np.where(at > 0, high, 0.0)), at == 0)
+        steps[left] = step
+        slope = np.einsum("cij,cj->ci", A[left], step)
+        slack = ROUNDING * (np.einsum("cij,cj->ci", size[left], np.abs(step)) + np.abs(g[left]))
+        slope += g[left]
+        to = np.where(step < low, -1, np.where(step > high, 1, 0))
+        to[(at < 0) & (slope >= -slack)] = -1
+        to[(at > 0) & (slope <= slack)] = 1
+        to[fixed[left]] = -1
+        wrong = to != at
         if attempt >= d:
             wrong &= np.cumsum(wrong[:, ::-1], axis=1)[:, ::-1] == 1
-        side = np.where(wrong, to, side)
-    step = np.clip(step, lower, upper)
-    gain = -np.einsum("ci,ci->c", step, np.einsum("cij,cj->ci", A, step) + 2.0 * g)
-    return step, gain
+        side[left] = np.where(wrong, to, at)
+        left = left[wrong.any(axis=1)]
+        if not len(left):
+            break
+    steps = np.clip(steps, lower, upper)
+    gain = -np.einsum("ci,ci->c", steps, np.einsum("cij,cj->ci", A, steps) + 2.0 * g)
+    return steps, gain
 
 
 def _solved(A: Array, g: Array, step: Array, free: Bools) -> Array:

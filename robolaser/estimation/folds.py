@@ -19,7 +19,7 @@ FEWEST = 3
 """Groups of poses; fewer cannot be held out, since what is left fits anything."""
 ALIKE = 1e-4
 """[rad, m] Configurations that differ by less are copies of each other."""
-TOLERANCE = 1e-9
+TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 CHORDS = 8
 """Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little."""

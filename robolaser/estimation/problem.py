@@ -30,6 +30,8 @@ class Problem:
         loss: What a whitened row costs.
         prior: Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it
             may differ freely. None: all may.
+        row_size: Standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and
+            known distances bind as their noise says; None: as at the nominal values.
     """
 
     model: Model
@@ -37,6 +39,7 @@ class Problem:
     noise: NoiseModel | None = None
     loss: Loss = SQUARE
     prior: Array | None = None
+    row_size: float | None = None
 
     @classmethod
     def of(
@@ -53,7 +56,7 @@ class Problem:
 
     def with_noise(self, noise: NoiseModel | None, loss: Loss = SQUARE) -> "Problem":
         """The same with other weights."""
-        return replace(self, noise=noise, loss=loss)
+        return replace(self, noise=noise, loss=loss, row_size=None)
 
     @cached_property
     def fixed(self) -> Bools:
@@ -127,17 +130,20 @@ class Problem:
             return np.zeros(len(self.scale))
         return np.where(self.fixed, 0.0, self.scale / np.where(self.prior > 0.0, self.prior, np.inf))
 
+    def with_rows_of_size(self, x: Array) -> "Problem":
+        """The same with the standard deviation that a row's numbers have at x (d,)."""
+        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).mean())))
+
     @cached_property
     def _number_scale(self) -> float:
         """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
 
-        One where rows are whitened by all their noise; else the standard deviation of their numbers, taken at the
-        nominal values.
+        One where rows are whitened by all their noise; else the standard deviation of their numbers.
         """
         whole = self.noise is not None and not self.noise.relative
         if whole or self.model.known_distances is None:
             return 1.0
-        return float(np.sqrt(np.square(self.residuals(self.parameters.nominal[None])).mean()))
+        return self.row_size or self.with_rows_of_size(self.parameters.nominal).row_size or 1.0
 
     def extra_residuals(self, x: Array) -> Array:
         """Rows that belong to no row of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.

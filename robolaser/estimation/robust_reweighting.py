@@ -43,11 +43,16 @@ def fit(model: Model, start: Array, *, weights: str = "plain", loss: str = "squa
     problem = Problem.of(model)
     end = solve(problem, start[None])
     evaluations += end.evaluations
+    for _ in range(ROUNDS if model.known_distances is not None else 0):
+        problem = problem.with_rows_of_size(end.x[0])
+        end = solve(problem, end.x)
+        evaluations += end.evaluations
     for _ in range(ROUNDS if weights == "noise" or loss != "square" else 0):
         x = end.x[0]
         noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else None
         white = problem.with_noise(noise)
         problem = problem.with_noise(noise, Loss.fitting(loss, white.residuals(x[None])[0], problem.starts))
+        problem = problem.with_rows_of_size(x)
         end = solve(problem, x[None])
         evaluations += end.evaluations
     return problem, end.x[0], evaluations

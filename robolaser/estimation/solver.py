@@ -20,8 +20,10 @@ from robolaser.estimation.least_squares import LeastSquares
 TOLERANCE = 1e-13
 MOST_STEPS = 3000
 """Few points leave long bent valleys: 200 steps were needed along one, 20 are usual."""
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-14, 1e12
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 """In units of the squared length of each column; with the least, directions that move no row are not moved along."""
+MOST_RELIEF = 0.1
+"""Factor by which the damping falls after a step that kept its promise."""
 PROBE = 0.1
 """Share of a step at which the residuals' second derivative along it is measured."""
 ACCELERATED = 0.75
@@ -205,7 +207,7 @@ class _Descents:
 
         better = there < cost
         ratio = np.clip((cost - there) / promised, -1.0, 1.0, where=better, out=np.zeros(c))
-        easier = np.maximum(damping * np.maximum(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
+        easier = np.maximum(damping * np.maximum(MOST_RELIEF, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
         self._damping[active] = np.where(better, easier, damping * self._growth[active])
         self._growth[active] = np.where(better, 2.0, 2.0 * self._growth[active])
         moved = active[better]

@@ -96,3 +96,9 @@ def jacobian(model: Model, x: Array) -> Array:
         slopes = differences(flat, x, STEP * model.parameters.width, numeric, -everywhere, everywhere)
         J[:, analytic:] = slopes.reshape(len(x), -1, m, k)
     return J
+
+
+def jacobian_matrix(model: Model, x: Array) -> Array:
+    """The same at one candidate (d,), for all numbers of all rows, (m k, d)."""
+    J = jacobian(model, x[None])[0]
+    return np.asarray(J.reshape(len(J), -1).T)

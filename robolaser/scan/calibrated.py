@@ -79,7 +79,7 @@ class Calibrated:
             ScanError: Sensor, image, arm or joints are of another scanner.
         """
         same = (
-            ("kind of sensor", recording.kind, "stripe"),
+            ("kind of sensor", recording.kind, Stripe.format.kind),
             ("stripe_axis", recording.stripe_axis, self.stripe_axis),
             ("image size", recording.image_px, self.image_px),
             ("poses", _kind_of_poses(recording.robot), _kind_of_poses(self.robot)),
@@ -132,7 +132,7 @@ def read_calibration(path: Path) -> Calibrated:
     file = JsonObject(path, "", whole)
     check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")
-    if model.text("sensor") != "stripe":
+    if model.text("sensor") != Stripe.format.kind:
         raise unusable(path, f"its sensor is of kind '{model.text('sensor')}', which sees no stripes")
     robot = _robot(path, model)
     values = {name: np.array([_value(name, numbers.part(name))]) for name in SCANNER}

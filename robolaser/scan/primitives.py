@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.geometry.mad_scale import spread
+from robolaser.geometry.mad_scale import mad_scale
 
 DRAWS = 600  # samples of points: with a fifth of them on the primitive, one is clean in 99 of 100 cases
 JUDGES = 4000  # points by which samples are judged
@@ -21,7 +21,7 @@ RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be ta
 
 @final
 @dataclass(frozen=True)
-class Plane:
+class FittedPlane:
     """A flat part of a cloud: normal · P = offset.
 
     Attributes:
@@ -46,7 +46,7 @@ class Plane:
 
 @final
 @dataclass(frozen=True)
-class Sphere:
+class FittedSphere:
     """A round part of a cloud.
 
     Attributes:
@@ -69,7 +69,7 @@ class Sphere:
         return float(np.sqrt(np.mean(self.distance[self.on] ** 2)))
 
 
-def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> Plane | None:
+def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> FittedPlane | None:
     """The plane with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -97,7 +97,7 @@ def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array |
     return _refined_plane(xyz, std, normals[best], float(offsets[best]), free=normal is None)
 
 
-def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> Plane | None:
+def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> FittedPlane | None:
     weight, near = _weights(std), _near(std)
     on = np.abs(xyz @ normal - offset) < near
     for _ in range(ROUNDS):
@@ -110,16 +110,16 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
             normal = np.linalg.eigh((w[:, None] * about).T @ about)[1][:, 0]
         offset = float(normal @ middle)
         off = xyz @ normal - offset
-        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
+        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * mad_scale(off[on]))
         if np.array_equal(before, on):
             break
     if free and normal[np.abs(normal).argmax()] < 0:
         normal, offset, off = -normal, -offset, -off
     w = weight[on] / weight[on].sum()
-    return Plane(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
+    return FittedPlane(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
 
 
-def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> Sphere | None:
+def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> FittedSphere | None:
     """The sphere of about a known radius with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -148,7 +148,7 @@ def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator)
     return found if found is not None and abs(found.radius - radius) < RADIUS_SLACK * radius else None
 
 
-def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sphere | None:
+def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> FittedSphere | None:
     """Gauss-Newton steps over the points that are near."""
     weight, near = _weights(std), _near(std)
     off = np.linalg.norm(xyz - centre, axis=-1) - radius
@@ -160,14 +160,14 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Sph
         step = np.linalg.lstsq(np.sqrt(w)[:, None] * J, -np.sqrt(w) * off[on], rcond=None)[0]
         centre, radius = centre + step[:3], radius + float(step[3])
         off = np.linalg.norm(xyz - centre, axis=-1) - radius
-        on = np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
+        on = np.abs(off) < np.maximum(near, NEAR_STD * mad_scale(off[on]))
         if np.abs(step).max() < 1e-9:
             break
     if on.sum() < FEWEST:
         return None
     J, w = _towards(xyz[on], centre), weight[on]
     back = np.linalg.pinv(J.T @ (w[:, None] * J)) @ (w[:, None] * J).T
-    return Sphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
+    return FittedSphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
 
 
 def stands_out(distance: Array, on: Bools) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import ScanError
 from robolaser.scan.ply import Vertices, places_of
-from robolaser.scan.primitives import Plane, find_plane, find_sphere, stands_out
+from robolaser.scan.primitives import FittedPlane, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
 FAR_OFF = 3.0  # times that scatter and prediction may differ without a warning: few points alone make two
@@ -65,7 +65,7 @@ class Quality:
     most_m: float
     primitives: tuple[Measured, ...] = ()
     missing: tuple[ScanError, ...] = ()
-    plane: Plane | None = None
+    plane: FittedPlane | None = None
 
     @property
     def places(self) -> Array:
@@ -136,7 +136,7 @@ def _not_found(what: str, reason: str) -> ScanError:
     )
 
 
-def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Generator) -> Plane | None:
+def _step(xyz: Array, std: Array, plane: FittedPlane, height: float, rng: np.random.Generator) -> FittedPlane | None:
     """The other plane, parallel to the first, about as far off as is known."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
     found = find_plane(xyz[there], std[there], rng, plane.normal)
@@ -147,7 +147,7 @@ def _step(xyz: Array, std: Array, plane: Plane, height: float, rng: np.random.Ge
     off = xyz @ found.normal - found.offset
     if not stands_out(off[~plane.on], on[~plane.on]):
         return None
-    return Plane(found.normal, found.offset, found.offset_std, on, off)
+    return FittedPlane(found.normal, found.offset, found.offset_std, on, off)
 
 
 def _predicted(std: Array, on: Bools) -> float:

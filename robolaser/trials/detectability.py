@@ -8,9 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.jacobian import jacobian
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -78,7 +78,7 @@ class Detectability:
         problem = Problem.of(model, self._noise)
         start = np.concatenate([x, candidate_effect.parameters.nominal])
         ordinary = len(x)
-        J = self._whitened(jacobian(model, start))[:, ~problem.fixed]
+        J = self._whitened(jacobian_matrix(model, start))[:, ~problem.fixed]
         r = self._noise.whiten(self._model.residuals(x[None]))[0]
         step, *_ = np.linalg.lstsq(J / _lengths(J), -r, rcond=1e-10)
         promised = float(np.square(r + J / _lengths(J) @ step).sum())

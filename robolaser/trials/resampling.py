@@ -12,6 +12,7 @@ from robolaser.calibration.options import Plan
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats
+from robolaser.model.sensors import sensor_class
 from robolaser.parameters import Parameter
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
 from robolaser.trials.synthetic.arm import PinocchioArm
@@ -47,7 +48,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
         TrialError: Another sensor, no joint angles, or a target that nobody knows the place of.
         RobolaserError: It cannot be calibrated.
     """
-    if dataset.kind != "stripe" or not len(dataset.points):
+    if not sensor_class(dataset.kind).has_laser_plane() or not len(dataset.points):
         raise _unsuitable(dataset.name, "it has no points of a stripe scanner")
     if dataset.robot is None or dataset.poses.q is None:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")

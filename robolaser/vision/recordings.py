@@ -10,6 +10,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
 from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
+from robolaser.model.sensors import sensor_class
 from robolaser.vision.candidates import Axis, every
 from robolaser.vision.extract import Extraction, extract_points
 from robolaser.vision.line_centres import DEFAULT
@@ -112,7 +113,7 @@ def _no_points(reason: str) -> ImageError:
 def _images(recording: Dataset) -> tuple[list[PoseImages], Axis, tuple[int, int]]:
     """The images of each pose that has any, the stripe's axis, and the images' size."""
     size = recording.image_px
-    if recording.kind != "stripe" or recording.folder is None or size is None:
+    if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or size is None:
         raise _no_points("only stripe scanners take images")
     shots = images_of_poses(recording)
     if not shots:

@@ -187,7 +187,7 @@ def test_closing_this_machine_kills_what_runs_at_once() -> None:
 def test_leaving_a_cluster_kills_what_runs_there_at_once(running: Cluster) -> None:
     with DaskCluster(running.address) as cluster:
         future = cluster.submit(WAITS, cluster.share(PAYLOAD))
-        assert _eventually(lambda: any(_children(worker) for worker in running.workers))
+        assert _eventually(lambda: any(_children(worker) for worker in running.workers), SOON_S)
         began = time.monotonic()
     assert time.monotonic() - began < 5
     with pytest.raises(CancelledError):

@@ -10,7 +10,7 @@ from emulated_cell import cell_folder
 from robolaser.arrays import Array
 from robolaser.cell.acl import AclArm
 from robolaser.cell.arm import Arm
-from robolaser.cell.camera import Camera, Image
+from robolaser.cell.camera import Camera, Image, no_more_images
 from robolaser.cell.clock import Clock
 from robolaser.cell.lss import LssArm
 from robolaser.cell.recording_writer import RecordingWriter
@@ -22,7 +22,6 @@ from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.faulty import FaultyController
-from robolaser.errors import CameraLost
 
 BITS_A_BYTE = 10
 BAUD = 9600
@@ -148,7 +147,7 @@ class Painted(Camera):
         if self._left is not None:
             self._left -= 1
             if self._left < 0:
-                raise CameraLost("painted", "it was unplugged")
+                raise no_more_images("painted", "it was unplugged")
         image = self._rng.integers(20, 40, self._size[::-1], dtype=np.uint8)
         if self._bench.controller.outputs(self._clock.now()):
             image[3] = 200

@@ -21,7 +21,7 @@ from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
 from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import CameraLine
-from robolaser.errors import CameraFrozen, CameraLost, CameraSize, CameraUnusable, Overexposed
+from robolaser.errors import CameraError
 
 SIZE = (24, 16)
 FRAME_S = 0.005
@@ -109,14 +109,14 @@ def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., LiveCamera])
 
     camera = running(stops)
     time.sleep(10 * FRAME_S)
-    with pytest.raises(CameraLost, match="none came"):
+    with pytest.raises(CameraError, match="none came"):
         camera.shot(0.0)
 
 
 def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number) if number < 8 else None)
     began = time.monotonic()
-    with pytest.raises(CameraLost, match="unplugged"):
+    with pytest.raises(CameraError, match="unplugged"):
         camera.shot(0.1)
     assert time.monotonic() - began < PATIENCE_S
 
@@ -127,17 +127,17 @@ def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., LiveCamera
             raise ValueError("bad packet")
         return noisy(number)
 
-    with pytest.raises(CameraLost, match="bad packet"):
+    with pytest.raises(CameraError, match="bad packet"):
         running(breaks).shot(0.1)
 
 
 def test_a_camera_that_never_begins_is_lost(running: Callable[..., LiveCamera]) -> None:
-    with pytest.raises(CameraLost):
+    with pytest.raises(CameraError, match="no more images"):
         running(lambda number: None)
 
 
 def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., LiveCamera]) -> None:
-    with pytest.raises(CameraFrozen, match="to the last pixel"):
+    with pytest.raises(CameraError, match="to the last pixel"):
         running(lambda number: noisy(min(number, 8))).shot(0.1)
 
 
@@ -149,12 +149,12 @@ def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., Live
 
 def test_another_size_is_refused(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number, size=SIZE if number < 8 else (12, 8)))
-    with pytest.raises(CameraSize, match="12 x 8 pixels"):
+    with pytest.raises(CameraError, match="12 x 8 pixels"):
         camera.shot(0.1)
 
 
 def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., LiveCamera]) -> None:
-    with pytest.raises(Overexposed, match="overexposed"):
+    with pytest.raises(CameraError, match="overexposed"):
         running(lambda number: noisy(number, 250)).shot(0.0)
     said: list[str] = []
 
@@ -177,9 +177,9 @@ def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running
     said: list[str] = []
     assert not running(lambda number: np.zeros(SIZE[::-1], np.uint8), said).shot(0.01).any()
     assert "covered" in said[0]
-    with pytest.raises(Overexposed):
+    with pytest.raises(CameraError, match="overexposed"):
         running(lambda number: np.full(SIZE[::-1], 255, np.uint8)).shot(0.01)
-    with pytest.raises(CameraFrozen):
+    with pytest.raises(CameraError, match="frozen"):
         running(lambda number: np.full(SIZE[::-1], 128, np.uint8)).shot(0.01)
 
 
@@ -192,7 +192,7 @@ def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[...,
 def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     absent = replace(cell, camera=CameraLine("/dev/video77"))
-    with pytest.raises(CameraUnusable, match="/dev/video77"):
+    with pytest.raises(CameraError, match="/dev/video77"):
         open_camera(absent, WallClock(), print)
 
 
@@ -247,7 +247,7 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: 
     ):
         camera.shot(0.1)
         size[0] = (48, 32)
-        with pytest.raises(CameraSize, match="48 x 32"):
+        with pytest.raises(CameraError, match="48 x 32"):
             camera.shot(0.2)
 
 
@@ -259,7 +259,7 @@ def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
     for source in (tmp_path / "shots", tmp_path / "shots" / "s%d.png"):
         with open_camera(replace(cell, camera=CameraLine(str(source))), WallClock(), print) as camera:
             assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
-            with pytest.raises(CameraLost, match="all its pictures"):
+            with pytest.raises(CameraError, match="all its pictures"):
                 camera.shot(0.0)
 
 
@@ -267,5 +267,5 @@ def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
 def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None:
     cell = bench.cell(tmp_path)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(CameraUnusable, match=source):
+    with pytest.raises(CameraError, match=source):
         open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), WallClock(), print)

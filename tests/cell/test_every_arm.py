@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from robolaser.cell.arms import ARMS
+from robolaser.cell.failures import ArmAlarm
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell
-from robolaser.errors import ArmAlarm, LineLost
+from robolaser.errors import LineLost
 
 WIRED = sorted(set(ARMS) - {"replay"})
 PLUGGED_S, NOTICED_S = 2.5, 2.0

@@ -8,11 +8,12 @@ import bench
 import numpy as np
 import pytest
 
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused
 from robolaser.cell.lss import STEP, LssArm
 from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
-from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, LineLost, Strayed
+from robolaser.errors import ArmError, LineLost
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell
     mover = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
     at = mover.resting("Before")
     watched = bench.Watched(rig, 0.3)
-    with suppress(Strayed):
+    with suppress(ArmError):
         mover.move_and_wait(at + np.array([0.5, 0.1, -0.4, 0.2, 0.3]), "p", at)
     assert watched.fastest() < 1.05 * 0.3
 

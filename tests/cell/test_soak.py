@@ -12,7 +12,7 @@ import pytest
 
 import robolaser
 from robolaser.cell.route import Waypoint, both_ways
-from robolaser.errors import RecordingStopped, RobolaserError
+from robolaser.errors import Interrupted, RobolaserError
 
 DAYS = 520
 BATCH = 40
@@ -95,7 +95,7 @@ def run(day: Day, cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> s
         running = bench.session(cell, rig, writer, camera)
         watched.goes(running._arm)
         running.run(on_disk)
-    except RecordingStopped as error:
+    except Interrupted as error:
         said = str(error)
     except (RobolaserError, KeyboardInterrupt) as error:
         said, early = str(error), True  # the line was never up

@@ -15,8 +15,8 @@ from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwis
 from robolaser.diagnosis.penalized_fit import Problem
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
-from robolaser.estimation.jacobian import jacobian
 from robolaser.geometry.robots import find_robot
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -39,7 +39,7 @@ class Case:
         data = AveragedData.of(raw)
         model = Model(data.dataset)
         x = model.parameters.nominal
-        self.fit = Problem.of(model, data.noise(model, x, jacobian(model, x), raw)).fit(x)
+        self.fit = Problem.of(model, data.noise(model, x, jacobian_matrix(model, x), raw)).fit(x)
         self.refits = Refits(self.fit, library(EFFECTS, raw))
         self.folds = folds(data, 0)
         self.held_out = HeldOut(self.folds)

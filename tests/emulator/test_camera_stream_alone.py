@@ -11,7 +11,7 @@ import pytest
 from robolaser.emulator.camera_server import CameraServer
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.snapshot import Snapshot
-from robolaser.errors import CameraPortTaken
+from robolaser.errors import CameraError
 
 SHAPE = (480, 640)
 HEADER = len(b"P5\n640 480\n255\n")
@@ -123,5 +123,5 @@ def test_what_breaks_while_it_draws_is_heard(stream: CameraServer, world: Number
 
 def test_a_port_that_is_taken_is_named(stream: CameraServer, world: Numbered) -> None:
     port = int(stream.address.rpartition(":")[2])
-    with pytest.raises(CameraPortTaken, match=f"port {port}.*--camera-port"):
+    with pytest.raises(CameraError, match=f"port {port}.*--camera-port"):
         CameraServer(world, snapshot(0.0), [], np.random.default_rng(1), port)

@@ -14,7 +14,7 @@ from emulated_cell import cell_folder
 
 from robolaser.emulator.emulated_cell import EmulatedCell
 from robolaser.emulator.serving import EmulatorProcess
-from robolaser.errors import EmulatorSilent
+from robolaser.errors import ArmError
 
 
 def ask(port: serial.SerialBase, line: str) -> str:
@@ -119,6 +119,6 @@ def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
 
 @pytest.mark.parametrize(("fault", "said"), [("lost:9", "more than 1"), ("flod", "Did you mean 'flood'")])
 def test_what_it_cannot_emulate_it_says_in_one_sentence(tmp_path: Path, fault: str, said: str) -> None:
-    with pytest.raises(EmulatorSilent, match=said) as refused, EmulatorProcess(cell_folder(tmp_path), faults=[fault]):
+    with pytest.raises(ArmError, match=said) as refused, EmulatorProcess(cell_folder(tmp_path), faults=[fault]):
         pass
     assert "Traceback" not in str(refused.value)

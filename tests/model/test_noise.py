@@ -5,7 +5,7 @@ import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
 from robolaser.data.dataset import Noise
-from robolaser.estimation.jacobian import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
 from robolaser.model.noise.reml import restricted
 from robolaser.model.noise.sources import error_sources
@@ -146,7 +146,7 @@ def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -
     """What is found on many measurements of a cell, each fitted by its Jacobian."""
     model = cell.model()
     truth = cell.truth(model)
-    J, sources = jacobian(model, truth), error_sources(model, truth)
+    J, sources = jacobian_matrix(model, truth), error_sources(model, truth)
     scaled = J * model.parameters.width
     found = []
     for _ in range(count):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.evidence import some_rows
+from robolaser.report.calibration.error_analysis import some_rows
 from robolaser.report.chart import FAINT, chart, colours, equal_axes, hover, layer, line, quantity, records
 
 

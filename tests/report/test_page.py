@@ -24,7 +24,7 @@ from page_claims import (
 )
 
 from robolaser.report.calibration import page, write_report
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.words import judgement
 
 
@@ -127,15 +127,15 @@ def test_the_same_calibration_gives_the_same_page(calibrations, pages):
 @pytest.mark.parametrize(("size", "word"), [(1.0, "What is left is noise"), (10.0, "something is unmodelled")])
 def test_errors_are_judged_by_the_noise(size, word):
     calibration = stripe(robot=arm())
-    noise = Evidence(calibration).noise.draw(1, np.random.default_rng(0))[0]
+    noise = ErrorAnalysis(calibration).noise.draw(1, np.random.default_rng(0))[0]
     calibration = replace(calibration, residuals=size * noise, held_out=1.05 * size * noise)
-    assert word in judgement(Evidence(calibration))
+    assert word in judgement(ErrorAnalysis(calibration))
 
 
 def test_few_poses_for_many_parameters_are_named():
     calibration = stripe(robot=arm())
     calibration = replace(calibration, held_out=3 * calibration.residuals)
-    assert "too few" in judgement(Evidence(calibration))
+    assert "too few" in judgement(ErrorAnalysis(calibration))
 
 
 def test_what_all_pages_share_loads_no_physics():

@@ -14,7 +14,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.report.calibration import page
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.diagnosis import page as diagnosis_page
 
 FOCAL_PX, DEPTH_M = 800.0, 0.5
@@ -60,10 +60,10 @@ def test_its_errors_are_lengths_and_its_words_its_own(calibration):
     assert "the camera sees the mark" in text
     assert "Known and estimated points" not in titled(text)
     assert sound_charts(text)
-    evidence = Evidence(calibration)
+    analysis = ErrorAnalysis(calibration)
     pixels = np.linalg.norm(calibration.residuals, axis=1)
-    np.testing.assert_allclose(evidence.fitted_mm, 1e3 * pixels * DEPTH_M / FOCAL_PX)
-    assert evidence.noise_m == pytest.approx(np.sqrt(2) * 0.2 * DEPTH_M / FOCAL_PX, rel=1e-3)
+    np.testing.assert_allclose(analysis.fitted_mm, 1e3 * pixels * DEPTH_M / FOCAL_PX)
+    assert analysis.noise_m == pytest.approx(np.sqrt(2) * 0.2 * DEPTH_M / FOCAL_PX, rel=1e-3)
 
 
 def test_it_is_drawn_in_a_diagnosis(calibration):

@@ -6,7 +6,7 @@ from functools import partial
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec, malformed
 from robolaser.algorithms.registry import ALGORITHMS, algorithms, unknown_algorithm
 from robolaser.algorithms.settings import check
-from robolaser.benchmark.solvers.least_squares import LeastSquares
+from robolaser.benchmark.solvers.least_squares import ScipyLeastSquares
 from robolaser.benchmark.solvers.pycma import Pycma
 from robolaser.benchmark.solvers.pymoo_algorithm import PymooAlgorithm
 from robolaser.benchmark.solvers.random_search import RandomSearch
@@ -15,8 +15,8 @@ from robolaser.benchmark.solvers.screening import Screening
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.benchmark.solvers.user_solver import user_solver
 
-_OURS: Mapping[str, type[Screening | Pycma | LeastSquares | ScipyEvolution | RandomSearch]] = {
-    kind.called: kind for kind in (Screening, Pycma, LeastSquares, ScipyEvolution, RandomSearch)
+_OURS: Mapping[str, type[Screening | Pycma | ScipyLeastSquares | ScipyEvolution | RandomSearch]] = {
+    kind.called: kind for kind in (Screening, Pycma, ScipyLeastSquares, ScipyEvolution, RandomSearch)
 }
 
 SOLVERS: Mapping[str, str] = {

@@ -17,7 +17,7 @@ STEP = np.finfo(np.float64).eps ** 0.5
 
 
 @final
-class LeastSquares(Solver):
+class ScipyLeastSquares(Solver):
     """`scipy.optimize.least_squares` within the bounds, with its "2-point" differences and their steps.
 
     The columns of a Jacobian are one batch of candidates here, which takes less time and gives the same digits. More

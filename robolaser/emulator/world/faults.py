@@ -9,9 +9,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models.joints import (
-    EncoderEccentricity,
     EncoderGain,
-    JointOffset,
+    OffCentreEncoder,
+    ShiftedZero,
     TransmissionRipple,
     play_lag,
     turned,
@@ -84,10 +84,10 @@ class WorldFault:
 
 WORLD_FAULTS: Mapping[str, WorldFault] = {
     "backlash": WorldFault(TrackedBacklash, {"engagement": 0.0}),
-    "encoder_eccentricity": WorldFault(EncoderEccentricity, {"towards": 0.0}),
+    "encoder_eccentricity": WorldFault(OffCentreEncoder, {"towards": 0.0}),
     "encoder_scale": WorldFault(EncoderGain),
     "joint_compliance": WorldFault(LinearCompliance, {"payload_kg": 0.0}),
-    "joint_offset": WorldFault(JointOffset),
+    "joint_offset": WorldFault(ShiftedZero),
     "laser_curvature": WorldFault(ConicalLight, on_joints=False),
     "laser_roll": WorldFault(ProjectorRoll, on_joints=False),
     "transmission_error": WorldFault(_ripple, {"cycles": 8.0, "phase": 0.0}),

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import some_of_each
-from robolaser.estimation.jacobian import jacobian
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
@@ -154,7 +154,7 @@ def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     """As `noise_of`, of no more rows than the sizes are judged by."""
     some = _telling(model, kept)
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
-    J = jacobian(some, x)[:, inside]
+    J = jacobian_matrix(some, x)[:, inside]
     pixel = pixel_from_repeats(model.dataset)
     return _sized(some.dataset, error_sources(some, x), some.residuals(x[None])[0], J, pixel)
 

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.compiled import share_out
 from robolaser.data.dataset import Dataset
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import metric, undistort
 from robolaser.geometry.rigid_motion import carry, common_length, from_quaternion, inverse
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -112,7 +112,7 @@ class Chain:
     def _flat(self, values: Values, perturb: Perturbation) -> Array:
         """Metric image points without distortion, (c, m, 2) [m]."""
         pixel = perturb(Stage.PIXELS, self._pixel)
-        return perturb(Stage.IMAGE, optics.undistort(optics.metric(pixel, values), values["k"]))
+        return perturb(Stage.IMAGE, undistort(metric(pixel, values), values["k"]))
 
     def _along_axes(self, image: Array) -> Array:
         """Image points (c, m, 2) in the order of the camera's x and y, (2, c, m)."""

@@ -2,16 +2,18 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from dataclasses import replace
+from typing import Any, ClassVar
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
@@ -56,6 +58,11 @@ class Sensor(ABC):
 
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
+
+    @classmethod
+    def has_laser_plane(cls) -> bool:
+        """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
+        return Stage.LASER_PLANE in cls.stages
 
     @property
     @abstractmethod
@@ -137,6 +144,22 @@ class Sensor(ABC):
             columns.append((ahead - behind) / (2 * TWIST_STEP))
         return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
 
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
+        """The camera as programs that know pinholes see it, one candidate; None where there is none."""
+        return None
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """T_flange_frame of what sits on the flange, by name, one candidate: an exported URDF has these frames.
+
+        The points `tool.NAME` are called `tool_NAME` here.
+        """
+        tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
+        return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
+        return np.ones(len(self.dataset.points), dtype=bool)
+
     def prefix_of(self, name: str) -> str | None:
         """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
         return None
@@ -159,6 +182,29 @@ class Sensor(ABC):
         """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
         names = self.free + self.derived
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
+        """What would be measured with the flange at other poses, one candidate; None where it cannot go anywhere else.
+
+        By default each named point once at every pose, with what stands in its first row.
+
+        Args:
+            values: All parameters.
+            T_base_flange: (p, 4, 4).
+
+        Returns:
+            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
+        """
+        points, poses = self.dataset.points, len(T_base_flange)
+        _, first = np.unique(points.number, return_index=True)
+        rows = points.take(np.tile(np.sort(first), poses))
+        numbers = np.repeat(np.arange(poses), len(first))
+        return replace(rows, pose=numbers, repeat=None), np.ones(poses, dtype=bool)
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What calibration.json says of it under `model`, beside its kind."""
+        return {}
 
     @property
     def held_out_groups(self) -> Ints | None:

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import final
 
 from robolaser.calibration.result import Calibration
-from robolaser.data.csv_tables import write_text
+from robolaser.data.atomic_write import write_text
 from robolaser.report.calibration import words
 from robolaser.report.calibration.charts import CHARTS
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.digits import millimetres
 from robolaser.report.page import drawn, render
@@ -38,13 +38,13 @@ class Figure:
     remark: str
 
 
-def figures(evidence: Evidence) -> list[Figure]:
+def figures(analysis: ErrorAnalysis) -> list[Figure]:
     """Error on new poses, what noise implies, and last the error on the poses that were fitted."""
-    calibration = evidence.calibration
-    sources = ", ".join(evidence.known_noise)
+    calibration = analysis.calibration
+    sources = ", ".join(analysis.known_noise)
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m, "predicted with each pose left out of the fit"),
-        ("noise", "noise alone", evidence.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
+        ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
         ("fitted", "on fitted poses", calibration.rms_m, "training error, optimistic"),
     )
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
@@ -61,7 +61,7 @@ def page(calibration: Calibration, *, command: str = "") -> str:
         calibration: The result.
         command: What to type to repeat it.
     """
-    evidence = Evidence(calibration)
+    analysis = ErrorAnalysis(calibration)
     given, placed = parameter_rows(calibration)
     return render(
         "calibration.html",
@@ -69,13 +69,13 @@ def page(calibration: Calibration, *, command: str = "") -> str:
         setting=setting(calibration.model.dataset),
         calibration=calibration,
         words=words,
-        evidence=evidence,
-        figures=figures(evidence),
+        analysis=analysis,
+        figures=figures(analysis),
         given=given,
         placed=placed,
         folded=len(placed) > MANY,
         effects=effect_rows(calibration),
-        charts=drawn([make(evidence) for make in CHARTS]),
+        charts=drawn([make(analysis) for make in CHARTS]),
         command=command,
     )
 

@@ -39,7 +39,7 @@ class Bar:
 
 @final
 @dataclass(frozen=True)
-class Row:
+class ParameterRow:
     """One parameter.
 
     Attributes:
@@ -61,7 +61,7 @@ class Row:
 
 @final
 @dataclass(frozen=True)
-class EffectRow:
+class EffectParameterRow:
     """One number of an effect in the model.
 
     Attributes:
@@ -83,11 +83,11 @@ class EffectRow:
     note: str
 
 
-def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Row]]:
+def parameter_rows(calibration: Calibration) -> tuple[Sequence[ParameterRow], Sequence[ParameterRow]]:
     """The sensor's parameters: those with bounds from the user, and those that started from a closed form."""
     model = calibration.model
-    given: list[Row] = []
-    placed: list[Row] = []
+    given: list[ParameterRow] = []
+    placed: list[ParameterRow] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
         value, std = float(calibration.x[i]), float(calibration.std[i])
         bar = None
@@ -97,7 +97,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Ro
             half = 100 * BAND * std / width if np.isfinite(std) else 0.0
             start, end = (float(np.clip(place, 0, 100)) for place in (at - half, at + half))
             bar = Bar(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
-        row = Row(
+        row = ParameterRow(
             name=item.name,
             meaning=meaning(item.name),
             value=measured(value, std, item.unit),
@@ -109,7 +109,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[Row], Sequence[Ro
     return given, placed
 
 
-def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
+def effect_rows(calibration: Calibration) -> Sequence[EffectParameterRow]:
     """The numbers of the effects in the model."""
     names = calibration.model.parameters.names
     rows = []
@@ -118,7 +118,7 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectRow]:
             i = names.index(item.name)
             value, std = float(calibration.x[i]), float(calibration.std[i])
             rows.append(
-                EffectRow(
+                EffectParameterRow(
                     effect=candidate_effect.effect.name,
                     where=candidate_effect.where,
                     meaning=effect_meaning(candidate_effect.effect.name),

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from robolaser.calibration.result import Calibration
 from robolaser.report.calibration import words
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.page import figures
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.console import plain_unless_terminal, table
@@ -27,12 +27,12 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
         console: Where to print; standard output by default.
     """
     out = plain_unless_terminal(console)
-    evidence = Evidence(calibration)
+    analysis = ErrorAnalysis(calibration)
     out.print(Text(f"{calibration.model.dataset.name}: {setting(calibration.model.dataset)}", style="bold"))
-    for figure in figures(evidence):
+    for figure in figures(analysis):
         line = Text(f"  {figure.label:<16} {figure.value:>10}   ", style=STYLES[figure.kind])
         out.print(line + Text(figure.remark, style="dim"))
-    out.print(Text(words.judgement(evidence)))
+    out.print(Text(words.judgement(analysis)))
     out.print(_parameters(calibration))
     if calibration.model.effects:
         out.print(_effects(calibration))

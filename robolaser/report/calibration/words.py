@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.digits import millimetres, times
 from robolaser.report.setting import noise_lines
 
@@ -18,11 +18,11 @@ OVERFITTED = 1.5
 """Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
 
 
-def headline(evidence: Evidence) -> str:
+def headline(analysis: ErrorAnalysis) -> str:
     """Error on new poses beside what noise alone would give."""
-    calibration = evidence.calibration
+    calibration = analysis.calibration
     does = calibration.model.sensor.task
-    noise = evidence.noise_m
+    noise = analysis.noise_m
     if calibration.held_out_rms_m is None:
         first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"
     else:
@@ -32,9 +32,9 @@ def headline(evidence: Evidence) -> str:
     return f"{first}; measurement noise alone would give {millimetres(noise)}."
 
 
-def judgement(evidence: Evidence) -> str:
+def judgement(analysis: ErrorAnalysis) -> str:
     """What the two figures together mean."""
-    calibration, noise = evidence.calibration, evidence.noise_m
+    calibration, noise = analysis.calibration, analysis.noise_m
     error = calibration.held_out_rms_m
     said = []
     if noise is None:
@@ -42,7 +42,7 @@ def judgement(evidence: Evidence) -> str:
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:
-        said.append(calibration.setup_warning or _against_noise(*excess(evidence, noise), error / noise))
+        said.append(calibration.setup_warning or _against_noise(*excess(analysis, noise), error / noise))
     if error is not None and error > OVERFITTED * calibration.rms_m:
         said.append(
             f"New poses err {times(error / calibration.rms_m)} times as much as fitted ones:"
@@ -51,13 +51,13 @@ def judgement(evidence: Evidence) -> str:
     return " ".join(said)
 
 
-def excess(evidence: Evidence, noise_m: float) -> tuple[float, float]:
+def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
     """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
 
     Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
     would not do here, since few poses raise it without anything being unmodelled.
     """
-    calibration = evidence.calibration
+    calibration = analysis.calibration
     numbers = calibration.residuals.size
     free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.fixed))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
@@ -78,9 +78,9 @@ def _against_noise(over: float, chance: float, ratio: float) -> str:
     )
 
 
-def method(evidence: Evidence) -> str:
+def method(analysis: ErrorAnalysis) -> str:
     """How the parameters were found."""
-    calibration = evidence.calibration
+    calibration = analysis.calibration
     weights = {"plain": "all points weighted alike", "noise": "points weighted by their noise"}[calibration.weights]
     return (
         f"{calibration.algorithm}, seed {calibration.seed}, {weights}; "
@@ -88,7 +88,7 @@ def method(evidence: Evidence) -> str:
     )
 
 
-def noise_rows(evidence: Evidence) -> Iterator[tuple[str, str, str]]:
+def noise_rows(analysis: ErrorAnalysis) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: what it disturbs, its size, and where the size comes from."""
-    for name, what, size in noise_lines(evidence.calibration.noise, evidence.sources):
-        yield what, size, evidence.known_noise.get(name, "estimated from the residuals")
+    for name, what, size in noise_lines(analysis.calibration.noise, analysis.sources):
+        yield what, size, analysis.known_noise.get(name, "estimated from the residuals")

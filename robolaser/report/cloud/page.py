@@ -1,7 +1,7 @@
 """The page of a scan: one file that needs nothing else."""
 
 from robolaser.report.cloud.charts import CHARTS
-from robolaser.report.cloud.lines import figures, heading
+from robolaser.report.cloud.figures import figures, heading
 from robolaser.report.page import drawn, render
 from robolaser.scan import Scan
 from robolaser.scan.quality import Quality

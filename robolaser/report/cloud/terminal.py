@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from robolaser.report.cloud.lines import figures, heading
+from robolaser.report.cloud.figures import figures, heading
 from robolaser.report.console import plain_unless_terminal
 from robolaser.scan import Scan
 from robolaser.scan.quality import Quality

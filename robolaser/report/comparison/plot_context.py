@@ -92,7 +92,11 @@ class PlotContext:
 
     def widths(self, names: Sequence[str]) -> Channel:
         """The channel of a line's width: those with a colour are thicker."""
-        scale = {"domain": list(names), "range": [2 if name in self.coloured else 1 for name in names]}
+        scale = {
+            "type": "ordinal",
+            "domain": list(names),
+            "range": [2 if name in self.coloured else 1 for name in names],
+        }
         return {"field": "series", "type": "nominal", "scale": scale, "legend": None}
 
     def number(self, problem: str) -> int:

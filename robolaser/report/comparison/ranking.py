@@ -17,7 +17,7 @@ FEW = 3
 
 @final
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """What stands in a table, and lines below it in small letters."""
 
     shown: str
@@ -47,11 +47,11 @@ class StandingRow:
     name: str
     title: str
     colour: int | None
-    success: Cell
-    evaluations: Cell
-    seconds: Cell
-    against: Cell
-    final: Cell
+    success: TableCell
+    evaluations: TableCell
+    seconds: TableCell
+    against: TableCell
+    final: TableCell
     failed: str
     remark: str
 
@@ -64,8 +64,8 @@ class ResultRow:
     rank: str
     name: str
     colour: int | None
-    targets: Sequence[Cell]
-    final: Cell
+    targets: Sequence[TableCell]
+    final: TableCell
 
 
 def standing_rows(context: PlotContext) -> list[StandingRow]:
@@ -84,7 +84,7 @@ def _standing(context: PlotContext, place: Place, in_seconds: Place) -> Standing
         name=name,
         title=context.comparison.solvers[name],
         colour=line_number(context, name),
-        success=Cell(
+        success=TableCell(
             "" if place.success.value is None else rate(place.success.value),
             _lines(
                 _interval(place.success),
@@ -149,17 +149,17 @@ def _lines(*lines: str) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> Cell:
+def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> TableCell:
     """The price itself on one problem, times the first's over several."""
     if not place.runs:
-        return Cell("")
+        return TableCell("")
     if not place.solved:
-        return Cell(NEVER, _lines(remark))
+        return TableCell(NEVER, _lines(remark))
     ratio, between = ("the first", "") if place.rank == 1 else _ratio(place.against_first)
     if len(each) == 1:
-        return Cell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
+        return TableCell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
     prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
-    return Cell(ratio or "–", _lines(between, *prices_of, remark))
+    return TableCell(ratio or "–", _lines(between, *prices_of, remark))
 
 
 def _ratio(pair: Pair | None) -> tuple[str, str]:
@@ -174,41 +174,41 @@ def _ratio(pair: Pair | None) -> tuple[str, str]:
     return shown, f"{manifold(lower)} to {manifold(upper)}"
 
 
-def _against(place: Place) -> Cell:
+def _against(place: Place) -> TableCell:
     pair = place.against_first
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
-        return Cell("")
-    return Cell(
+        return TableCell("")
+    return TableCell(
         "yes" if pair.significant else "no",
         (chance(pair.p_adjusted), f"loses {rate(pair.superiority.value)} of pairs"),
     )
 
 
-def _target(one: Reached | None, runs: int) -> Cell:
+def _target(one: Reached | None, runs: int) -> TableCell:
     if one is None or not runs:
-        return Cell("")
+        return TableCell("")
     success = f"{one.successes} of {runs} runs"
     if not one.successes:
-        return Cell(NEVER, (success,))
-    return Cell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
+        return TableCell(NEVER, (success,))
+    return TableCell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
 
 
-def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts | None) -> Cell:
+def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts | None) -> TableCell:
     """Median, and quartiles unless they are alike."""
     if quality is None:
-        return Cell("")
+        return TableCell("")
     median, lower, upper = (
         context.excess(problem, float("inf") if tolerance is None else tolerance)
         for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
     )
-    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+    return TableCell(median, () if median == lower == upper else (f"{lower} to {upper}",))
 
 
-def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
+def _final(context: PlotContext, results: Sequence[Result]) -> TableCell:
     if len(context.problems) == 1 and results:
         return _quality(context, context.problems[0], results[0].final)
     if len(context.problems) > FEW:
-        return Cell("")
-    return Cell(
+        return TableCell("")
+    return TableCell(
         "", [f"{one.problem} {_quality(context, context.contested(one.problem), one.final).shown}" for one in results]
     )

@@ -2,7 +2,7 @@
 
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.model.noise.sources import error_sources
-from robolaser.report.calibration.evidence import enough_rows
+from robolaser.report.calibration.error_analysis import enough_rows
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import FIRST, THEN

@@ -8,10 +8,10 @@ from robolaser.report.calibration.charts.image import image
 from robolaser.report.calibration.charts.parameters import parameters
 from robolaser.report.calibration.charts.points import points
 from robolaser.report.calibration.charts.poses import poses
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import Chart
 
-CHARTS: tuple[Callable[[Evidence], Chart | None], ...] = (
+CHARTS: tuple[Callable[[ErrorAnalysis], Chart | None], ...] = (
     convergence,
     parameters,
     points,

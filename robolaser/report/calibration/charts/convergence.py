@@ -3,14 +3,14 @@
 import numpy as np
 
 from robolaser.estimation.multistart import subsampled
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records, rule
 from robolaser.report.digits import millimetres
 
 
-def convergence(evidence: Evidence) -> Chart | None:
+def convergence(analysis: ErrorAnalysis) -> Chart | None:
     """Best error so far over the generations, and that of the result."""
-    calibration, history = evidence.calibration, evidence.calibration.history
+    calibration, history = analysis.calibration, analysis.calibration.history
     if history is None or len(history.best) < 2:
         return None
     rows = len(subsampled(calibration.model).dataset.points)

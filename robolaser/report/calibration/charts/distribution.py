@@ -3,18 +3,18 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, line, quantity, records
 
 BINS = 40
 DRAWN = 40_000  # errors of noise, for a smooth curve
 
 
-def distribution(evidence: Evidence) -> Chart | None:
+def distribution(analysis: ErrorAnalysis) -> Chart | None:
     """Lengths of the errors beside those that known noise would make."""
-    times = max(1, DRAWN // len(evidence.fitted_mm))
-    noise = evidence.drawn_noise_mm(times, np.random.default_rng(0))
-    of = {"noise alone": noise, "fitted": evidence.fitted_mm, "held out": evidence.held_out_mm}
+    times = max(1, DRAWN // len(analysis.fitted_mm))
+    noise = analysis.drawn_noise_mm(times, np.random.default_rng(0))
+    of = {"noise alone": noise, "fitted": analysis.fitted_mm, "held out": analysis.held_out_mm}
     errors = {name: part for name, part in of.items() if part is not None}
     everything = np.concatenate(list(errors.values()))
     everything = everything[everything > 0]

@@ -5,7 +5,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.evidence import Evidence, some_rows
+from robolaser.report.calibration.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 
 MOST = 600  # points that a chart carries
@@ -13,21 +13,21 @@ DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
 """From nearer than known to farther; visible on light and dark paper."""
 
 
-def image(evidence: Evidence) -> Chart | None:
+def image(analysis: ErrorAnalysis) -> Chart | None:
     """Errors over the pixel plane: lines across the view, colour along it. Stripe scanners only."""
-    dataset = evidence.calibration.model.dataset
-    sensor, pixel = evidence.calibration.model.sensor, dataset.points.pixel
+    dataset = analysis.calibration.model.dataset
+    sensor, pixel = analysis.calibration.model.sensor, dataset.points.pixel
     if not isinstance(sensor, Stripe) or pixel is None or dataset.image_px is None:
         return None
     width, height = dataset.image_px
-    across_mm, depth_mm = _in_view(evidence, sensor)
-    rows = some_rows(evidence.fitted_mm, MOST)
+    across_mm, depth_mm = _in_view(analysis, sensor)
+    rows = some_rows(analysis.fitted_mm, MOST)
     factor = magnification(float(np.percentile(np.linalg.norm(across_mm, axis=-1), 95)), float(width))
     limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
     end = pixel + factor * across_mm
-    data = evidence.named(
+    data = analysis.named(
         rows, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1],
-        depth=depth_mm[rows], error=evidence.fitted_mm[rows],
+        depth=depth_mm[rows], error=analysis.fitted_mm[rows],
     )  # fmt: skip
     corners = np.array([[-0.5, -0.5], [width - 0.5, height - 0.5]])
     x, y, tall = equal_axes(corners, ("u [px]", "v [px]"), margin=0.01)
@@ -57,11 +57,11 @@ def image(evidence: Evidence) -> Chart | None:
     )
 
 
-def _in_view(evidence: Evidence, sensor: Stripe) -> tuple[Array, Array]:
+def _in_view(analysis: ErrorAnalysis, sensor: Stripe) -> tuple[Array, Array]:
     """Errors of estimated points across the view, along image u and v, (m, 2), and along it, (m,) [mm]."""
-    model, values, perturb = evidence.calibration.model, evidence.values, evidence.perturb
+    model, values, perturb = analysis.calibration.model, analysis.values, analysis.perturb
     R = (model.flange(values, perturb) @ sensor.mount(values, perturb))[0, :, :3, :3]
-    errors = -1e3 * evidence.fitted_m
+    errors = -1e3 * analysis.fitted_m
     x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)
     return np.stack([u, v], axis=-1), z

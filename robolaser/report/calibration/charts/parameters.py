@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import LINES, Chart, chart, colours, hover, layer, line, quantity, records
 
 MOST = 16  # lines that an eye can follow
 MOMENTS = 150  # generations that a line is drawn through
 
 
-def parameters(evidence: Evidence) -> Chart | None:
+def parameters(analysis: ErrorAnalysis) -> Chart | None:
     """Each parameter of the best candidate, scaled to its bounds, over the generations."""
-    calibration, history = evidence.calibration, evidence.calibration.history
+    calibration, history = analysis.calibration, analysis.calibration.history
     if history is None or len(history.best) < 2:
         return None
     names = history.names[:MOST]

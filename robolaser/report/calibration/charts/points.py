@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.report.calibration.evidence import Evidence, some_rows
+from robolaser.report.calibration.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer
 from robolaser.report.digits import plain
 
@@ -10,23 +10,23 @@ MOST = 600  # arrows that a chart carries
 LONG = 0.08  # of the chart's width: a long arrow
 
 
-def points(evidence: Evidence) -> Chart | None:
+def points(analysis: ErrorAnalysis) -> Chart | None:
     """Known points and the errors of the estimated ones, magnified, along the direction in which they spread least."""
-    sensor, known, errors = evidence.calibration.model.sensor, evidence.known, -evidence.fitted_m
+    sensor, known, errors = analysis.calibration.model.sensor, analysis.known, -analysis.fitted_m
     if known is None:
         return None
     extent = np.ptp(known, axis=0)
     along = int(np.argmin(extent))
     across = [axis for axis in range(3) if axis != along]
-    rows = some_rows(evidence.fitted_mm, MOST)
-    factor = magnification(float(np.percentile(evidence.fitted_mm, 95)) / 1e3, float(extent[across].max()))
+    rows = some_rows(analysis.fitted_mm, MOST)
+    factor = magnification(float(np.percentile(analysis.fitted_mm, 95)) / 1e3, float(extent[across].max()))
     start = 1e3 * known[rows][:, across]
     end = start + 1e3 * factor * errors[rows][:, across]
     x, y, height = equal_axes(np.concatenate([start, end]), tuple(f"{'xyz'[axis]} [mm]" for axis in across))
     times = plain(factor, "")
     what, error = sensor.row_point, f"error × {times}"
-    data = evidence.named(
-        rows, x=start[:, 0], y=start[:, 1], x2=end[:, 0], y2=end[:, 1], error=evidence.fitted_mm[rows]
+    data = analysis.named(
+        rows, x=start[:, 0], y=start[:, 1], x2=end[:, 0], y2=end[:, 1], error=analysis.fitted_mm[rows]
     )
     colour = colours({what: FITTED, error: HELD_OUT})
     said = hover("pose", "point", error="error [mm]")

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from robolaser.report.calibration.evidence import Evidence
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, quantity, records
 
 STRIPS = 80  # poses up to which each point is drawn too
 NAMED = 12  # poses up to which their names find room below the axis
 
 
-def poses(evidence: Evidence) -> Chart | None:
+def poses(analysis: ErrorAnalysis) -> Chart | None:
     """Root-mean-square error of each pose, fitted and held out."""
-    calibration = evidence.calibration
+    calibration = analysis.calibration
     points, names = calibration.model.dataset.points, calibration.model.dataset.poses.names
-    seen, fitted = evidence.per_pose(evidence.fitted_m)
-    held_out = None if evidence.held_out_m is None else evidence.per_pose(evidence.held_out_m)[1]
+    seen, fitted = analysis.per_pose(analysis.fitted_m)
+    held_out = None if analysis.held_out_m is None else analysis.per_pose(analysis.held_out_m)[1]
     called = [names[i] for i in seen]
     number = np.arange(1, len(seen) + 1)
     of = {"fitted": FITTED} | ({} if held_out is None else {"held out": HELD_OUT})
@@ -34,8 +34,8 @@ def poses(evidence: Evidence) -> Chart | None:
         layer({"type": "point", "size": size, "filled": False, "strokeWidth": 1.4}, others, **encoding),
     ]
     if len(seen) <= STRIPS:
-        own = evidence.named(np.arange(len(points)), number=number[np.searchsorted(seen, points.pose)],
-                             rms=np.maximum(evidence.fitted_mm, 1e-6), series="fitted")  # fmt: skip
+        own = analysis.named(np.arange(len(points)), number=number[np.searchsorted(seen, points.pose)],
+                             rms=np.maximum(analysis.fitted_mm, 1e-6), series="fitted")  # fmt: skip
         tick = {"type": "tick", "thickness": 1, "size": 7, "orient": "horizontal", "opacity": 0.35}
         said = hover("pose", "point", rms="error [mm]")
         layers.append(layer(tick, own, tooltip=said, x=x, y=y, color=colours(of)))

@@ -13,7 +13,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion, vector
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Values
-from robolaser.report.calibration.evidence import known_points
+from robolaser.report.calibration.error_analysis import known_points
 
 MOST = 500  # points that a drawing carries
 

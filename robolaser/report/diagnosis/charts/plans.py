@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.evidence import known_points, lengths_mm, point_names, some_rows
+from robolaser.report.calibration.error_analysis import known_points, lengths_mm, point_names, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, INK, Chart, chart, colours, equal_axes, hover, layer, records
 from robolaser.report.digits import plain
 

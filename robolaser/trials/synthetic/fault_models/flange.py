@@ -13,7 +13,7 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 @final
 @dataclass(frozen=True)
-class BaseShift(FaultModel):
+class BumpedBase(FaultModel):
     """Somebody bumps into the base or the target during the run: from one pose on, everything stands elsewhere."""
 
     effect: ClassVar[str] = "base_shift"

@@ -36,7 +36,7 @@ def play_lag(lag: float, move: float, play: float) -> float:
 
 @final
 @dataclass(frozen=True)
-class JointOffset(FaultModel):
+class ShiftedZero(FaultModel):
     """The encoder's zero is off by `size` [rad]."""
 
     effect: ClassVar[str] = "joint_offset"
@@ -65,7 +65,7 @@ class EncoderGain(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class EncoderEccentricity(FaultModel):
+class OffCentreEncoder(FaultModel):
     """The encoder's disc is off its axis by the share `size` of its radius, towards the angle `towards` [rad].
 
     By exact geometry, not only in first order.

@@ -35,7 +35,7 @@ class PrintScale(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class TargetWarp(FaultModel):
+class CurvedTarget(FaultModel):
     """The target is not flat: a roof tile, a saddle or a wave."""
 
     effect: ClassVar[str] = "target_warp"

@@ -26,7 +26,7 @@ ENOUGH_ROWS = 20_000
 
 @final
 @dataclass(frozen=True)
-class Evidence:
+class ErrorAnalysis:
     """A calibration with what follows from it."""
 
     calibration: Calibration

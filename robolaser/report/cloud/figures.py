@@ -13,7 +13,7 @@ BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, 
 
 @final
 @dataclass(frozen=True)
-class Line:
+class ScanFigure:
     """One figure of a scan: what it is, its value with unit, and how to read it."""
 
     what: str
@@ -27,11 +27,11 @@ def heading(scan: Scan) -> str:
     return f"{counts.points} points from {source} of {counts.poses} poses, {scan.calibrated.origin}"
 
 
-def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
+def figures(scan: Scan, quality: Quality) -> Iterator[ScanFigure]:
     """Scatter, error of the calibration, and the bodies that were measured."""
     counts = scan.cloud.counts
     known = quality.scatter_m == quality.scatter_m  # not NaN
-    yield Line(
+    yield ScanFigure(
         "scatter",
         millimetres(quality.scatter_m if known else None),
         f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
@@ -39,15 +39,15 @@ def figures(scan: Scan, quality: Quality) -> Iterator[Line]:
         else "neither stripes nor calibration say how noisy the line centres are",
     )
     if scan.calibrated.rms_m is not None:
-        yield Line(
+        yield ScanFigure(
             "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
         )
     for body in quality.primitives:
-        yield Line(BODIES[body.what], _size(body), _remark(body))
+        yield ScanFigure(BODIES[body.what], _size(body), _remark(body))
     left = counts.centres - counts.points
     if left:
         why = "no point of the laser plane in front of the camera"
-        yield Line("left out", f"{left}", f"of {counts.centres} line centres: {why}")
+        yield ScanFigure("left out", f"{left}", f"of {counts.centres} line centres: {why}")
 
 
 def _size(body: Measured) -> str:

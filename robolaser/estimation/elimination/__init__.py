@@ -1,1 +1,0 @@
-"""Parameters that follow from the others: the best of them within their bounds, for many candidates at once."""
