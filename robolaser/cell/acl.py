@@ -12,7 +12,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import SerialLine, connect
-from robolaser.data.cell_config import ArmLine
+from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
 
 AXES = 5
@@ -42,6 +42,7 @@ class AclArm(Arm):
     angle = reference_rad + direction (count - PAR(51 + axis)) (pi / 2) / PAR(32 + axis).
     """
 
+    outputs: ClassVar[int | None] = 16
     synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = False
 
@@ -68,14 +69,14 @@ class AclArm(Arm):
         self._talk.command(f"HERE {PLACE}")
 
     @classmethod
-    def open(cls, arm: ArmLine, joints: Sequence[str], clock: Clock) -> Self:
+    def open(cls, cell: Cell, clock: Clock) -> Self:
         """Open the port, and learn from the controller how it counts. Motors come on; nothing moves.
 
         Raises:
             ArmError: It cannot be opened, or the controller is not this robot's.
             DataError: The robot has more joints than the controller.
         """
-        return connect(lambda line: cls(line, arm, joints), arm, clock)
+        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""

@@ -5,6 +5,8 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from robolaser.arrays import Array
+from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import Cell
 
 
 class Arm(ABC):
@@ -20,8 +22,20 @@ class Arm(ABC):
     """The smallest difference of angles that it can tell, (j,) [rad or m]."""
     synchronous_read: ClassVar[bool]
     """Whether a reading shows all joints at the same moment, not one after the other."""
+    outputs: ClassVar[int | None]
+    """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
     absolute_encoders: ClassVar[bool]
     """Whether its readings still mean the same angles after its power was off."""
+
+    @classmethod
+    @abstractmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the line to a cell's arm, and learn how it counts. Nothing moves.
+
+        Raises:
+            ArmError: The line cannot be opened, or does not lead to this robot's controller.
+            DataError: The robot has more joints than the controller moves.
+        """
 
     @abstractmethod
     def read(self) -> Array:

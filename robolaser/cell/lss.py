@@ -13,7 +13,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, refused, unclear
 from robolaser.cell.motion_time import PEAK
 from robolaser.cell.serial_line import SerialLine, connect
-from robolaser.data.cell_config import ArmLine
+from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import LineLost
 
 EVERYBODY = 254
@@ -37,6 +37,7 @@ ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 class LssArm(Arm):
     """Servos that know their angles from the moment they are switched on: there is no home to search."""
 
+    outputs: ClassVar[int | None] = 0
     synchronous_read: ClassVar[bool] = False
     absolute_encoders: ClassVar[bool] = True
 
@@ -54,13 +55,13 @@ class LssArm(Arm):
         self.read()
 
     @classmethod
-    def open(cls, arm: ArmLine, joints: Sequence[str], clock: Clock) -> Self:
+    def open(cls, cell: Cell, clock: Clock) -> Self:
         """Open the port and see that every servo answers.
 
         Raises:
             ArmError: It cannot be opened.
         """
-        return connect(lambda line: cls(line, arm, joints), arm, clock)
+        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
 from robolaser.cell.failures import joints_differ
+from robolaser.data.cell_config import Cell
 from robolaser.data.loading import load
 
 
@@ -16,6 +18,7 @@ from robolaser.data.loading import load
 class ReplayArm(Arm):
     """Stands at the recorded pose nearest to where it is sent."""
 
+    outputs: ClassVar[int | None] = None
     synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = True
 
@@ -26,6 +29,11 @@ class ReplayArm(Arm):
         self.step = np.zeros(len(joints))
         self._recorded = q
         self._at: Array = q[0]
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Read the recording that the port names."""
+        return cls(cell.beside(cell.arm.port), cell.robot.joints)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""

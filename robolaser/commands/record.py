@@ -76,7 +76,7 @@ def record(
         resume: Go on with a recording that was interrupted.
         force: Overwrite an earlier recording.
     """
-    from robolaser.cell.arms import arm_kind_of
+    from robolaser.cell.arms import arm_class
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import both_ways as visited_twice
     from robolaser.cell.route import from_diagnosis, from_table
@@ -93,7 +93,7 @@ def record(
     robot = described.robot
     for sentence in described.warnings:
         terminal.warn(sentence)
-    arm_kind_of(described)
+    arm_class(described)
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robolaser.cell import live
+from robolaser.cell import live_camera
 from robolaser.cell.camera import Camera, Image
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
@@ -59,8 +59,8 @@ def noisy(number: int, low: int = 50, size: tuple[int, int] = SIZE) -> Image:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "SILENT_S", PATIENCE_S)
-    monkeypatch.setattr(live, "FIRST_S", PATIENCE_S)
+    monkeypatch.setattr(live_camera, "SILENT_S", PATIENCE_S)
+    monkeypatch.setattr(live_camera, "FIRST_S", PATIENCE_S)
 
 
 @pytest.fixture
@@ -226,7 +226,7 @@ def streamed(frame: Callable[[int], Image], ending: str = ".pgm") -> Iterator[st
 
 @pytest.mark.parametrize("ending", [".pgm", ".png"])
 def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str) -> None:
-    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    monkeypatch.setattr(live_camera, "FIRST_S", 8.0)
     cell, scene = bench.cell(tmp_path), [50]
     with (
         streamed(lambda number: noisy(number, scene[0]), ending) as address,
@@ -239,7 +239,7 @@ def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    monkeypatch.setattr(live_camera, "FIRST_S", 8.0)
     cell, size = bench.cell(tmp_path), [SIZE]
     with (
         streamed(lambda number: noisy(number, size=size[0])) as address,
