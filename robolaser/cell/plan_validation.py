@@ -27,21 +27,21 @@ class Violation:
 
     Attributes:
         place: Name of the pose.
-        passing: Whether it is broken on the way there rather than at the pose itself.
+        on_the_way: Whether it is broken on the way there rather than at the pose itself.
         what: The joint, or what is too low or too far.
         value: With its unit.
         limit: With its unit.
     """
 
     place: str
-    passing: bool
+    on_the_way: bool
     what: str
     value: str
     limit: str
 
     def __str__(self) -> str:
         return (
-            f"{'on the way to ' if self.passing else ''}{self.place}: {self.what} at {self.value}, limit {self.limit}"
+            f"{'on the way to ' if self.on_the_way else ''}{self.place}: {self.what} at {self.value}, limit {self.limit}"
         )
 
 

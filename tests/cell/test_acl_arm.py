@@ -158,7 +158,7 @@ def test_a_stop_that_is_not_heard_is_said_again(cell: Cell, monkeypatch: pytest.
     arm.start_move(rig.motor() + 0.5, 60.0)
     rig.clock.wait(10.0)
     stops: list[bytes] = []
-    hear = rig.controller.hear
+    hear = rig.controller.receive
 
     def hard_of_hearing(data: bytes, now_s: float) -> bytes:
         if set(data) == {1}:
@@ -166,7 +166,7 @@ def test_a_stop_that_is_not_heard_is_said_again(cell: Cell, monkeypatch: pytest.
             return hear(data, now_s) if len(stops) > 2 else b""
         return hear(data, now_s)
 
-    monkeypatch.setattr(rig.controller, "hear", hard_of_hearing)
+    monkeypatch.setattr(rig.controller, "receive", hard_of_hearing)
     mover.halt()
     there = rig.motor()
     rig.clock.wait(60.0)

@@ -70,8 +70,8 @@ def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> No
 def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell) -> None:
     """The time cannot be read back; the cap on the speed can."""
     rig = bench.bench_for(cell)
-    hear = rig.controller.hear
-    rig.controller.hear = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
+    hear = rig.controller.receive
+    rig.controller.receive = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
     mover = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
     at = mover.resting("Before")
     watched = bench.Watched(rig, 0.3)

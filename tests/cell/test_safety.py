@@ -31,7 +31,7 @@ def test_every_pose_beyond_a_joints_limit_is_named() -> None:
     q[1, 2] = ROBOT.upper[2] + 0.1
     q[2, 0] = ROBOT.lower[0] - 0.1
     found = violations(ROBOT, Limits(), NONE, HOME, ["a", "b", "c"], q)
-    assert [(one.place, one.what, one.value) for one in found if not one.value] == [
+    assert [(one.place, one.what, one.on_the_way) for one in found if not one.on_the_way] == [
         ("b", "joint_3", False),
         ("c", "joint_1", False),
     ]
@@ -50,7 +50,7 @@ def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
     for i in dips[:20]:
         floor = float(heights[:, i].min() + ends[i]) / 2
         (found,) = violations(ROBOT, Limits(floor_m=floor), NONE, a[i], ["p"], b[i : i + 1])
-        assert found.value
+        assert found.on_the_way
         assert found.what == "the lowest part"
         assert str(found).startswith("on the way to p")
 
