@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Board, Dataset, Points, Poses
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.effect import CandidateEffect
@@ -153,7 +153,7 @@ def board_cell(rng: np.random.Generator, *, poses: int, points: int) -> Cell:
         points=Points(
             pose=np.repeat(np.arange(poses), points),
             names=tuple(str(i) for _ in range(poses) for i in range(points)),
-            pixel=optics.project(in_camera[None], values, "u")[0],
+            pixel=project(in_camera[None], values, "u")[0],
             xyz=apply(T, in_camera),
         ),
         parameters=given(names),
@@ -171,7 +171,7 @@ def on_board(cell: Cell, pixel: Array) -> Array:
     T_target_camera = (
         inverse(motion(values, "target")) @ (model.flange(values, perturb) @ model.sensor.mount(values, perturb))[0]
     )[cell.dataset.points.pose]
-    ray = optics.rays(optics.undistort(optics.metric(pixel[None], values), values["k"]), values["f"], "u")[0]
+    ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], "u")[0]
     direction = np.einsum("mij,mj->mi", T_target_camera[:, :3, :3], ray)
     centre = T_target_camera[:, :3, 3]
     return centre - direction * (centre[:, 2:] / direction[:, 2:])

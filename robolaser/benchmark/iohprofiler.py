@@ -13,7 +13,7 @@ from typing import Any
 
 from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
 from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.data.csv_tables import write_together
+from robolaser.data.atomic_write import write_together
 
 LAYOUT = "0.3.18"
 """Version of the IOHexperimenter whose files these are like."""

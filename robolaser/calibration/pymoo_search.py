@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.csv_tables import write_bytes
+from robolaser.data.atomic_write import write_bytes
 
 Progress = Callable[[str, float], None]
 """Is told what is going on, and which share of it is done."""

@@ -19,9 +19,10 @@ from robolaser.cell.camera import Image, Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, reading_rad, with_noise
 from robolaser.cell.recovery import is_number, named, same, see_same_cell, whole
 from robolaser.cell.route import Visit, read_route, route_text
+from robolaser.data.atomic_write import write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import read_text, write_together
+from robolaser.data.csv_tables import read_text
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import (
     CellDiffers,

@@ -54,7 +54,7 @@ def calibrate(
     from robolaser.calibration.options import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
-    from robolaser.data.csv_tables import write_together
+    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.report.calibration import page, print_summary
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -66,6 +65,8 @@ def new(
         seed: Seed of the trial. Default: a new one each time, and a secret.
         force: Overwrite an earlier trial.
     """
+    import secrets
+
     from robolaser.data.loading import load
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
@@ -124,7 +125,7 @@ def score(
         jobs: Number of diagnoses at a time.
         force: Overwrite an earlier score.
     """
-    from robolaser.data.csv_tables import write_text
+    from robolaser.data.atomic_write import write_text
     from robolaser.trials.trial import score as score_trial
 
     file = (output or folder) / "score.json"

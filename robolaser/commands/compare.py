@@ -154,7 +154,7 @@ def _conclude(
     from robolaser.benchmark.iohprofiler import export
     from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
-    from robolaser.data.csv_tables import write_together
+    from robolaser.data.atomic_write import write_together
     from robolaser.report.comparison import page, print_comparison
 
     result = plan.result(plan.select(record.runs), record.effort)

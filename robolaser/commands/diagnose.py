@@ -37,7 +37,7 @@ def diagnose(
         force: Overwrite an earlier result.
     """
     from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
-    from robolaser.data.csv_tables import write_together
+    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json

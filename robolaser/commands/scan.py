@@ -58,7 +58,7 @@ def scan(
         report: Write CLOUD.html beside it, with pictures.
         force: Overwrite an earlier cloud.
     """
-    from robolaser.data.csv_tables import write_text
+    from robolaser.data.atomic_write import write_text
     from robolaser.data.loading import load
     from robolaser.report.cloud import page, print_cloud
     from robolaser.scan import prepare, read_calibration

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.data.csv_tables import written_whole
+from robolaser.data.atomic_write import written_whole
 from robolaser.errors import output_exists
 
 

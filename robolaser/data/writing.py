@@ -6,7 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import write_table, write_text
+from robolaser.data.atomic_write import write_text
+from robolaser.data.csv_tables import write_table
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT, GRAVITY
 from robolaser.data.pose_table import FLANGE_COLUMNS

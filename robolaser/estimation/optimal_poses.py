@@ -11,11 +11,12 @@ from robolaser.data.dataset import Board, Dataset, Points, Poses
 from robolaser.errors import DataError, PlanError
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
+from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import TILT, View, random_configurations
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.model.sensors.sensor import SIX, motion
 
 SPARE = 4  # candidates for each posture wanted,
@@ -194,15 +195,12 @@ def _sight(description: Dataset) -> _Sight:
     if missing:
         raise DataError(
             f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be planned"
-            " where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own poses"
-            " with --poses.",
+            " where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own"
+            " poses with --poses.",
             file="dataset.toml",
         )
-    v = {name: item.nominal for name, item in description.parameters.items()}
-    turn = from_angles(*(np.array(v[name]) for name in ("w", "phi", "psi")), order=description.angles)
-    mount = pose(from_quaternion(np.array(description.bracket_quat)) @ turn, np.array([v["t_x"], v["t_y"], v["t_z"]]))
-    T_base_target = motion({name: np.array([v[name]]) for name in place}, "target")[0]
-    return _Sight(robot, View(mount, v, description.stripe_axis, size), board, T_base_target)
+    values = {name: np.array([item.nominal]) for name, item in description.parameters.items()}
+    return _Sight(robot, view_of(description, values), board, motion(values, "target")[0])
 
 
 def _cannot_plan(lacking: str) -> DataError:

@@ -1,4 +1,4 @@
-"""Camera and light sheet: pixel → viewing ray → point on the sheet. Lee et al. 2004, eqs. 1-6."""
+"""Camera and laser plane: pixel → viewing ray → point on the plane. Lee et al. 2004, eqs. 1-6."""
 
 import numpy as np
 
@@ -43,22 +43,22 @@ def rays(undistorted: Array, f: Array, stripe_axis: str) -> Array:
     return np.stack([x, y, np.broadcast_to(f[:, None], x.shape)], axis=-1)
 
 
-def sheet(values: Values) -> Array:
-    """The light sheet as a plane: n · P = d, (c, 1, 4) as (n, d). x cos θ + z sin θ = b cos θ; eqs. 5-6."""
+def laser_plane(values: Values) -> Array:
+    """The plane of the laser: n · P = d, (c, 1, 4) as (n, d). x cos θ + z sin θ = b cos θ; eqs. 5-6."""
     b, theta = values["b"], values["theta"]
     cos, sin = np.cos(theta), np.sin(theta)
     return np.stack([cos, np.zeros_like(cos), sin, b * cos], axis=-1)[:, None]
 
 
-def cut(ray: Array, plane: Array) -> Array:
-    """Meet each ray with the sheet. Eqs. 5-6.
+def intersect(ray: Array, plane: Array) -> Array:
+    """Where each ray meets the laser plane. Eqs. 5-6.
 
     Args:
         ray: From the optical centre, (c, m, 3).
         plane: (n, d) of each ray's plane, (c, m or 1, 4).
 
     Returns:
-        Points in the camera frame, (c, m, 3) [m]; not finite where a ray runs along the sheet.
+        Points in the camera frame, (c, m, 3) [m]; not finite where a ray runs along the plane.
     """
     facing = (ray * plane[..., :3]).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -10,8 +10,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
-from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
+from robolaser.geometry.rigid_motion import inverse, pose
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
@@ -184,7 +184,7 @@ class Robot:
     def urdf_with(self, placements: Array) -> str:
         """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
         tree = urdf.parse(self.urdf)
-        shift = se3.inverse(self.placements) @ placements
+        shift = inverse(self.placements) @ placements
         return urdf.with_placements(
             self.urdf,
             {
@@ -197,11 +197,11 @@ class Robot:
     @cached_property
     def _to_axis(self) -> Array:
         """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
-        return se3.pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
+        return pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
 
     @cached_property
     def _from_axis(self) -> Array:
-        return se3.inverse(self._to_axis)
+        return inverse(self._to_axis)
 
 
 def _times(T: Array, P: Array) -> Array:

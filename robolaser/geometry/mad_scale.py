@@ -1,4 +1,4 @@
-"""How widely values scatter, told by their middle half: strays do not count."""
+"""The scale of values by their median absolute deviation: outliers hardly change it."""
 
 import numpy as np
 
@@ -8,6 +8,6 @@ SIGMAS_PER_MEDIAN = 1.4826
 """Standard deviation of a Gaussian over the median of its distances from zero."""
 
 
-def spread(values: Array) -> float:
-    """Standard deviation of values about zero as their median tells it."""
+def mad_scale(values: Array) -> float:
+    """Standard deviation of values about zero, estimated from the median of their absolute values."""
     return SIGMAS_PER_MEDIAN * float(np.median(np.abs(values)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import laser_plane, project
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 
@@ -60,7 +60,7 @@ class View:
         Returns:
             Points in the camera frame, (n, k, 3) [m]; NaN behind the camera.
         """
-        sheet = optics.sheet({name: np.array([value]) for name, value in self.values.items()})[0, 0]
+        plane = laser_plane({name: np.array([value]) for name, value in self.values.items()})[0, 0]
         pitch, centre = (("s_u", "u_0"), ("s_v", "v_0"))[self.along]
         slope = (at - self.values[centre]) * self.values[pitch] / self.values["f"]
         slope = -slope if self.along == 0 else slope
@@ -68,14 +68,14 @@ class View:
         distance = level - T_base_camera[:, 2, 3, None]
         facing = normal[:, 1] * slope + normal[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
-            depth = (sheet[0] * distance - sheet[3] * normal[:, 0]) / (sheet[0] * facing - sheet[2] * normal[:, 0])
-            x = (sheet[3] - sheet[2] * depth) / sheet[0]
+            depth = (plane[0] * distance - plane[3] * normal[:, 0]) / (plane[0] * facing - plane[2] * normal[:, 0])
+            x = (plane[3] - plane[2] * depth) / plane[0]
             return np.stack([x, slope * depth, np.where(depth > 0, depth, np.nan)], axis=-1)
 
     def pixels(self, point: Array) -> Array:
         """Pixels of points of the camera frame through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
         flat = {**{name: np.array([value]) for name, value in self.values.items()}, "k": np.zeros(1)}
-        return optics.project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
+        return project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
 
     def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
         """Pixels of the stripe on the plane z = level, (n, k, 2) [px]; arguments as those of `illuminated`."""

@@ -116,8 +116,8 @@ def _unwound(value: Array, item: Parameter) -> Array:
 def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
     """Where an unplaced target's points lie on the flange, by the linear solution of AX = ZB, (c, m, 3) [m].
 
-    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n. Points on a plane do not fix M, but they do fix
-    where it takes them.
+    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n. Points on a plane do not fix M, but they
+    do fix where it takes them.
 
     Args:
         seen: p in the camera frame, (c, m, 3).

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.geometry.mad_scale import spread
+from robolaser.geometry.mad_scale import mad_scale
 
 DRAWS = 600  # samples of points: with a fifth of them on the primitive, one is clean in 99 of 100 cases
 JUDGES = 4000  # points by which samples are judged
@@ -110,7 +110,7 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
             normal = np.linalg.eigh((w[:, None] * about).T @ about)[1][:, 0]
         offset = float(normal @ middle)
         off = xyz @ normal - offset
-        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
+        before, on = on, np.abs(off) < np.maximum(near, NEAR_STD * mad_scale(off[on]))
         if np.array_equal(before, on):
             break
     if free and normal[np.abs(normal).argmax()] < 0:
@@ -160,7 +160,7 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Fit
         step = np.linalg.lstsq(np.sqrt(w)[:, None] * J, -np.sqrt(w) * off[on], rcond=None)[0]
         centre, radius = centre + step[:3], radius + float(step[3])
         off = np.linalg.norm(xyz - centre, axis=-1) - radius
-        on = np.abs(off) < np.maximum(near, NEAR_STD * spread(off[on]))
+        on = np.abs(off) < np.maximum(near, NEAR_STD * mad_scale(off[on]))
         if np.abs(step).max() < 1e-9:
             break
     if on.sum() < FEWEST:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import Effect, Run, perturb_with
 from robolaser.model.effects.run import Course
@@ -73,7 +73,7 @@ class ScannerModel:
     @cached_property
     def laser_plane(self) -> Array:
         """The laser plane at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
-        plane = self.perturb(self.at_poses)(Stage.LASER_PLANE, optics.sheet(self.values))[0]
+        plane = self.perturb(self.at_poses)(Stage.LASER_PLANE, laser_plane(self.values))[0]
         return np.ascontiguousarray(np.broadcast_to(plane, (len(self.dataset.poses), 4)))
 
     def in_camera(self, points: Points) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.data.csv_tables import write_text
+from robolaser.data.atomic_write import write_text
 from robolaser.errors import NotAChallenge, SealBroken
 
 FORMAT = "robolaser-seal/1"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import robolaser
-from robolaser.data.csv_tables import write_text
+from robolaser.data.atomic_write import write_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.writing import save

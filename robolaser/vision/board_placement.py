@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.geometry.mad_scale import spread
+from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.candidates import LineCentres
 
 STRATA = 20
@@ -59,7 +59,7 @@ def on_plane(centres: LineCentres, along: Array, across: Array, nearness: Array)
             return np.zeros(len(along), dtype=np.bool_), off
         slope, start = np.polyfit(along[kept], across[kept], 1)
         off = _distance(along, across, slope, start)
-        gate = float(np.clip(GATE_SIGMAS * spread(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
+        gate = float(np.clip(GATE_SIGMAS * mad_scale(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
     kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= WIDEST_GATE_PX))
     kept = _undisturbed(centres, off, kept) & (np.abs(off) <= gate)
     return kept & _supported(centres.line, kept), off
@@ -121,7 +121,7 @@ def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:
     change[:CHANGE_SPAN] = np.abs(width[:CHANGE_SPAN] - width[CHANGE_SPAN : 2 * CHANGE_SPAN])
     change[-CHANGE_SPAN:] = np.abs(width[-CHANGE_SPAN:] - width[-2 * CHANGE_SPAN : -CHANGE_SPAN])
     jump = jumps(off[at])
-    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= max(JUMP_SIGMAS * spread(jump), JUMP_LEAST_PX))
+    calm = (change <= MOST_CHANGE) & (np.abs(jump) <= max(JUMP_SIGMAS * mad_scale(jump), JUMP_LEAST_PX))
     result = np.zeros(len(kept), dtype=np.bool_)
     result[at[calm]] = True
     return result

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.geometry.mad_scale import spread
+from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.candidates import LineCentres
 
 STEEPEST = 3.0
@@ -67,7 +67,7 @@ def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
     calm = (rough <= ROUGHEST_PX * won)[piece]
     at, jump = at[calm], jump[calm]
     relative = jump / (OF_JUMP * centres.std[at])
-    excess = max(1.0, spread(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
+    excess = max(1.0, mad_scale(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
     stray = np.abs(jump) > np.maximum(STRAY_SIGMAS * excess * OF_JUMP * centres.std[at], STRAY_LEAST_PX)
     chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
     return chosen, excess

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.mad_scale import spread
+from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.board import Image
 
 BACKGROUND_SHARE = 1 / 6
@@ -67,7 +67,7 @@ def find_runs(across: Image) -> Runs:
     smooth = cv2.blur(across, (3, 1))
     around = cv2.blur(across, (2 * int(length * BACKGROUND_SHARE / 2) + 1, 1))
     rise = np.asarray(cv2.subtract(smooth, around), dtype=np.uint8)
-    texture = spread(np.asarray(cv2.absdiff(smooth, around)[::4, ::4]))
+    texture = mad_scale(np.asarray(cv2.absdiff(smooth, around)[::4, ::4]))
     top = rise.max(axis=1)
     least = np.maximum(FAINTEST_SHARE * top.astype(np.float64), max(FAINTEST, FAINTEST_NOISES * texture))
     bright = np.zeros((across.shape[0], length + 2), dtype=np.bool_)

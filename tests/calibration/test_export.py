@@ -7,9 +7,9 @@ import pytest
 from calibrated import KINDS, arm, point, socket, stripe
 
 from robolaser.calibration.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
-from robolaser.geometry import camera as optics
-from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply, inverse
 
 BENT = ("joint_offset", "link_geometry", "laser_roll")
 
@@ -43,7 +43,7 @@ def test_pinocchio_reads_the_robot(kind):
 @pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
 def test_the_camera_frame_is_where_the_model_has_it(calibration):
     at = frames(robot_urdf(calibration))
-    np.testing.assert_allclose(se3.inverse(at["flange"]) @ at["scanner_camera"], mount(calibration), atol=1e-9)
+    np.testing.assert_allclose(inverse(at["flange"]) @ at["scanner_camera"], mount(calibration), atol=1e-9)
 
 
 @pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
@@ -52,9 +52,9 @@ def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
     points = calibration.model.dataset.points
     values = values_of(calibration)
     seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
-    T_optical_camera = se3.inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
-    x, y, z = se3.apply(T_optical_camera, seen).T
-    flat = optics.undistort(optics.metric(points.pixel[None], values), values["k"])[0]
+    T_optical_camera = inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
+    x, y, z = apply(T_optical_camera, seen).T
+    flat = undistort(metric(points.pixel[None], values), values["k"])[0]
     np.testing.assert_allclose(np.stack([x / z, y / z], axis=-1), flat / values["f"], atol=1e-9)
 
 
@@ -63,8 +63,8 @@ def test_all_points_lie_in_the_sheet_of_the_laser_frame(calibration):
     at = frames(robot_urdf(calibration))
     values = values_of(calibration)
     seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
-    T_camera_laser = se3.inverse(at["scanner_camera"]) @ at["scanner_laser"]
-    in_sheet = se3.apply(se3.inverse(T_camera_laser), seen)
+    T_camera_laser = inverse(at["scanner_camera"]) @ at["scanner_laser"]
+    in_sheet = apply(inverse(T_camera_laser), seen)
     np.testing.assert_allclose(in_sheet[:, 0], 0.0, atol=1e-9)
     assert (in_sheet[:, 2] > 0).all()
     np.testing.assert_allclose(T_camera_laser[1:3, 3], 0.0, atol=1e-9)
@@ -73,7 +73,7 @@ def test_all_points_lie_in_the_sheet_of_the_laser_frame(calibration):
 def test_without_roll_the_laser_sits_at_the_baseline():
     calibration = stripe()
     at = frames(robot_urdf(calibration))
-    T_camera_laser = se3.inverse(at["scanner_camera"]) @ at["scanner_laser"]
+    T_camera_laser = inverse(at["scanner_camera"]) @ at["scanner_laser"]
     assert T_camera_laser[0, 3] == pytest.approx(calibration.value("b"), abs=1e-9)
 
 
@@ -82,7 +82,7 @@ def test_tools_sit_where_the_model_has_them():
     at = frames(robot_urdf(calibration))
     for name in ("left", "right"):
         place = [calibration.value(f"tool.{name}.{part}") for part in "xyz"]
-        np.testing.assert_allclose((se3.inverse(at["flange"]) @ at[f"tool_{name}"])[:3, 3], place, atol=1e-9)
+        np.testing.assert_allclose((inverse(at["flange"]) @ at[f"tool_{name}"])[:3, 3], place, atol=1e-9)
     assert "tool_ball" in frames(robot_urdf(socket()))
 
 
@@ -90,7 +90,7 @@ def test_a_robot_that_has_such_frames_already_keeps_them():
     first = stripe(robot=arm())
     again = stripe(robot=Robot.from_urdf(robot_urdf(first), flange="flange"))
     at = frames(robot_urdf(again))
-    np.testing.assert_allclose(se3.inverse(at["flange"]) @ at["scanner_camera_2"], mount(again), atol=1e-9)
+    np.testing.assert_allclose(inverse(at["flange"]) @ at["scanner_camera_2"], mount(again), atol=1e-9)
 
 
 def test_the_corrected_robot_moves_as_the_bent_chain():
@@ -117,12 +117,12 @@ def test_opencv_projects_as_the_calibrated_lens_does(axis, k):
     distortion, error_px = plumb_bob(camera, (640, 480), decentred=False)
     K = camera.K
     pixel = np.stack(np.meshgrid(np.linspace(0, 639, 23), np.linspace(0, 479, 19)), axis=-1).reshape(1, -1, 2)
-    flat = optics.undistort(optics.metric(pixel, values), values["k"])
-    ray = optics.rays(flat, values["f"], axis) * 50
-    back = optics.project(ray, values, axis)[0]
+    flat = undistort(metric(pixel, values), values["k"])
+    ray = rays(flat, values["f"], axis) * 50
+    back = project(ray, values, axis)[0]
     np.testing.assert_allclose(back, pixel[0], atol=1e-6)
     at = frames(robot_urdf(calibration))
-    optical = se3.apply(se3.inverse(at["scanner_camera_optical"]) @ at["scanner_camera"], ray[0])
+    optical = apply(inverse(at["scanner_camera_optical"]) @ at["scanner_camera"], ray[0])
     projected = cv2.projectPoints(optical, np.zeros(3), np.zeros(3), K, distortion)[0][:, 0]
     assert np.linalg.norm(projected - back, axis=-1).max() <= error_px + 1e-6
     assert error_px < 0.05

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.data.csv_tables import read_table, write_table, write_text
+from robolaser.data.atomic_write import write_text
+from robolaser.data.csv_tables import read_table, write_table
 from robolaser.errors import OutputError, RobolaserError
 
 

@@ -77,7 +77,7 @@ def test_where_the_arm_may_not_stand_nothing_is_planned(description: Dataset) ->
 
 
 def test_where_limits_keep_the_arm_from_looking_they_are_named(description: Dataset) -> None:
-    with pytest.raises(PlanError, match=r"from [1-9]\d* of \d+ postures.*and 0 of these are allowed.*\[limits\]"):
+    with pytest.raises(PlanError, match=r"from [1-9]\d* of \d+ configurations.*and 0 of these are allowed.*\[limits\]"):
         planned(description, count=5, allowed=lambda q: q[:, 0] > 9.0, seed=1)
 
 
@@ -113,7 +113,7 @@ def test_no_posture_is_chosen_twice() -> None:
 
 
 def test_a_board_out_of_reach_is_said_to_be() -> None:
-    with pytest.raises(PlanError, match=r"from 0 of \d+ postures"):
+    with pytest.raises(PlanError, match=r"from 0 of \d+ configurations"):
         planned(cell({**PLACE, "x": 3.0}), count=5, seed=1)
 
 

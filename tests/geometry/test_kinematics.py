@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from robolaser.errors import RobotError
-from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 # A lift, a turntable without end, a wrist about a slanting axis, a finger beside the flange, a massive dead weight.
 MIXED = """
@@ -101,7 +101,7 @@ def robot():
 def turned_a_little(robot, rng, c, n):
     """Placements (c, n, j, 4, 4) that depart from nominal as links do."""
     j = len(robot.joints)
-    slight = se3.pose(se3.exp_so3(0.1 * rng.normal(size=(c, n, j, 3))), 0.01 * rng.normal(size=(c, n, j, 3)))
+    slight = pose(exp_so3(0.1 * rng.normal(size=(c, n, j, 3))), 0.01 * rng.normal(size=(c, n, j, 3)))
     return robot.placements @ slight
 
 
@@ -150,7 +150,7 @@ def test_moved_joints_carry_the_flange_as_in_pinocchio(robot, rng):
     q = rng.uniform(-2, 2, (6, 3))
     moved = turned_a_little(robot, rng, 4, 1)
     found = robot.forward(q[None], moved)
-    bracket = se3.inverse(robot.placements[1]) @ moved[:, 0, 1]
+    bracket = inverse(robot.placements[1]) @ moved[:, 0, 1]
     own = Robot.from_urdf(MIXED, flange="arm", joints=["lift"]).end
     for c in range(4):
         names = {"lift": moved[c, 0, 0], "table": own @ bracket[c], "wrist": moved[c, 0, 2]}
@@ -190,7 +190,7 @@ def test_the_last_joint_carries_the_flange_and_each_joint_turns_only_what_comes_
     np.testing.assert_allclose(frames[:, :, -1] @ robot.end, robot.forward(q, moved), rtol=0, atol=1e-14)
     turned = robot.joint_frames(q + np.array([0.0, 0.3, 0.0]), moved)
     np.testing.assert_allclose(turned[:, :, 0], frames[:, :, 0], rtol=0, atol=1e-14)
-    own = se3.exp_so3(0.3 * robot.axes[1])
+    own = exp_so3(0.3 * robot.axes[1])
     np.testing.assert_allclose(turned[:, :, 1, :3, :3], frames[:, :, 1, :3, :3] @ own, rtol=0, atol=1e-14)
     np.testing.assert_allclose(turned[:, :, 1, :3, 3], frames[:, :, 1, :3, 3], rtol=0, atol=1e-14)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from robolaser.errors import DataError, DependencyMissing, RobotError
-from robolaser.geometry import rigid_motion as se3
 from robolaser.geometry import urdf
+from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
 from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
 
 FORK = """
@@ -110,8 +110,8 @@ def test_the_scorbot_follows_its_denavit_hartenberg_rows():
     q = np.random.default_rng(5).uniform(robot.lower, robot.upper, (1, 30, 5))
     T = np.eye(4)
     for i, (alpha, a, d) in enumerate(rows):
-        turn = se3.pose(se3.rot_z(q[..., i]), np.array([0.0, 0.0, d]))
-        T = T @ turn @ se3.pose(se3.rot_x(np.radians(alpha)), np.array([a, 0.0, 0.0]))
+        turn = pose(rot_z(q[..., i]), np.array([0.0, 0.0, d]))
+        T = T @ turn @ pose(rot_x(np.radians(alpha)), np.array([a, 0.0, 0.0]))
     np.testing.assert_allclose(robot.forward(q), T, rtol=0, atol=1e-12)
 
 

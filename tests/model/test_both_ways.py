@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.compiled import threads
 from robolaser.compiled.loops import SWITCH, compiles
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.rigid_motion import apply, carry, exp_so3, pose
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, CandidateEffect, Effect
 from robolaser.model.forward_model import Model
@@ -111,6 +111,6 @@ def test_threads_change_no_digit(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_points_are_carried_by_the_frame_of_their_row() -> None:
-    T = se3.pose(se3.exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
+    T = pose(exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
     of_row, points = RNG.integers(0, 4, 9), RNG.normal(size=(1, 9, 3))
-    np.testing.assert_allclose(se3.carry(T, of_row, points), se3.apply(T[:, of_row], points), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(carry(T, of_row, points), apply(T[:, of_row], points), rtol=0, atol=1e-14)

@@ -5,7 +5,7 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
@@ -51,8 +51,8 @@ def test_scaling_f_with_pitch_and_k_changes_no_point(made: Simulated, c: float) 
 def test_a_point_follows_the_contracts_formula(axis: str) -> None:
     v = values(k=0.0)
     u_m, v_m = (100.3 - 320) * 7e-6, (301.9 - 240) * 7.4e-6
-    flat = optics.undistort(optics.metric(np.array([[[100.3, 301.9]]]), v), v["k"])
-    point = optics.cut(optics.rays(flat, v["f"], axis), optics.sheet(v))[0, 0]
+    flat = undistort(metric(np.array([[[100.3, 301.9]]]), v), v["k"])
+    point = intersect(rays(flat, v["f"], axis), laser_plane(v))[0, 0]
     x, y = (v_m, -u_m) if axis == "u" else (u_m, v_m)
     rho = 0.14 / (x + 0.008 * np.tan(0.45))
     np.testing.assert_allclose(point, rho * np.array([x, y, 0.008]), rtol=1e-12)
@@ -62,7 +62,7 @@ def test_a_point_follows_the_contracts_formula(axis: str) -> None:
 def test_points_lie_on_the_sheet_for_either_sign_of_baseline_and_tilt(b: float) -> None:
     v = values(b=b, theta=-0.3 if b < 0 else 0.3)
     pixel = RNG.uniform([0, 0], [640, 480], (1, 50, 2))
-    point = optics.cut(optics.rays(optics.undistort(optics.metric(pixel, v), v["k"]), v["f"], "u"), optics.sheet(v))
+    point = intersect(rays(undistort(metric(pixel, v), v["k"]), v["f"], "u"), laser_plane(v))
     off = point[..., 0] * np.cos(v["theta"]) + point[..., 2] * np.sin(v["theta"]) - b * np.cos(v["theta"])
     assert np.abs(off).max() < 1e-12
 
@@ -72,8 +72,8 @@ def test_points_lie_on_the_sheet_for_either_sign_of_baseline_and_tilt(b: float) 
 def test_projection_undoes_triangulation(axis: str, k: float) -> None:
     v = values(k=k)
     pixel = RNG.uniform([250, 190], [390, 290], (1, 50, 2))
-    point = optics.cut(optics.rays(optics.undistort(optics.metric(pixel, v), v["k"]), v["f"], axis), optics.sheet(v))
-    seen = optics.project(point, v, axis)
+    point = intersect(rays(undistort(metric(pixel, v), v["k"]), v["f"], axis), laser_plane(v))
+    seen = project(point, v, axis)
     ahead = point[0, :, 2] > 0
     assert ahead.any()
     np.testing.assert_allclose(seen[0, ahead], pixel[0, ahead], atol=1e-8)

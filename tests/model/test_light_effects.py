@@ -6,7 +6,7 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import intersect, laser_plane, rays
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.laser_curvature import LaserCurvature
 from robolaser.model.effects.laser_drift import LaserDrift
@@ -37,8 +37,8 @@ def image(seed: int = 1) -> Array:
 
 def distorted(points: Array, *coefficients: float) -> Array:
     """By OpenCV, (1, m, 2) [m]."""
-    rays = np.column_stack([points[0] / F, np.ones(points.shape[1])])
-    return cv2.projectPoints(rays, np.zeros(3), np.zeros(3), K, np.array(coefficients))[0][None, :, 0]
+    directions = np.column_stack([points[0] / F, np.ones(points.shape[1])])
+    return cv2.projectPoints(directions, np.zeros(3), np.zeros(3), K, np.array(coefficients))[0][None, :, 0]
 
 
 def test_a_decentred_lens_agrees_with_opencv_to_first_order(run: Run) -> None:
@@ -72,8 +72,8 @@ def nominal(dataset: Dataset) -> dict[str, Array]:
 @pytest.mark.parametrize("curvature", [-0.5, 0.04, 1.0])
 def test_points_on_a_curved_sheet_lie_on_it_and_on_their_rays(dataset: Dataset, run: Run, curvature: float) -> None:
     values = nominal(dataset)
-    sheet = optics.sheet(values)
-    flat = optics.cut(optics.rays(image(), values["f"], "u"), sheet)
+    sheet = laser_plane(values)
+    flat = intersect(rays(image(), values["f"], "u"), sheet)
     bent = LaserCurvature("laser", np.array([curvature]), np.zeros(1)).apply(flat, run)
     np.testing.assert_allclose(np.cross(bent, flat), 0, atol=1e-16)
     off = (bent * sheet[..., :3]).sum(axis=-1) - sheet[..., 3]
@@ -84,8 +84,8 @@ def test_points_on_a_curved_sheet_lie_on_it_and_on_their_rays(dataset: Dataset, 
 def test_points_on_a_cone_of_light_lie_on_it_and_on_their_rays(dataset: Dataset, run: Run, cone: float) -> None:
     """The projector stands on the camera's x axis: a point's depth says how far from there its middle is."""
     values = nominal(dataset)
-    sheet = optics.sheet(values)
-    flat = optics.cut(optics.rays(image(), values["f"], "u"), sheet)
+    sheet = laser_plane(values)
+    flat = intersect(rays(image(), values["f"], "u"), sheet)
     bent = LaserCurvature("laser", np.zeros(1), np.array([cone])).apply(flat, run)
     np.testing.assert_allclose(np.cross(bent, flat), 0, atol=1e-16)
     off = (bent * sheet[..., :3]).sum(axis=-1) - sheet[..., 3]
@@ -95,11 +95,11 @@ def test_points_on_a_cone_of_light_lie_on_it_and_on_their_rays(dataset: Dataset,
 
 def test_a_drifting_sheet_is_one_of_another_angle_that_keeps_its_baseline(dataset: Dataset, run: Run) -> None:
     values = nominal(dataset)
-    drifted = LaserDrift("laser", np.array([2e-3]), np.array([0.3])).apply(optics.sheet(values), run)[0]
+    drifted = LaserDrift("laser", np.array([2e-3]), np.array([0.3])).apply(laser_plane(values), run)[0]
     for row, pose in enumerate(dataset.points.pose):
         share = 1 - np.exp(-run.progress[pose] / 0.3)
         turned = values | {"theta": values["theta"] + 2e-3 * share}
-        np.testing.assert_allclose(drifted[row], optics.sheet(turned)[0, 0], atol=1e-15)
+        np.testing.assert_allclose(drifted[row], laser_plane(turned)[0, 0], atol=1e-15)
 
 
 def test_a_surface_seen_square_on_has_no_tilt_and_turning_it_tilts_it_by_as_much(dataset: Dataset) -> None:

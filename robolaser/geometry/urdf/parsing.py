@@ -14,7 +14,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import RobotError, near, unreadable
-from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.rigid_motion import pose, rot_x, rot_y, rot_z
 from robolaser.geometry.urdf import markup
 from robolaser.geometry.urdf.markup import no_text, too_large
 from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link, Tree
@@ -198,8 +198,8 @@ def _origin(element: ET.Element, where: str, source: str) -> Array:
     attributes = {} if origin is None else origin.attrib
     xyz = _numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
     rpy = _numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
-    R = se3.rot_z(rpy[2]) @ se3.rot_y(rpy[1]) @ se3.rot_x(rpy[0])
-    return se3.pose(R, xyz)
+    R = rot_z(rpy[2]) @ rot_y(rpy[1]) @ rot_x(rpy[0])
+    return pose(R, xyz)
 
 
 def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:

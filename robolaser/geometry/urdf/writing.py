@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import RobotError
-from robolaser.geometry import rigid_motion as se3
+from robolaser.geometry.rigid_motion import rot_z
 from robolaser.geometry.urdf.parsing import parse, read_xml
 from robolaser.geometry.urdf.tree import Tree, unknown_frame, unknown_joint
 
@@ -103,7 +103,7 @@ def _origin_attributes(T: Array) -> dict[str, str]:
 def _rpy(R: Array) -> Array:
     """Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll); at the pole, where yaw is free, exact too."""
     yaw = np.arctan2(R[1, 0], R[0, 0])
-    rest = se3.rot_z(-yaw) @ R
+    rest = rot_z(-yaw) @ R
     return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import intersect, laser_plane, rays
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.effects.target_plane import TargetPlane
 from robolaser.model.sensors import scanner_geometry
@@ -24,11 +24,11 @@ def surface_tilt(dataset: Dataset, T_base_flange: Array, target: TargetPlane) ->
     assert points.xyz is not None
     nominal = {name: np.array([item.nominal]) for name, item in dataset.parameters.items()}
     image = scanner_geometry.in_image(points.pixel[None], nominal, unperturbed)
-    ray = optics.rays(image, nominal["f"], dataset.stripe_axis)
+    ray = rays(image, nominal["f"], dataset.stripe_axis)
     T_base_camera = (T_base_flange @ scanner_geometry.mount(dataset, nominal, unperturbed)[0])[points.pose]
     normal = target.axes[:, 2]
     if not dataset.placed:
-        shown = apply(T_base_camera, optics.cut(ray, optics.sheet(nominal))[0])
+        shown = apply(T_base_camera, intersect(ray, laser_plane(nominal))[0])
         finite = np.isfinite(shown).all(axis=1)
         normal = rigid_fit(points.xyz[finite], shown[finite])[:3, :3] @ normal
     in_camera = np.einsum("mba,b->ma", T_base_camera[:, :3, :3], normal)

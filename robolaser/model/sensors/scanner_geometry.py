@@ -1,26 +1,36 @@
-"""The head of a stripe scanner, camera and light sheet on their bracket, whatever it is pointed at."""
+"""The head of a stripe scanner, camera and laser on their bracket, whatever it is pointed at."""
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
+from robolaser.geometry.visibility import View
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
+
+USUAL_IMAGE_PX = (640, 480)
 
 
 def in_image(pixel: Array, values: Values, perturb: Perturbation) -> Array:
     """Metric image points of pixels (c or 1, m, 2), distortion taken off, (c, m, 2) [m]. Eqs. 2-4."""
     read = perturb(Stage.PIXELS, pixel)
-    return perturb(Stage.IMAGE, optics.undistort(optics.metric(read, values), values["k"]))
+    return perturb(Stage.IMAGE, undistort(metric(read, values), values["k"]))
 
 
 def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: str) -> Array:
-    """Points on the sheet that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
-    ray = optics.rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
-    return perturb(Stage.POINTS, optics.cut(ray, perturb(Stage.LASER_PLANE, optics.sheet(values))))
+    """Points on the laser plane that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
+    ray = rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
+    return perturb(Stage.POINTS, intersect(ray, perturb(Stage.LASER_PLANE, laser_plane(values))))
+
+
+def view_of(dataset: Dataset, values: Values) -> View:
+    """What the scanner sees from the flange by its parameters alone, one candidate."""
+    T_flange_camera = mount(dataset, values, Perturbation())[0, 0]
+    numbers = {name: float(value[0]) for name, value in values.items()}
+    return View(T_flange_camera, numbers, dataset.stripe_axis, dataset.image_px or USUAL_IMAGE_PX)
 
 
 def camera_view(values: Values, perturb: Perturbation) -> CameraView:
@@ -28,7 +38,7 @@ def camera_view(values: Values, perturb: Perturbation) -> CameraView:
     f, s_u, s_v, u_0, v_0 = (float(values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
 
     def slopes(pixel: Array) -> Array:
-        undistorted = optics.undistort(optics.metric(pixel[None], values), values["k"])
+        undistorted = undistort(metric(pixel[None], values), values["k"])
         straight: Array = perturb(Stage.IMAGE, undistorted)[0] / f
         return straight
 
@@ -46,7 +56,7 @@ def frames(dataset: Dataset, values: Values, perturb: Perturbation) -> dict[str,
     return {
         "scanner_camera": T_flange_camera,
         "scanner_camera_optical": T_flange_camera @ pose(R, np.zeros(3)),
-        "scanner_laser": T_flange_camera @ _laser(perturb(Stage.LASER_PLANE, optics.sheet(values))[0, 0]),
+        "scanner_laser": T_flange_camera @ _laser(perturb(Stage.LASER_PLANE, laser_plane(values))[0, 0]),
     }
 
 

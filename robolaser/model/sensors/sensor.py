@@ -2,12 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
@@ -143,11 +144,6 @@ class Sensor(ABC):
             columns.append((ahead - behind) / (2 * TWIST_STEP))
         return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
 
-    @property
-    def description(self) -> dict[str, Any]:
-        """What calibration.json says of the sensor besides its kind and its parameters."""
-        return {}
-
     def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
         """The camera as programs that know pinholes see it, one candidate; None where there is none."""
         return None
@@ -186,6 +182,24 @@ class Sensor(ABC):
         """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
         names = self.free + self.derived
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
+        """What would be measured with the flange at other poses, one candidate; None where it cannot go anywhere else.
+
+        By default each named point once at every pose, with what stands in its first row.
+
+        Args:
+            values: All parameters.
+            T_base_flange: (p, 4, 4).
+
+        Returns:
+            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
+        """
+        points, poses = self.dataset.points, len(T_base_flange)
+        _, first = np.unique(points.number, return_index=True)
+        rows = points.take(np.tile(np.sort(first), poses))
+        numbers = np.repeat(np.arange(poses), len(first))
+        return replace(rows, pose=numbers, repeat=None), np.ones(poses, dtype=bool)
 
     @property
     def description(self) -> dict[str, Any]:

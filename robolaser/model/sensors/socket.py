@@ -88,6 +88,9 @@ class Socket(Sensor):
         """Shifts and turns in the base frame."""
         return rigid_moves(self.known(values, T_base_flange, perturb)[0], self.dataset.points.pose)
 
+    def seen_from(self, values: Values, T_base_flange: Array) -> None:
+        """Nothing: an arm that is seated in a socket cannot choose where it stands."""
+
     def prefix_of(self, name: str) -> str | None:
         """A socket's place in the base frame."""
         return f"socket.{name}" if name in self._sockets else None

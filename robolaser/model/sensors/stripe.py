@@ -1,4 +1,4 @@
-"""A camera and a light sheet on the flange: a pixel of the stripe is a point in space."""
+"""A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -8,11 +8,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors import scanner_geometry as head
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
@@ -22,6 +22,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
+SEEN_ALONG = 5  # points of the stripe that stand for all of them
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -85,20 +86,32 @@ class Stripe(Sensor):
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
 
-    @property
-    def description(self) -> dict[str, Any]:
-        """How its angles and axes are to be read."""
-        dataset = self.dataset
-        quat = list(dataset.bracket_quat)
-        return {"stripe_axis": dataset.stripe_axis, "bracket_quat": quat, "angles": dataset.angles}
-
     def camera(self, values: Values, perturb: Perturbation) -> CameraView:
         """The scanner's camera."""
-        return head.camera_view(values, perturb)
+        return scanner_geometry.camera_view(values, perturb)
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Camera and laser."""
-        return head.frames(self.dataset, values, perturb)
+        return scanner_geometry.frames(self.dataset, values, perturb)
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Some points along the stripe on the middle level of the target."""
+        view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
+        T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
+        T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
+        level = float(np.median(xyz[:, 2]))
+        lit = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), SEEN_ALONG)[None])
+        pixel, shown = view.pixels(lit), apply(T_target_camera[:, None], lit)
+        low, high = xyz.min(axis=0), xyz.max(axis=0)
+        good = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2)) & view.contains(pixel).all(axis=1)
+        poses = len(T_base_flange)
+        points = Points(
+            np.repeat(np.arange(poses), SEEN_ALONG),
+            tuple(map(str, range(SEEN_ALONG))) * poses,
+            pixel=pixel.reshape(-1, 2),
+            xyz=shown.reshape(-1, 3),
+        )
+        return points, np.asarray(good)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether target points lie in front of the camera, (m,)."""
@@ -107,12 +120,14 @@ class Stripe(Sensor):
         return np.asarray(seen[0, :, 2] > 0.0)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
-        """Points on the sheet that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return head.in_camera(self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis)
+        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
+        return scanner_geometry.in_camera(
+            self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis
+        )
 
     def mount(self, values: Values, perturb: Perturbation) -> Array:
         """T_flange_camera, (c, n or 1, 4, 4)."""
-        return head.mount(self.dataset, values, perturb)
+        return scanner_geometry.mount(self.dataset, values, perturb)
 
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry import camera as optics
+from robolaser.geometry.camera import metric, rays, undistort
 from robolaser.geometry.rigid_motion import angle_axes, common_length, from_angles, from_quaternion, skew
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.stages import Perturbation, Stage
@@ -58,8 +58,8 @@ def _turning(points: Array, axes: Array) -> Array:
 def _in_camera(pixel: Array, values: Values, stripe_axis: str) -> tuple[Array, Array]:
     """Points in the camera frame (c, m, 3), and derivatives by f, s_u, s_v, u_0, v_0, k, b, theta, (c, m, 3, 8)."""
     k, b, theta = (values[name][:, None] for name in ("k", "b", "theta"))
-    distorted = optics.metric(pixel, values)
-    ray = optics.rays(optics.undistort(distorted, values["k"]), values["f"], stripe_axis)
+    distorted = metric(pixel, values)
+    ray = rays(undistort(distorted, values["k"]), values["f"], stripe_axis)
     cos, sin = np.cos(theta), np.sin(theta)
     facing = cos * ray[..., 0] + sin * ray[..., 2]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""From pixels to residuals in one go: rays, sheet, hand-eye and arm, nothing kept on the way. Lee et al. 2004, 1-18."""
+"""From pixels to residuals in one loop: rays, laser plane, hand-eye and arm. Lee et al. 2004, eqs. 1-18."""
 
 from typing import Any
 
@@ -67,7 +67,7 @@ def unpacked(own: Array, bracket: Array, zyz: bool, along_u: bool) -> Any:
 
 @compiled
 def _parts(own, i, bracket, zyz, along_u):  # type: ignore[no-untyped-def]
-    """Camera, focal length, sheet and mount of one candidate."""
+    """Camera, focal length, laser plane and mount of one candidate."""
     f, s_u, s_v, u_0, v_0, k = own[i, 0], own[i, 1], own[i, 2], own[i, 3], own[i, 4], own[i, 5]
     lens = (v_0, u_0, s_v, -s_u, k) if along_u else (u_0, v_0, s_u, s_v, k)
     cos = np.cos(own[i, 7])
@@ -128,7 +128,7 @@ def residuals(
             T = frame(flange[i if len(flange) > 1 else 0, pose if flange.shape[1] > 1 else 0])
             a = _focal(times(T, frame(mount[i, pose if mount.shape[1] > 1 else 0])), f)
             if sheet.shape[1] > 1:
-                total += _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E)
+                total += _on_own_planes(i, rows, image, known, lens, f, sheet, a, E)
             elif store:
                 total += _errors(i, rows, image, known, lens, _light(sheet[i, 0], f), a, E, tile)
             else:
@@ -145,7 +145,7 @@ def _focal(a, f):  # type: ignore[no-untyped-def]
 
 @compiled
 def _light(plane, f):  # type: ignore[no-untyped-def]
-    """The sheet for rays (x, y, 1)."""
+    """The laser plane for rays (x, y, 1)."""
     return plane[0], plane[1], plane[2] * f, plane[3]
 
 
@@ -191,7 +191,7 @@ def _errors(i, rows, image, known, lens, light, a, E, tile):  # type: ignore[no-
 
 
 @compiled
-def _on_own_sheets(i, rows, image, known, lens, f, sheet, a, E):  # type: ignore[no-untyped-def]
+def _on_own_planes(i, rows, image, known, lens, f, sheet, a, E):  # type: ignore[no-untyped-def]
     J = 0.0
     for r in range(rows[0], rows[1]):
         x, y, z = _error(i, r, image, known, lens, _light(sheet[i, r], f), a)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import final
 
 from robolaser.calibration.result import Calibration
-from robolaser.data.csv_tables import write_text
+from robolaser.data.atomic_write import write_text
 from robolaser.report.calibration import words
 from robolaser.report.calibration.charts import CHARTS
 from robolaser.report.calibration.error_analysis import ErrorAnalysis
