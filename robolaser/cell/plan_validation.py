@@ -40,9 +40,8 @@ class Violation:
     limit: str
 
     def __str__(self) -> str:
-        return (
-            f"{'on the way to ' if self.on_the_way else ''}{self.place}: {self.what} at {self.value}, limit {self.limit}"
-        )
+        way = "on the way to " if self.on_the_way else ""
+        return f"{way}{self.place}: {self.what} at {self.value}, limit {self.limit}"
 
 
 def tool_points(description: Dataset) -> Array:

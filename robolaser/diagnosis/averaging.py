@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.subsampling import chosen_rows, kept_poses
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
@@ -46,10 +47,16 @@ class AveragedData:
         shots = np.bincount(of_row)
         first = kept[np.unique(of_row, return_index=True)[1]]
 
-        def mean(values: Array | None) -> Array | None:
-            return None if values is None else group_sums(values[kept], of_row) / shots[:, None]
+        def mean(values: Array) -> Array:
+            return np.asarray(group_sums(values[kept], of_row) / shots[:, None])
 
-        averaged = replace(points.take(first), repeat=None, pixel=mean(points.pixel), xyz=mean(points.xyz))
+        averaged = replace(
+            points.take(first),
+            repeat=None,
+            pixel=None if points.pixel is None else mean(points.pixel),
+            xyz=None if points.xyz is None else mean(points.xyz),
+            columns={name: mean(values) for name, values in points.columns.items()},
+        )
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
         return cls(replace(dataset, points=averaged), shots, group)
@@ -62,7 +69,7 @@ class AveragedData:
 
     def subsampled(self) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too."""
-        kept = chosen_rows(self.dataset.points)
+        kept = chosen_rows(self.dataset)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
@@ -71,7 +78,7 @@ class AveragedData:
             dataset = dataset.of_poses(kept_poses(dataset))
         return AveragedData(dataset, self.shots[kept], number[self.group])
 
-    def noise(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
+    def noise(self, model: Model, x: Array, raw: Dataset) -> NoiseModel:
         """The noise of the averaged rows, at x (d,): stated, from repeats, and for what is left from the residuals.
 
         Errors of whole poses that nobody stated are left out: what the model lacks looks the same, and is what the
@@ -80,16 +87,16 @@ class AveragedData:
         Args:
             model: Of the averaged data set.
             x: Its parameters.
-            J: Its plain Jacobian, (3m, d) [m].
             raw: The data set with its repeats.
         """
         sources, known = self._sources(model, x, raw)
         if any(source.level != "pose" and known.get(source.name) is None for source in sources):
+            J = jacobian_matrix(model, x)
             return noise_without_pose_errors(self._estimated(model, x, J, raw, sources, known))
         return NoiseModel(sources, {source.name: float(known.get(source.name) or 0.0) for source in sources})
 
     def scatter(self, model: Model, x: Array, J: Array, raw: Dataset) -> NoiseModel:
-        """The same with errors of whole poses estimated too, from what the columns of J leave of the residuals."""
+        """The same with errors of whole poses estimated too, from what columns J (K, n) leave of the residuals."""
         return self._estimated(model, x, J, raw, *self._sources(model, x, raw))
 
     def _estimated(
@@ -107,7 +114,8 @@ class AveragedData:
     def _sources(self, model: Model, x: Array, raw: Dataset) -> tuple[tuple[ErrorSource, ...], dict[str, float | None]]:
         """What may shake the rows, and how much where that is known.
 
-        Where each pose has one row only, an error of the pose would be the row's under another name.
+        Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
+        joint readings are not, since what they do depends on the posture.
         """
         every = error_sources(model, x)
         known = {source.name: source.stated for source in every}
@@ -118,7 +126,7 @@ class AveragedData:
         sources = tuple(
             replace(source, effect=source.effect * share) if source.level == "shot" else source
             for source in every
-            if not alone or source.level != "pose" or known.get(source.name) is not None
+            if not alone or source.level != "pose" or source.name == "joint" or known.get(source.name) is not None
         )
         return sources, known
 
@@ -127,13 +135,10 @@ def noise_without_pose_errors(noise: NoiseModel) -> NoiseModel:
     """Noise without estimated errors of whole poses, which hold what the model lacks.
 
     Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
-    errors, and those of whole poses are all that is known.
+    errors, and those of whole poses are all that is known. Where each pose has one row, its errors are the row's.
     """
+    if all(len(np.unique(source.group)) == len(source.group) for source in noise.sources):
+        return noise
     rows = [source.name for source in noise.sources if source.level != "pose"]
     exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
     return noise if exact else noise.for_weights()
-
-
-def noise_size(noise: NoiseModel) -> float:
-    """Root-mean-square 3-D error of a row by noise alone [m]."""
-    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))

@@ -7,32 +7,31 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.stages import Stage
 
 DENT, DENTS = 0.08, 80
-"""Size of dents in a target, as a share of its extent, and how many shapes tell where they are."""
-BENT_PX = 0.1
-"""A lens is not bent by more than about this beyond the model's distortion, as a standard deviation over the image."""
+"""Size of dents in a target, as a share of its extent, and how many basis functions tell where they are."""
+MAX_DISTORTION_PX = 0.1
+"""Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image."""
 LEVER_M = 0.3
 """A turn counts as the shift that it makes at this distance."""
-MISPLACED_M = 0.02
-"""Links are not made worse: together, placements could shrink a robot to a point, which fits every socket."""
 
 
 @final
 @dataclass(frozen=True)
 class Site:
-    """A place, a coordinate, and what smooth functions of that coordinate do there.
+    """A site, a coordinate, and what smooth functions of that coordinate do there.
 
     Attributes:
         site: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
         coordinate: For a person.
-        columns: Whitened residuals by each shape of the function, (3m, p).
+        columns: Derivatives of the whitened residuals by each of the function's basis functions, (K, p).
         unknown: Whether the function may be of a form that the library of effects does not have.
-        most: Largest standard deviation of the function that is plausible, in its unit.
+        most: Largest plausible standard deviation of the function, in its unit.
     """
 
     site: str
@@ -42,88 +41,97 @@ class Site:
     most: float = np.inf
 
 
-def sites(fitted: Fit) -> Iterator[Site]:
+def sites(fit: Fit) -> Iterator[Site]:
     """Every site that the data set has, with every coordinate that it may depend on there."""
-    model = fitted.problem.model
-    dataset, scene = model.dataset, model.run
-    probe, of_poses = StageDerivatives(fitted), OfPoses(dataset, scene)
-    pose = dataset.points.pose
-
-    def over_poses(columns: Array, shapes: Array) -> Array:
-        """Each column times each shape of its row's pose, (3m, k p)."""
-        rows = np.repeat(shapes[pose], 3, axis=0)
-        return (columns[:, :, None] * rows[:, None]).reshape(len(columns), -1)
-
+    dataset = fit.model.dataset
+    derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.run)
+    yield from _of_joints(fit, derivatives, coordinates)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
-    joints = moving_joints(dataset.robot)
-    if joints:
-        robot, qd = dataset.robot, dataset.poses.qd
-        assert robot is not None
-        free = {name: probe.joint(name) for name in joints}
-        for name in joints:
-            for coordinate, shapes in (
-                *of_poses.joint(robot.joints.index(name), name),
-                *of_poses.run(),
-                *of_poses.posture(),
-                *(of_poses.angle(robot.joints.index(other), other) for other in joints if other != name),
-            ):
-                yield Site(name, coordinate, over_poses(free[name], shapes))
-            placement = probe.placement(name)
-            yield Site(name, f"placement of {name}", placement * motion, unknown=False, most=MISPLACED_M)
-            for coordinate, shapes in of_poses.run():
-                yield Site(name, coordinate, over_poses(placement[:, :3], shapes))
-        if qd is not None and np.abs(qd).max() > 0:
-            speeds = [over_poses(free[name], qd[:, [robot.joints.index(name)]]) for name in joints]
-            late = np.sum(speeds, axis=0)
-            yield Site("timing", "velocity", late)
-            for coordinate, shapes in of_poses.run():
-                yield Site("timing", coordinate, over_poses(late, shapes))
-    base = probe.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
-    for coordinate, shapes in of_poses.run():
-        yield Site("base", coordinate, over_poses(base, shapes))
-    carried = "hand_eye" if dataset.kind == "stripe" else "tool"
-    held = probe.tool() * motion
-    for coordinate, shapes in (*of_poses.run(), *of_poses.hanging()):
-        yield Site(carried, coordinate, over_poses(held, shapes))
-    yield from _of_rows(fitted, probe, of_poses)
+    base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
+    for coordinate, basis in coordinates.run():
+        yield Site("base", coordinate, _over_poses(fit, base, basis))
+    carried = derivatives.tool() * motion
+    for coordinate, basis in (*coordinates.run(), *coordinates.hanging()):
+        yield Site("hand_eye" if fit.has_optics else "tool", coordinate, _over_poses(fit, carried, basis))
+    yield from _of_camera_and_laser(fit, derivatives, coordinates)
+    yield from _of_target(fit, derivatives)
 
 
-def _of_rows(fitted: Fit, probe: StageDerivatives, of_poses: OfPoses) -> Iterator[Site]:
-    """Sites whose departure differs from row to row of a pose."""
-    model = fitted.problem.model
-    dataset = model.dataset
-
-    def over_rows(columns: Array, shapes: Array) -> Array:
-        return (columns[:, :, None] * np.repeat(shapes, 3, axis=0)[:, None]).reshape(len(columns), -1)
-
-    if dataset.kind == "stripe":
-        pixel, xyz = dataset.points.pixel, dataset.points.xyz
-        assert pixel is not None
-        assert xyz is not None
-        place = smooth(pixel)
-        seen = probe.pixel()
-        yield Site("camera", "image position", over_rows(seen, place), most=BENT_PX)
-        sheet = probe.sheet()
-        along = 0 if dataset.stripe_axis == "u" else 1
-        across = seen[:, [1 - along]]
-        yield Site("laser", "position along the stripe", over_rows(sheet, smooth(pixel[:, [along]])))
-        yield Site("laser", "place on the sheet", over_rows(sheet, _over_sheet(probe.on_sheet())))
-        if np.ptp(model.run.tilt) > 0:
-            yield Site("laser", "tilt of the surface", over_rows(across, smooth(model.run.tilt[:, None])))
-        for coordinate, shapes in of_poses.run():
-            drift = np.concatenate(
-                [shapes, shapes * _centred(pixel[:, along], dataset.points.pose, len(shapes))], axis=1
-            )
-            yield Site("laser", coordinate, over_rows(sheet, drift[dataset.points.pose]))
-    if dataset.points.xyz is not None and dataset.kind == "stripe":
-        given = probe.target()
-        lift = given @ model.run.target.axes[:, 2:]
-        yield Site("target", "place on the target", over_rows(given, smooth(dataset.points.xyz)))
-        yield Site("target", "place on the target", over_rows(lift, smooth(dataset.points.xyz, DENT, most=DENTS)))
+def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
+    joints = moving_joints(fit.model.dataset.robot)
+    if not joints:
+        return
+    robot, _ = fit.model.dataset.arm
+    column = {name: robot.joints.index(name) for name in joints}
+    free = {name: derivatives.joint(name) for name in joints}
+    for name in joints:
+        for coordinate, basis in (
+            *coordinates.joint(column[name], name),
+            *coordinates.run(),
+            *coordinates.posture(),
+            *(coordinates.angle(column[other], other) for other in joints if other != name),
+        ):
+            yield Site(name, coordinate, _over_poses(fit, free[name], basis))
+        placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
+        yield Site(name, f"placement of {name}", placement, unknown=False)
+        for coordinate, basis in coordinates.run():
+            yield Site(name, coordinate, _over_poses(fit, placement[:, :3], basis))
+    qd = fit.model.dataset.poses.qd
+    if qd is not None and np.abs(qd).max() > 0:
+        late = np.sum([_over_poses(fit, free[name], qd[:, [column[name]]]) for name in joints], axis=0)
+        yield Site("timing", "velocity", late)
+        for coordinate, basis in coordinates.run():
+            yield Site("timing", coordinate, _over_poses(fit, late, basis))
 
 
-def _over_sheet(places: Array) -> Array:
-    """Shapes of what a sheet can be off by, over places (m, 2) on it: turned, twisted, bulged, and anything smooth."""
+def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
+    dataset = fit.model.dataset
+    pixel = dataset.points.pixel
+    if pixel is None or derivatives.passing(Stage.PIXELS) is None:
+        return
+    seen = derivatives.pixel()
+    yield Site("camera", "image position", _over_rows(fit, seen, smooth(pixel)), most=MAX_DISTORTION_PX)
+    on_plane = derivatives.passing(Stage.POINTS)
+    if on_plane is None:
+        return
+    plane = derivatives.laser_plane()
+    along = 0 if dataset.stripe_axis == "u" else 1
+    yield Site("laser", "position along the stripe", _over_rows(fit, plane, smooth(pixel[:, [along]])))
+    yield Site("laser", "place on the laser plane", _over_rows(fit, plane, _over_plane(on_plane[:, 1:])))
+    tilt = fit.model.run.tilt
+    if np.ptp(tilt) > 0:
+        yield Site("laser", "tilt of the surface", _over_rows(fit, seen[:, [1 - along]], smooth(tilt[:, None])))
+    for coordinate, basis in coordinates.run():
+        drift = np.concatenate([basis, basis * _centred(pixel[:, along], dataset.points.pose, len(basis))], axis=1)
+        yield Site("laser", coordinate, _over_poses(fit, plane, drift))
+
+
+def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
+    points = fit.model.dataset.points
+    if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
+        return
+    given = derivatives.target()
+    height = given @ fit.model.run.target.axes[:, 2:]
+    yield Site("target", "place on the target", _over_rows(fit, given, smooth(points.xyz)))
+    yield Site("target", "place on the target", _over_rows(fit, height, smooth(points.xyz, DENT, most=DENTS)))
+
+
+def _over_poses(fit: Fit, columns: Array, basis: Array) -> Array:
+    """Each column (K, q) times each basis function (n, p) at its row's pose, (K, q p)."""
+    return _products(columns, basis[fit.pose_of_number])
+
+
+def _over_rows(fit: Fit, columns: Array, basis: Array) -> Array:
+    """Each column (K, q) times each basis function (m, p) at its row, (K, q p)."""
+    return _products(columns, basis[fit.problem.row_of_number])
+
+
+def _products(columns: Array, basis: Array) -> Array:
+    return (columns[:, :, None] * basis[:, None]).reshape(len(columns), -1)
+
+
+def _over_plane(places: Array) -> Array:
+    """Basis of what a laser plane can be off by, over places (m, 2) on it: turned, twisted, bulged, anything smooth."""
     across, deep = np.moveaxis((places - places.mean(axis=0)) / np.maximum(np.ptp(places, axis=0) / 2, 1e-9), -1, 0)
     return np.column_stack([across, across * deep, across**2, smooth(places)])
 

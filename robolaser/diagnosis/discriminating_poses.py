@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import View, limits, random_configurations
 from robolaser.model.sensors.sensor import motion
@@ -35,9 +35,9 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
         Joint values by name [rad or m], the most telling first; none where the sensor cannot go anywhere (sockets) or
         no joint angles were read.
     """
-    dataset = one.problem.model.dataset
+    dataset = one.model.dataset
     robot, q = dataset.robot, dataset.poses.q
-    if robot is None or q is None or dataset.kind == "socket":
+    if robot is None or q is None or dataset.points.xyz is None:
         return ()
     rng = np.random.default_rng(seed)
     lower, upper = limits(robot)
@@ -51,7 +51,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     if not len(tried):
         return ()
     apart = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
-    root = np.linalg.inv(np.linalg.cholesky(one.problem.noise.covariances.mean(axis=0)))
+    root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
     told = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
     for i in np.argsort(-told, kind="stable"):
@@ -73,7 +73,7 @@ def _prediction(fitted: Fit, extended: Dataset) -> Array:
 def _with(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Dataset, Ints, Array]:
     """The data set with postures (k, j) after its last pose; rows of each, (k', r); and those that see the target."""
     points = dataset.points
-    if dataset.kind == "stripe":
+    if dataset.points.pixel is not None:
         pixel, xyz, good = _stripes(dataset, q, fitted)
         q, pixel, xyz = q[good], pixel[good], xyz[good]
         names = tuple(str(i) for i in range(pixel.shape[1])) * len(q)
@@ -116,7 +116,7 @@ def _as_last(values: Array | None, last: int, k: int) -> Array | None:
 def _stripes(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Array, Array, Bools]:
     """Where the stripe on the target's middle level would show, (k, r, 2) [px], the points there, and which see it."""
     values = fitted.problem.parameters.values(fitted.x[None])
-    sensor = fitted.problem.model.sensor
+    sensor = fitted.model.sensor
     assert isinstance(sensor, Stripe)  # nothing else has stripes
     T_flange_camera = sensor.mount(values, Perturbation())[0, 0]
     assert dataset.robot is not None

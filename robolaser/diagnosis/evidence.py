@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import ALTERNATIVE_SHARE, REFITTED_ALTERNATIVES
 from robolaser.diagnosis.verdict import credibility, is_alias, is_indistinguishable, posterior_weights

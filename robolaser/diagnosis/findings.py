@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import noise_size, noise_without_pose_errors
+from robolaser.diagnosis.averaging import noise_without_pose_errors
 from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.thresholds import MIN_POSES
@@ -62,26 +62,27 @@ def findings_of(
 
 def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap, from the nominal model to the final one."""
-    given = any(item.given for item in start.problem.sensor.items)
-    nominal = start.problem.residuals(start.problem.parameters.nominal[None])[0] if given else start.residuals
-    pose = start.problem.model.dataset.points.pose
+    given = any(item.given for item in start.sensor.items)
+    x = start.problem.parameters.nominal if given else start.x
+    nominal = start.model.in_metres(x, start.problem.plain(x[None])[0])
+    pose = start.model.dataset.points.pose
     after = held_out.errors(final)
-    floor = noise_size(noise_without_pose_errors(final.problem.noise))
+    floor = final.size_of(noise_without_pose_errors(final.noise))
     return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
     names = fit.problem.parameters.names
-    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
     return {
-        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(deviations[i]), item.unit) for item, i in columns
+        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(fit.deviations[i]), item.unit)
+        for item, i in columns
     }
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:
     """Where the gap lay, by what each effect explains of it."""
-    excess = max(start.chi2 - (len(start.white) - len(start.x)), 1e-9)
+    excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
     total = max(sum(one.explained for one in evidence), 1e-9)
     coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
@@ -89,7 +90,7 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     for one in evidence:
         kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = float(chi2.sf(one.explained, len(kind.units())))
+        p_value = float(chdtrc(len(kind.units()), one.explained))
         found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
 

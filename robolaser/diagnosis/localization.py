@@ -9,7 +9,7 @@ from scipy.special import ndtr
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
-from robolaser.diagnosis.penalized_fit import Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
@@ -70,7 +70,7 @@ def localize(fit: Fit) -> list[Localization]:
     residuals only one is named.
     """
     chosen, tried = _chosen(fit, sites(fit))
-    excess = fit.chi2 - (len(fit.white) - len(fit.x))
+    excess = fit.chi2 - fit.freedoms
     whole = max(excess, sum(ratio for _, ratio in chosen))
     found = [
         Localization(site.site, site.coordinate, ratio / whole, ratio, p_value(ratio, tried)) for site, ratio in chosen
@@ -88,7 +88,7 @@ def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[tuple[Site, float]],
     """The sites that the residuals speak for, each with its likelihood ratio; and how many were tried."""
     tried = list(places)
     chosen: list[tuple[Site, float]] = []
-    residuals, B = fit.stacked, [fit.projected(site.columns) for site in tried]
+    residuals, B = fit.at.r, [fit.at.project(site.columns) for site in tried]
     for _ in range(MAX_SITES):
         ratios = [likelihood_ratio(b, residuals, site.most) for site, b in zip(tried, B, strict=True)]
         best = int(np.argmax([ratio for ratio, _ in ratios]))

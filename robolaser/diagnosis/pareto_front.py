@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import ScoreTest
@@ -16,8 +16,6 @@ LEADERS = 12
 """Effects of which sets are made, so at most 4096 sets."""
 FURTHER, AT_LEAST = 1, 2
 """Effects beyond those of the diagnosis, up to which sets are fitted, and the least size of the largest of them."""
-SETS_OF_A_SIZE = 2
-"""Sets of each size that are refitted, those of the smallest linear chi-squared."""
 SEEN = 1e-12
 """Share of the squared length of an effect's column, below which it is a combination of those taken before."""
 
@@ -26,7 +24,7 @@ def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tu
     """The sets of effects than which none with as few effects has a smaller held-out gap, from none on.
 
     All sets of the most promising effects are compared by chi-squared of the model as linear around the fit without
-    effects, exactly; the best few of each size are fitted, and judged by the same held-out error as every other gap of
+    effects, exactly; the best of each size is fitted, and judged by the same held-out error as every other gap of
     the diagnosis. So a set has one gap wherever it is shown.
 
     Args:
@@ -47,11 +45,11 @@ def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tu
 
 
 def best_subsets(tests: Sequence[ScoreTest], most: int) -> list[tuple[ScoreTest, ...]]:
-    """Of each size, the sets of effects that explain the most chi-squared as far as the model is linear."""
+    """Of each size, the set of effects that explains the most chi-squared as far as the model is linear."""
     found: list[tuple[ScoreTest, ...]] = []
-    for size, sets in sorted(_explained(tests, most).items()):
-        best = sorted(sets, key=lambda one: -sets[one])[:SETS_OF_A_SIZE] if size else []
-        found += [tuple(tests[i] for i in one) for one in best]
+    for size, sets in _explained(tests, most).items():
+        if size:
+            found.append(tuple(tests[i] for i in max(sets, key=sets.__getitem__)))
     return found
 
 
@@ -117,7 +115,7 @@ def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
     """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
     columns = np.hstack([test.columns for test in tests])
     squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
-    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.stacked])
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
     ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
     return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
 

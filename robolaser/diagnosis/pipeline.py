@@ -9,15 +9,15 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import AveragedData, noise_size
+from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, nested_fits, not_testable
-from robolaser.diagnosis.held_out_gap import HeldOut, folds
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import pareto_front
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
@@ -88,11 +88,11 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
 
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
     enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
-    data, refits, selected, outliers = _selected(dataset, library(kinds, dataset) if enough else [], progress)
+    data, refits, selected, outliers = _selected(dataset, library(kinds, dataset) if enough else [], seed, progress)
     start = refits.start
 
     progress("weighing the evidence", 0.6)
-    held_out = HeldOut(folds(data, seed))
+    held_out = HeldOut(start, seed)
     pruned, evidence, left = prune(refits, selected, held_out)
     final = refits.of(pruned)
 
@@ -116,26 +116,26 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         next_poses=_next_poses(final, evidence, seed),
         limits=limits,
         front=front,
-        model=final.problem.model,
+        model=final.model,
         x=final.x,
-        std=np.where(final.problem.prior > 0, np.sqrt(np.maximum(np.diag(final.covariance), 0.0)), np.nan),
+        std=np.where(final.problem.fixed, np.nan, final.deviations),
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=dict(final.problem.noise.sigmas),
+        noise=dict(final.noise.sigmas),
         seconds=time.perf_counter() - began,
     )
 
 
 def _selected(
-    dataset: Dataset, effects: Sequence[CandidateEffect], progress: Progress
+    dataset: Dataset, effects: Sequence[CandidateEffect], seed: int, progress: Progress
 ) -> tuple[AveragedData, Refits, Fit, Ints]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
     """
     progress("fitting the nominal model", 0.0)
-    preparation, outliers = Preparation.of(dataset)
+    preparation, outliers = Preparation.of(dataset, seed)
     data, start = preparation.fit(outliers, effects)
     refits = Refits(start, effects)
     final = select(refits, progress=lambda what: progress(what, 0.3))
@@ -162,7 +162,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) ->
         chi2_after=final.chi2,
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
-        scatter_m=noise_size(final.problem.noise),
+        scatter_m=final.size_of(final.noise),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
         has_effects=bool(final.effects),

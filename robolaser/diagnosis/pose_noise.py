@@ -1,46 +1,47 @@
-"""What the whole library of effects could explain at once: errors that remain are the cell's own scatter."""
+"""What the whole library of effects could explain at once: what remains is the scatter of whole poses."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.penalized_fit import Fit
-from robolaser.diagnosis.score_tests import derivatives, prior_scales
+from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.identifiability import UNIFORM
+from robolaser.estimation.linearization import Linearization
 from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
-"""Of scatter given what is explained, and what is explained given the scatter."""
-ENOUGH = 2
-"""Residuals for each number, below which nothing is asked of the effects."""
-PLAUSIBLE = 4.0
-"""Amplitude of a direction, in standard deviations of what its numbers may be, beyond which it explains nothing."""
+"""Of the scatter given what is explained, and what is explained given the scatter."""
+MIN_RESIDUALS = 2
+"""Residuals for each parameter, below which effects are not tried."""
+MAX_SIGMA = 4.0
+"""Amplitude of a direction, in standard deviations of what its parameters may be, above which it explains nothing."""
 
 
-def explicable(fitted: Fit, candidate_effects: Sequence[CandidateEffect]) -> Array:
-    """Directions of the plain residuals that parameters and effects of plausible sizes explain, (3m, k).
+def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
+    """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
-    A direction that would need numbers beyond their bounds to show among what is left explains nothing: a robot
-    shrunk to a point fits every socket. Where the effects have nearly as many numbers as there are residuals, they
-    would explain anything: then the parameters alone count.
+    A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
+    parameters as there are residuals, they would explain anything: then the sensor's parameters alone count.
 
     Args:
-        fitted: The model without effects.
-        candidate_effects: All effects that may be at work; shapes have their first values.
+        fit: The model without effects.
+        effects: All effects that may be at work; nonlinear parameters have their first values.
     """
-    parts = [fitted.jacobian * fitted.problem.prior]
-    for one in candidate_effects:
+    plain = Linearization(fit.problem.with_noise(None), fit.x)
+    own = plain.slopes / fit.problem.scale
+    parts = [plain.slopes * UNIFORM]
+    for one in effects:
         bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
-        columns = derivatives(fitted, one, one.effect.grid(fitted.problem.model.dataset, one.where)[:1])
-        parts.append(columns.reshape(len(columns), -1).T * (2.0 * UNIFORM * bounds / prior_scales(one)))
+        grid = one.effect.grid(fit.model.dataset, one.where)[:1]
+        parts.append(plain.columns(one, grid)[0] * (2.0 * UNIFORM * bounds))
     every = np.hstack(parts)
-    if len(every) < ENOUGH * every.shape[1]:
-        return fitted.jacobian
+    if len(every) < MIN_RESIDUALS * every.shape[1]:
+        return own
     U, s, _ = np.linalg.svd(every, full_matrices=False)
-    e = fitted.residuals.reshape(-1)
+    e = plain.white
     along = U.T @ e
-    plausible = np.abs(along) <= PLAUSIBLE * s
+    plausible = np.abs(along) <= MAX_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
     for _ in range(ROUNDS):
         free = plausible * s**2 / (s**2 + variance)

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_CREDIBILITY
 from robolaser.model.effects.effect import CandidateEffect
@@ -31,7 +31,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     while True:
         left = localize(final)
         unmodelled = {one: _unmodelled(refits, final, one) if left else 0.0 for one in final.effects}
-        doubtful = _above(unmodelled, MAX_UNMODELLED)
+        doubtful = _above(unmodelled, MAX_UNMODELLED) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
             evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
@@ -57,9 +57,9 @@ def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[C
 def _incredible(evidence: Sequence[EffectEvidence], final: Fit) -> list[CandidateEffect]:
     """Effects that next to nothing speaks for beside what is left, the least credible first.
 
-    Not of trackers and sockets: there a whole arm's geometry counts, each part of which explains little.
+    Not where the sensor has no optics: there a whole arm's geometry counts, each part of which explains little.
     """
-    if final.problem.model.dataset.kind != "stripe":
+    if not final.has_optics:
         return []
     doubtful = sorted(evidence, key=lambda one: one.credibility)
     return [one.candidate_effect for one in doubtful if one.credibility < MIN_CREDIBILITY]

@@ -6,11 +6,12 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.penalized_fit import Fit, Problem
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
-from robolaser.diagnosis.thresholds import MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
+from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -33,6 +34,9 @@ class Refits:
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        self._fits[frozenset(self.start.effects)] = self.start
+
     def refit(self, near: Fit, added: Sequence[ScoreTest] = (), removed: CandidateEffect | None = None) -> Fit:
         """Fit the effects of another fit with some added and one removed, from where the linear model puts them."""
         kept = tuple(one for one in near.effects if one != removed)
@@ -46,7 +50,7 @@ class Refits:
         problem = self._problem(effects)
         values = near.values | (predicted(near, added) if added else {})
         x = np.array([values[name] for name in problem.parameters.names])
-        fit = problem.fit(problem.within(x[None])[0])
+        fit = Fit.of(problem, x)
         if key not in self._fits or fit.chi2 < self._fits[key].chi2 - MIN_IMPROVEMENT:
             self._fits[key] = fit
         return self._fits[key]
@@ -57,8 +61,7 @@ class Refits:
         return self._fits[key] if key in self._fits else self.refit(near, added)
 
     def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
-        start = self.start.problem
-        return Problem.of(start.model.with_effects(effects), start.noise, start.sensor)
+        return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
     def with_new_shapes(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
@@ -72,7 +75,7 @@ class Refits:
     def warm_start(self, earlier: Fit, refits: "Refits") -> Fit:
         """Fit the effects that were found on slightly other rows, from where they ended there."""
         self._latest |= {test.candidate_effect: retest(test, self.start) for test in refits.tests_of(earlier)}
-        fit = self._problem(earlier.effects).fit(earlier.x)
+        fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
 
@@ -103,6 +106,14 @@ class Refits:
         """
         return probability_of_unmodelled(self._cost_beside_unmodelled(without), self._cost_beside_unmodelled(fit))
 
+    def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
+        """Whether effects are left out because an unmodelled cause more probably explains what they do.
+
+        Not where the sensor has no optics: there a smooth function of the posture imitates any effect of the arm, and
+        the test would leave out effects that predict new poses well. Their probability still counts it.
+        """
+        return fit.has_optics and self.unmodelled(fit, without) > MAX_UNMODELLED
+
     def _cost_beside_unmodelled(self, fit: Fit) -> float:
         key = frozenset(fit.effects)
         if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
@@ -120,8 +131,7 @@ def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
     """Where the linear model puts all parameters once effects are added, by name."""
     white = np.hstack([test.white for test in added])
     amplitudes = near.best_amplitudes(white)
-    moved = near.x + near.problem.prior * near.step(near.white + white @ amplitudes)
-    values = dict(zip(near.problem.parameters.names, moved.tolist(), strict=True))
+    values = dict(zip(near.problem.parameters.names, near.moved(white, amplitudes).tolist(), strict=True))
     at = 0
     for test in added:
         scale = prior_scales(test.candidate_effect)

@@ -9,13 +9,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.penalized_fit import Fit, best_amplitudes
+from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.effect import CandidateEffect, Effect, perturb_with
+from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 
-STEP = 1e-3
-"""Of a derivative by an effect's parameter, in units of its prior scale."""
 DENSE_GRID = 40
 """Values of nonlinear parameters, beyond which an effect on a joint is tried by way of the joint's free motions, and
 any other in ever smaller intervals."""
@@ -32,8 +31,8 @@ class ScoreTest:
     Attributes:
         candidate_effect: Which.
         shapes: Its nonlinear parameters.
-        white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (k, a).
-        columns: The same without what the fitted parameters imitate, stacked on the priors' rows, (k + d, a).
+        white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
+        columns: The same without what the fitted parameters imitate, above those of distances and priors, (K + e, a).
         against: The fitted model.
         tried: Number of values of the nonlinear parameters that were tried.
     """
@@ -52,7 +51,7 @@ class ScoreTest:
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal basis of the columns, as far as the parameters do not imitate them, (k + d, a')."""
+        """Orthonormal basis of the columns, as far as the parameters do not imitate them, (K + e, a')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
         size = float((self.white**2).sum(axis=0).max(initial=0.0))
         kept: Array = U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)]
@@ -64,8 +63,8 @@ class ScoreTest:
 
         Parameters on a bound leave it where the effect makes them.
         """
-        residuals = self.against.stacked
-        both = np.hstack([self.columns, self.against.releases])
+        residuals = self.against.at.r
+        both = np.hstack([self.columns, self.against.release])
         amplitudes = best_amplitudes(both, residuals)
         if (amplitudes[self.columns.shape[1] :] < 0).any():
             both, amplitudes = self.columns, best_amplitudes(self.columns, residuals)
@@ -91,14 +90,27 @@ class Columns:
         self._by_joint: dict[str, Array] = {}
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (k, g a)."""
+        """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (K, g a)."""
         key = candidate_effect, grid.tobytes()
         if key not in self._by_effect:
-            self._by_effect[key] = fit.problem.noise.whiten(derivatives(fit, candidate_effect, grid)).T
+            if candidate_effect.effect.stage is Stage.JOINTS:
+                self._by_effect[key] = self._by_joints(fit, candidate_effect, grid)
+            else:
+                columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
+                self._by_effect[key] = np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
         return self._by_effect[key]
 
+    def _by_joints(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """By the chain rule: an effect moves joints, and joints move each row of their own pose."""
+        moves = joint_moves(fit.model, candidate_effect, grid)
+        robot, _ = fit.model.dataset.arm
+        columns = np.zeros((len(fit.pose_of_number), len(moves)))
+        for i in np.flatnonzero(moves.any(axis=(0, 1))):
+            columns += moves[:, fit.pose_of_number, i].T * self.by_joint(fit, robot.joints[i])[:, None]
+        return columns
+
     def by_joint(self, fit: Fit, joint: str) -> Array:
-        """By the joint's value in each row's own pose, (k,)."""
+        """By the joint's value in each row's own pose, (K,)."""
         if joint not in self._by_joint:
             self._by_joint[joint] = StageDerivatives(fit).joint(joint)[:, 0]
         return self._by_joint[joint]
@@ -118,7 +130,7 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
     for one in effects:
         if one in fit.effects:
             continue
-        grid = one.effect.grid(fit.problem.model.dataset, one.where)
+        grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
         if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
             grid = motions.best_shapes(one, grid)
@@ -146,7 +158,7 @@ def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Col
 
 def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Columns) -> ScoreTest:
     white = known.by_effect(fit, candidate_effect, grid)
-    columns = fit.projected(white)
+    columns = fit.at.project(white)
     a = white.shape[1] // len(grid)
     spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [
@@ -156,29 +168,20 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
     return max(options, key=lambda option: option.gain)
 
 
-def derivatives(fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-    """Residuals by the effect's linear parameters in units of their prior scales, for each of its shapes.
+def joint_moves(model: Model, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    """Moves of the joints by an effect's amplitudes, each at its prior scale, (g a, n, j) [rad or m].
 
     Args:
-        fit: Where.
-        candidate_effect: Which.
+        model: Whose joints.
+        candidate_effect: Sits at the joints.
         grid: Values of its nonlinear parameters, (g, s).
-
-    Returns:
-        (g a, m, 3) [m].
     """
-    problem = fit.problem
-    model = problem.model.with_effects((*problem.model.effects, candidate_effect))
+    _, q = model.dataset.arm
     scales = prior_scales(candidate_effect)
-    steps = STEP * np.tile(np.diag(scales), (len(grid), 1))
-    shapes = np.repeat(grid, len(scales), axis=0)
-    base = np.repeat(fit.x[None], len(steps), axis=0)
-    names = problem.parameters.names + candidate_effect.parameters.names
-    ahead, behind = (
-        model.residuals_at(dict(zip(names, np.hstack([base, way * steps, shapes]).T, strict=True))) for way in (1, -1)
-    )
-    found: Array = (ahead - behind) / (2 * STEP)
-    return found
+    parameters = np.hstack([np.tile(np.diag(scales), (len(grid), 1)), np.repeat(grid, len(scales), axis=0)])
+    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, parameters.T, strict=True)))
+    moved: Array = perturb_with((effect,), model.run)(Stage.JOINTS, q[None]) - q
+    return moved
 
 
 @final
@@ -197,12 +200,11 @@ class JointMotions:
         """
         if joint not in self._normal:
             fit, columns = self._fit, self._known.by_joint(self._fit, joint)
-            of_pose = np.repeat(fit.problem.model.dataset.points.pose, 3)
-            n = len(fit.problem.model.dataset.poses)
-            Q = fit.Q[: len(columns)]
+            of_pose, n = fit.pose_of_number, len(fit.model.dataset.poses)
+            Q = fit.at.Q[: len(columns)]
             shared = np.zeros((n, Q.shape[1]))
             np.add.at(shared, of_pose, columns[:, None] * Q)
-            gradient = np.bincount(of_pose, columns * fit.white, minlength=n) - shared @ (fit.Q.T @ fit.stacked)
+            gradient = np.bincount(of_pose, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
             own = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
             self._normal[joint] = gradient, own, shared
         return self._normal[joint]
@@ -210,18 +212,11 @@ class JointMotions:
     def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
         gradient, own, shared = self._normal_equations(candidate_effect.where)
-        scene = self._fit.problem.model.run
-        assert scene.poses.q is not None
-        assert scene.robot is not None
-        q = scene.poses.q[None]
-        scales, column = prior_scales(candidate_effect), scene.robot.joints.index(candidate_effect.where)
-        a = len(scales)
+        robot, q = self._fit.model.dataset.arm
+        a, column = len(prior_scales(candidate_effect)), robot.joints.index(candidate_effect.where)
         gains = []
         for part in np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE)):
-            numbers = np.hstack([np.tile(np.diag(scales), (len(part), 1)), np.repeat(part, a, axis=0)])
-            effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, numbers.T, strict=True)))
-            moved = perturb_with((effect,), scene)(Stage.JOINTS, q)
-            F = (moved - q)[:, :, column].reshape(len(part), a, -1)
+            F = joint_moves(self._fit.model, candidate_effect, part)[:, :, column].reshape(len(part), a, -1)
             b = F @ gradient
             imitated = F @ shared
             A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)

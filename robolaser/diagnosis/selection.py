@@ -5,8 +5,8 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.penalized_fit import Fit
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import (
@@ -16,7 +16,6 @@ from robolaser.diagnosis.thresholds import (
     MAX_EFFECTS,
     MAX_EXCHANGED,
     MAX_SEPARATE_EFFECTS,
-    MAX_UNMODELLED,
     MIN_IMPROVEMENT,
     PAIRED_CANDIDATES,
     REFITS_PER_ADDITION,
@@ -54,7 +53,7 @@ class Selection:
         while True:
             options = self._better(fit, self._additions(fit, most))[:TESTED_ADDITIONS]
             added = map(refits.with_new_shapes, options)
-            chosen = next((option for option in added if refits.unmodelled(option, fit) <= MAX_UNMODELLED), None)
+            chosen = next((option for option in added if not refits.is_unmodelled(option, fit)), None)
             if chosen is None and len(fit.effects) <= MAX_EXCHANGED:
                 chosen = next(map(refits.with_new_shapes, self._better(fit, self._exchanges(fit))), None)
             if chosen is None:
@@ -104,7 +103,7 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
         progress: Is called with what is being tried.
     """
     selection = Selection(refits, progress)
-    if begin is not None or refits.start.problem.model.dataset.kind == "stripe":
+    if begin is not None or refits.start.has_optics:
         return selection.stepwise(begin or refits.start)
     few = selection.stepwise(refits.start, MAX_SEPARATE_EFFECTS)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
@@ -139,7 +138,7 @@ def _pairs(tests: Sequence[ScoreTest]) -> list[tuple[ScoreTest, ...]]:
     for i, one in enumerate(some):
         for other in some[:i]:
             U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
-            gain = float(((U[:, s > DISTINCT_SINE].T @ one.against.stacked) ** 2).sum())
+            gain = float(((U[:, s > DISTINCT_SINE].T @ one.against.at.r) ** 2).sum())
             net = gain - penalty(one) - penalty(other)
             if net > max(alone, 0.0) + CHI2_PAIR_ADVANTAGE:
                 options.append((net, i, one, other))

@@ -2,29 +2,43 @@
 
 import numpy as np
 
-from robolaser.arrays import Bools
-from robolaser.data.dataset import Dataset, Points
+from robolaser.arrays import Bools, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import some_of_each
 
-MOST_POSES = 300
+MAX_POSES = 300
 """Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
-MOST_ROWS = 4000
+MAX_ROWS = 4000
 """Rows that are kept, as long as each pose has a few: rows of a pose share most of their errors."""
-FEWEST_ROWS = 3
-"""Of each pose: the reflectors of a tracker, or enough to tell a stripe's shift from its tilt."""
+MIN_ROWS = 3
+"""Of each pose, where it has as many: enough to tell a stripe's shift from its tilt."""
 
 
-def chosen_rows(points: Points) -> Bools:
-    """Mark some rows, evenly along those of each pose, of poses chosen by chance, the same each time, (m,)."""
-    poses = np.unique(points.pose)
-    if len(poses) > MOST_POSES:
-        poses = np.sort(np.random.default_rng(0).choice(poses, MOST_POSES, replace=False))
-    most = max(FEWEST_ROWS, MOST_ROWS // max(1, len(poses)))
-    order = np.argsort(points.pose, kind="stable")
-    starts, counts = np.searchsorted(points.pose[order], poses), np.bincount(points.pose)[poses]
+def chosen_rows(dataset: Dataset) -> Bools:
+    """Mark rows of poses chosen by chance, the same each time, (m,).
+
+    Where names mean the same point at every pose, whole poses are kept, some of each name; else rows evenly taken along
+    those of each pose.
+    """
+    points, named = dataset.points, dataset.format.named_points
+    poses, first = np.unique(points.pose, return_index=True)
+    chosen = _some(poses, points.number[first] if named else np.zeros(len(poses), dtype=np.int64))
+    rows = np.flatnonzero(np.isin(points.pose, chosen))
     kept = np.zeros(len(points), dtype=bool)
-    for start, count in zip(starts, counts, strict=True):
-        kept[order[start + np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))]] = True
+    if not named:
+        table = some_of_each(points.pose[rows], max(MIN_ROWS, MAX_ROWS // len(chosen)))
+        rows = rows[table[table >= 0]]
+    kept[rows] = True
     return kept
+
+
+def _some(poses: Ints, group: Ints) -> Ints:
+    """At most about `MAX_POSES` of the poses, by chance, as many of each group."""
+    if len(poses) <= MAX_POSES:
+        return poses
+    shuffled = np.random.default_rng(0).permutation(len(poses))
+    table = some_of_each(group[shuffled], max(1, MAX_POSES // (int(group.max()) + 1)))
+    return np.sort(poses[shuffled[table[table >= 0]]])
 
 
 def kept_poses(dataset: Dataset) -> Bools:

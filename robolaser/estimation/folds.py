@@ -21,8 +21,9 @@ ALIKE = 1e-4
 """[rad, m] Configurations that differ by less are copies of each other."""
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
-CHORDS = 8
-"""Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little."""
+CHORDS, SHORTER = 8, 0.3
+"""Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little. A step that
+does not lower the cost is tried again, shorter."""
 
 
 @final
@@ -105,7 +106,7 @@ class HeldOut:
     evaluations: int
 
 
-def held_out(problem: Problem, x: Array, folds: Folds) -> HeldOut:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> HeldOut:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
@@ -115,12 +116,13 @@ def held_out(problem: Problem, x: Array, folds: Folds) -> HeldOut:
         problem: What was minimised.
         x: Its optimum, (d,).
         folds: Which rows are held out together.
+        enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
     """
-    fits, left, evaluations = _by_chords(problem, x, folds)
+    fits, left, evaluations = _by_chords(problem, x, folds, enough)
     going = np.flatnonzero(left)
     if len(going):
         kept = folds.of_row != going[:, None]
-        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE)
+        ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough)
         fits[going], evaluations = ends.x, evaluations + ends.evaluations
     errors: Array | None = None
     for rows, block in problem.blocks:
@@ -144,7 +146,7 @@ def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
     return cache(of_block) if len(problem.blocks) == 1 else of_block
 
 
-def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, int]:
+def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, Bools, int]:
     """Fits without each fold (f, d), whether each still has some way to go (f,), and the evaluations."""
     f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
     others = 1.0 - np.eye(f)
@@ -154,20 +156,21 @@ def _by_chords(problem: Problem, x: Array, folds: Folds) -> tuple[Array, Bools, 
     unit = np.where(lengths > 0.0, lengths, 1.0)
     A = A / unit[:, :, None] / unit[:, None, :] + LEAST_DAMPING * np.eye(d)
     fits, cost, gradient = np.repeat(x[None], f, axis=0), np.full(f, np.inf), np.zeros((f, d))
-    going, evaluations = np.ones(f, dtype=bool), d + 1
-    trial = fits.copy()
+    unfinished, evaluations = np.ones(f, dtype=bool), d + 1
+    length, trial = np.ones(f), fits.copy()
     for _ in range(CHORDS):
         costs, gradients = _at(problem, trial, folds, slopes_of)
         evaluations += f
-        better = going & (costs < cost)
+        better = unfinished & (costs < cost)
         fits[better], cost[better], gradient[better] = trial[better], costs[better], gradients[better]
+        length = np.where(better, 1.0, SHORTER * length)
         room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
         steps, gains = bounded_steps(A, gradient / unit, *room)
-        unfinished = gains > TOLERANCE * cost
-        going &= better & unfinished
-        if not going.any():
+        unfinished = gains > np.maximum(TOLERANCE * cost, enough)
+        if not unfinished.any():
             break
-        trial = np.clip(fits + problem.scale * (steps / unit), problem.lower, problem.upper)
+        trial = fits + length[:, None] * problem.scale * (steps / unit)
+        trial = np.clip(trial, problem.lower, problem.upper)
     return fits, unfinished, evaluations
 
 

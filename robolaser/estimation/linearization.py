@@ -140,10 +140,12 @@ class Linearization:
 
         def residuals(candidates: Array) -> Array:
             values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
-            return problem.whitened(model.residuals_at(values))
+            return model.residuals_at(values).reshape(len(candidates), -1)
 
-        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere)
-        return np.swapaxes(J, 1, 2)
+        middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
+        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
+        white = problem.whitened(J.reshape(-1, *self.plain.shape))
+        return np.swapaxes(white.reshape(len(shapes), q, -1), 1, 2)
 
     @cached_property
     def covariance(self) -> Array:

@@ -65,6 +65,7 @@ def solve(
     *,
     kept: Bools | None = None,
     tol: float = TOLERANCE,
+    enough: float = 0.0,
     most_steps: int = MOST_STEPS,
 ) -> Solution:
     """Descend from each start to the optimum of its valley.
@@ -76,6 +77,7 @@ def solve(
         starts: (c, d); moved to the nearest point within the bounds.
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
+        enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
         most_steps: Stop after so many.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
@@ -86,7 +88,8 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol).run(most_steps) for part in parts
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps)
+        for part in parts
     ]
     if len(ends) == 1:
         return ends[0]
@@ -103,9 +106,9 @@ class _Descents:
     Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far.
     """
 
-    def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float) -> None:
+    def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float, enough: float) -> None:
         c, d = x.shape
-        self._problem, self._kept, self._tol = problem, kept, tol
+        self._problem, self._kept, self._tol, self._enough = problem, kept, tol, enough
         self._x, self._cost = x.copy(), np.empty(c)
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
         self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
@@ -181,10 +184,11 @@ class _Descents:
         gains += both * np.square(steps).sum(axis=1)
         to_go, promised, step = gains[:c], gains[c:], steps[c:]
         digits = EPS * np.abs(x / problem.scale)
-        enough = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
+        least = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
+        enough = np.maximum(least, self._enough)
         self._to_go[active] = to_go
-        self._converged[active] = (to_go <= enough) | ((promised <= enough) & (to_go <= np.sqrt(self._tol) * cost))
-        going = (to_go > enough) & (promised > enough) & (damping <= MOST_DAMPING)
+        self._converged[active] = (to_go <= enough) | ((promised <= least) & (to_go <= np.sqrt(self._tol) * cost))
+        going = (to_go > enough) & (promised > least) & (damping <= MOST_DAMPING)
         if not going.all():
             active, x, cost, damping, unit, A, g, step, promised, c = (
                 *(part[going] for part in (active, x, cost, damping, unit, A, g, step, promised)),

@@ -17,7 +17,14 @@ BATCH = 4_000_000
 
 
 def differences(
-    function: Callable[[Array], Array], x: Array, step: Array, columns: Ints, lower: Array, upper: Array
+    function: Callable[[Array], Array],
+    x: Array,
+    step: Array,
+    columns: Ints,
+    lower: Array,
+    upper: Array,
+    *,
+    middle: Array | None = None,
 ) -> Array:
     """Derivatives of a function by some of its variables, central differences of second order.
 
@@ -31,12 +38,13 @@ def differences(
         columns: Numbers of the variables, (q,).
         lower: Lower bounds, (d,).
         upper: Upper bounds, (d,).
+        middle: The function at x, (c, k), where it is known.
 
     Returns:
         (c, q, k).
     """
     c, q = len(x), len(columns)
-    middle = function(x)
+    middle = function(x) if middle is None else middle
     J = np.zeros((c, q, middle.shape[1]))
     at_once = max(1, BATCH // max(1, 2 * c * middle.shape[1]))
     for first in range(0, q, at_once):

@@ -5,18 +5,16 @@ from time import process_time
 import numpy as np
 import pytest
 
-from robolaser.calibration.result import rms
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.findings import nested_fits
-from robolaser.diagnosis.held_out_gap import HeldOut, folds, held_out_errors
+from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
-from robolaser.diagnosis.penalized_fit import Problem
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
 from robolaser.geometry.robots import find_robot
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -39,10 +37,9 @@ class Case:
         data = AveragedData.of(raw)
         model = Model(data.dataset)
         x = model.parameters.nominal
-        self.fit = Problem.of(model, data.noise(model, x, jacobian_matrix(model, x), raw)).fit(x)
+        self.fit = Fit.of(problem_of(model, data.noise(model, x, raw), model.parameters), x)
         self.refits = Refits(self.fit, library(EFFECTS, raw))
-        self.folds = folds(data, 0)
-        self.held_out = HeldOut(self.folds)
+        self.held_out = HeldOut(self.fit, 0)
 
     @property
     def tests(self):
@@ -75,7 +72,7 @@ def test_each_gap_on_the_front_is_that_of_a_fit_without_each_fold(perturbed):
     for point in perturbed.front:
         tests = [test for test in perturbed.tests if test.candidate_effect in point.effects]
         fit = perturbed.refits.of(perturbed.fit, tests)
-        assert point.gap_m == rms(held_out_errors(fit, perturbed.folds))
+        assert point.gap_m == HeldOut(perturbed.fit, 0).gap(fit)
 
 
 def test_the_true_effects_or_as_good_ones_are_on_the_front(perturbed):
@@ -116,7 +113,7 @@ def test_of_each_size_the_set_that_explains_most_is_found_exactly(stripe):
 
 def explained(tests):
     columns = np.hstack([test.basis for test in tests])
-    residuals = tests[0].against.stacked
+    residuals = tests[0].against.at.r
     U, s, _ = np.linalg.svd(columns, full_matrices=False)
     return ((U[:, s > 1e-5].T @ residuals) ** 2).sum()
 
@@ -129,7 +126,7 @@ def test_where_nothing_departs_no_effect_gains_much():
 def test_without_candidates_the_front_is_one_point(stripe):
     (only,) = pareto_front(Refits(stripe.fit, []), [stripe.fit], stripe.held_out)
     assert only.effects == ()
-    assert only.gap_m == rms(held_out_errors(stripe.fit, stripe.folds))
+    assert only.gap_m == stripe.held_out.gap(stripe.fit)
 
 
 def test_two_candidates_are_tried_alone_and_together(stripe):
@@ -146,7 +143,7 @@ def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before(str
         before = [tests[j].basis for j in order[:i]]
 
         def net(one, before=before):
-            return -left(np.hstack([*before, one.basis]), one.against.stacked) - penalty(one)
+            return -left(np.hstack([*before, one.basis]), one.against.at.r) - penalty(one)
 
         others = [one for j, one in enumerate(tests) if j not in order[:i]]
         assert net(tests[order[i]]) >= max(map(net, others)) - 1e-2

@@ -9,7 +9,7 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.subsampling import MOST_POSES, chosen_rows
+from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.simulation import simulate
@@ -159,13 +159,20 @@ def test_large_data_keep_a_few_rows_of_many_poses():
     dataset = recorded("point", poses=8)
     rows = np.tile(np.arange(len(dataset.points)), 300)
     many = replace(dataset.points.take(rows), pose=np.repeat(np.arange(len(rows) // 3), 3))
-    kept = chosen_rows(many)
-    assert len(np.unique(many.pose[kept])) == MOST_POSES
-    assert kept.sum() == 3 * MOST_POSES
-    assert chosen_rows(dataset.points).all()
+    kept = chosen_rows(replace(dataset, points=many))
+    assert len(np.unique(many.pose[kept])) == MAX_POSES
+    assert kept.sum() == 3 * MAX_POSES
+    assert chosen_rows(dataset).all()
+
+
+def test_large_data_keep_every_named_point():
+    dataset = recorded("socket", poses=MAX_POSES * 2, points=40)
+    kept = chosen_rows(dataset)
+    assert kept.sum() <= MAX_POSES
+    assert set(np.array(dataset.points.names)[kept]) == set(dataset.points.names)
 
 
 @pytest.mark.parametrize("kind", ["point", "socket"])
 def test_more_poses_than_are_needed_are_survived(kind):
     effects = [kind for kind in TESTED if kind.name == "joint_offset"]
-    assert answer(recorded(kind, poses=MOST_POSES + 20, stated=Noise()), effects)["verdict"] == "no_gap"
+    assert answer(recorded(kind, poses=MAX_POSES + 20, stated=Noise()), effects)["verdict"] == "no_gap"

@@ -9,8 +9,8 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.compiled import share_out
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.camera import metric, undistort
 from robolaser.geometry.rigid_motion import carry, common_length, from_quaternion, inverse
+from robolaser.model.sensors.scanner_geometry import in_image
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -94,7 +94,7 @@ class Chain:
         sheet, mount = perturb(Stage.LASER_PLANE, sheet), perturb(Stage.MOUNT, mount)
         image = self._image
         if perturb.touches(Stage.PIXELS, Stage.IMAGE):
-            image = self._along_axes(self._flat(values, perturb))
+            image = self._along_axes(in_image(self._pixel, values, perturb))
             camera[:, :5] = 0.0, 0.0, 1.0, -1.0 if self._along_u else 1.0, 0.0  # takes metric points as they are
         c, m = common_length(camera, sheet, mount, T_base_flange), known.shape[2]
         E = np.empty((c, m, 3) if store else (0, 0, 0))
@@ -108,11 +108,6 @@ class Chain:
             for i in range(0, c, part)
         )
         return E, J.sum(axis=0)
-
-    def _flat(self, values: Values, perturb: Perturbation) -> Array:
-        """Metric image points without distortion, (c, m, 2) [m]."""
-        pixel = perturb(Stage.PIXELS, self._pixel)
-        return perturb(Stage.IMAGE, undistort(metric(pixel, values), values["k"]))
 
     def _along_axes(self, image: Array) -> Array:
         """Image points (c, m, 2) in the order of the camera's x and y, (2, c, m)."""

@@ -1,4 +1,4 @@
-"""From pixels to residuals in one go: rays, laser plane, hand-eye and arm, nothing kept on the way. Lee et al. 2004, 1-18."""
+"""From pixels to residuals in one loop: rays, laser plane, hand-eye and arm. Lee et al. 2004, eqs. 1-18."""
 
 from typing import Any
 

@@ -1,0 +1,164 @@
+"""A model with some effects in it, fitted: `calibrate`'s problem with whitened rows and weak priors."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.verdict import dispersion
+from robolaser.estimation.identifiability import UNIFORM
+from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.parameters import Parameters
+
+TOLERANCE, SHARE = 1e-3, 1e-6
+"""Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
+model leaves much."""
+SINGULAR = 1e-5
+"""Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
+
+
+def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
+    """The problem that a diagnosis solves: bounds count as a prior, a uniform distribution's standard deviation wide.
+
+    Nonlinear parameters have no prior: while the others are zero they mean nothing.
+
+    Args:
+        model: With its effects.
+        noise: Of its rows.
+        sensor: The sensor's parameters, those of all rows where the model holds some of them.
+    """
+    parameters = sensor + model.effect_parameters
+    nonlinear = [one.key(name) for one in model.effects for name, *_ in one.effect.nonlinear_parameters()]
+    prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
+    return Problem.of(model, noise, prior=prior, parameters=parameters)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The optimum of a problem.
+
+    Attributes:
+        problem: What was fitted.
+        x: The parameters, (d,).
+    """
+
+    problem: Problem
+    x: Array
+
+    @classmethod
+    def of(cls, problem: Problem, start: Array) -> "Fit":
+        """Fit, from parameters (d,) that are near."""
+        return cls(problem, solve(problem, start[None], tol=SHARE, enough=TOLERANCE).x[0])
+
+    @cached_property
+    def at(self) -> Linearization:
+        """The problem near the optimum. Its rows are K whitened numbers of the data and e of distances and priors."""
+        return Linearization(self.problem, self.x)
+
+    @property
+    def model(self) -> Model:
+        """Data and effects."""
+        return self.problem.model
+
+    @property
+    def noise(self) -> NoiseModel:
+        """Of the rows."""
+        noise = self.problem.noise
+        assert noise is not None  # `problem_of` has it
+        return noise
+
+    @property
+    def sensor(self) -> Parameters:
+        """The parameters that are no effect's."""
+        every = self.problem.parameters
+        return Parameters(every.items[: len(every) - len(self.model.effect_parameters)])
+
+    @property
+    def effects(self) -> tuple[CandidateEffect, ...]:
+        """Effects in the model."""
+        return self.model.effects
+
+    @property
+    def has_optics(self) -> bool:
+        """Whether the sensor sees pixels: then its own parameters imitate much of an arm's geometry.
+
+        Without optics a few fixed places are all that is fitted beside the arm, and a pose has few rows.
+        """
+        return self.model.dataset.points.pixel is not None
+
+    @property
+    def chi2(self) -> float:
+        """Squared length of the whitened residuals, known distances and distances from the priors counted in."""
+        return self.at.cost
+
+    @property
+    def freedoms(self) -> int:
+        """Whitened residuals less parameters, at least 1."""
+        return max(1, len(self.at.white) - len(self.x))
+
+    @cached_property
+    def poses(self) -> Ints:
+        """Numbers of the poses with points."""
+        return np.unique(self.model.dataset.points.pose)
+
+    @property
+    def dispersion(self) -> float:
+        """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
+        return dispersion(self.chi2, self.freedoms, len(self.poses))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters by name."""
+        return dict(zip(self.problem.parameters.names, self.x.tolist(), strict=True))
+
+    @cached_property
+    def deviations(self) -> Array:
+        """One standard deviation of each parameter, (d,); zero for fixed ones."""
+        return np.sqrt(np.maximum(np.diag(self.at.covariance), 0.0))
+
+    @cached_property
+    def pose_of_number(self) -> Ints:
+        """Pose of each whitened number of the data, (K,)."""
+        return self.model.dataset.points.pose[self.problem.row_of_number]
+
+    def in_metres(self, residuals: Array) -> Array:
+        """Residuals (m, k) as they are at the point's place, (m, j) [m]."""
+        return self.model.in_metres(self.x, residuals)
+
+    def size_of(self, noise: NoiseModel) -> float:
+        """Root-mean-square 3-D error of a row by noise alone [m]."""
+        roots = np.asarray(np.linalg.cholesky(noise.covariances), dtype=np.float64)
+        squares = [np.square(self.in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
+        return float(np.sqrt(np.sum(squares, axis=0).mean()))
+
+    @cached_property
+    def release(self) -> Array:
+        """What parameters on a bound would do on their way back, without what the others imitate, (K + e, q)."""
+        return self.at.project(self.at.release)
+
+    def best_amplitudes(self, white: Array) -> Array:
+        """Amplitudes of further whitened columns (K, n) that lower chi-squared most in the linear model, (n,)."""
+        columns = np.hstack([self.at.project(white), self.release])
+        return best_amplitudes(columns, self.at.r)[: white.shape[1]]
+
+    def moved(self, white: Array, amplitudes: Array) -> Array:
+        """Where the parameters go once further whitened columns (K, n) have some amplitudes (n,), (d,)."""
+        r = self.at.r.copy()
+        r[: len(white)] += white @ amplitudes
+        return self.x + self.at.step(r)
+
+
+def best_amplitudes(columns: Array, residuals: Array) -> Array:
+    """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    amplitudes: Array = -np.linalg.lstsq(columns / length, residuals, rcond=SINGULAR)[0] / length
+    return amplitudes
