@@ -2,7 +2,6 @@
 
 import json
 import re
-import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -66,6 +65,8 @@ def new(
         seed: Seed of the trial. Default: a new one each time, and a secret.
         force: Overwrite an earlier trial.
     """
+    import secrets
+
     from robolaser.data.loading import load
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges

@@ -45,8 +45,8 @@ def extract(
         output: New data set, images copied, which states the stripe's noise. Default: points go into RECORDING, and
             nothing else in it changes.
         step: Lines of pixels from point to point.
-        centre: The stripe's centre is that of the best Gaussian, the centre of gravity, or Steger's ridge, which smooths
-            along the stripe.
+        centre: The stripe's centre is that of the best Gaussian, the centre of gravity, or Steger's ridge, which
+            smooths along the stripe.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load

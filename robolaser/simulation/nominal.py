@@ -10,8 +10,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
-
-Quaternion = tuple[float, float, float, float]
+from robolaser.simulation.setup import Quaternion
 
 IMAGE_PX = (640, 480)
 DEGREE = float(np.pi / 180)

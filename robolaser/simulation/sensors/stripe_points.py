@@ -1,4 +1,4 @@
-"""What a cell without noise would measure in given postures, whatever bends the chain."""
+"""Where a stripe scanner without noise sees a flat target, with any effects."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,21 +7,18 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
-from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import View
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import motion, vector
+from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
+from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
 
-EXACT_M = 1e-12
 SECANT_STEPS = 40
 FIRST_STRIDE_PX = 0.5
-ROUNDS = 8  # effects may look at the points that they perturb: repeat until nothing moves
-INVERSION_STEPS = 60
 IMAGE_MARGIN = 0.02  # of the image, so that noise does not carry a pixel out of it
 
 
@@ -96,7 +93,7 @@ def _on_target(
         there = pixel.copy()
         there[:, across] = moved
         shown = sensor.in_base(values, T_base_flange, perturb, pixel=there[None])[0]
-        given = as_given(apply(T_target_base, shown), perturb)
+        given = nominal_points(apply(T_target_base, shown), perturb)
         return given[:, 2] - level, given
 
     before = pixel[:, across]
@@ -116,61 +113,3 @@ def _on_target(
     found[:, across] = now
     given[:, 2] = level
     return found, given
-
-
-def as_given(there: Array, perturb: Perturbation) -> Array:
-    """The target points that perturb to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
-    given = there
-    for _ in range(INVERSION_STEPS):
-        missing = there - perturb(Stage.TARGET, given[None])[0]
-        given = given + missing
-        if not (np.abs(missing) > EXACT_M / 1000).any():
-            break
-    return given
-
-
-def tracker_points(
-    dataset: Dataset, candidate_effects: Sequence[CandidateEffect], values: Values, *, names: Sequence[str]
-) -> tuple[Dataset, Bools]:
-    """See every reflector from where the tracker stands; as for `stripe_points`."""
-    n = len(dataset.poses)
-    rows = np.repeat(np.arange(n), len(names))
-    tools = np.stack([vector(values, f"tool.{name}")[0] for name in names])
-    points = Points(rows, tuple(names) * n, xyz=np.zeros((len(rows), 3)))
-    for _ in range(ROUNDS):
-        dataset = replace(dataset, points=points)
-        model = Model(dataset, tuple(candidate_effects))
-        perturb = model.perturb(values)
-        T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
-        seen = as_given(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
-        settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
-        points = replace(points, xyz=seen)
-        if settled:
-            break
-    return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
-
-
-def seated(
-    dataset: Dataset, candidate_effects: Sequence[CandidateEffect], values: Values, *, sockets: Array, of: Sequence[int]
-) -> tuple[Dataset, Bools]:
-    """Move each posture until the ball really sits in its socket; as for `stripe_points`.
-
-    Args:
-        dataset: Poses in which the nominal arm would reach.
-        candidate_effects: The effects of the cell.
-        values: All parameters and the effects' numbers, one candidate.
-        sockets: In the base frame, (s, 3) [m].
-        of: The socket of each pose, (n,).
-    """
-    robot, q = dataset.arm
-    dataset = replace(dataset, points=Points(np.arange(len(q)), tuple(str(i) for i in of)))
-
-    def standing(q: Array) -> Dataset:
-        return replace(dataset, poses=replace(dataset.poses, q=q))
-
-    def forward(q: Array) -> Array:
-        T: Array = Model(standing(q), tuple(candidate_effects)).flange(values)[0]
-        return T
-
-    q, good = touching(robot, forward, vector(values, "tool.ball")[0], sockets[np.array(of)], q)
-    return standing(q), good

@@ -1,0 +1,24 @@
+"""Sensors in a simulated cell, one file a kind.
+
+To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of its format.
+"""
+
+from robolaser.simulation.outliers import impossible
+from robolaser.simulation.sensors.point import SimulatedTracker
+from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedSensor
+from robolaser.simulation.sensors.socket import SimulatedSockets
+from robolaser.simulation.sensors.stripe import SimulatedStripe
+
+
+def simulated_sensor(kind: str) -> type[SimulatedSensor]:
+    """The simulated sensor of that kind.
+
+    Raises:
+        UsageError: No sensor of that kind can be simulated.
+    """
+    if kind not in REGISTERED:
+        raise impossible("sensor kind", kind, " or ".join(REGISTERED))
+    return REGISTERED[kind]
+
+
+__all__ = ["SimulatedSensor", "SimulatedSockets", "SimulatedStripe", "SimulatedTracker", "simulated_sensor"]

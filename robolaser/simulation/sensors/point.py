@@ -1,0 +1,89 @@
+"""A simulated laser tracker that stands in the cell and sees reflectors on the flange."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.visibility import random_configurations
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.sensor import SIX, motion, vector
+from robolaser.parameters import Values
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
+TILT_RAD = 0.02  # of the base against the tracker's level, at most
+REFLECTORS_M = (0.08, 0.12)  # distance of the reflectors from the flange's axis, least and most
+GROSS_M = (5e-3, 5e-2)  # reflectors are mixed up
+
+
+@final
+@dataclass(frozen=True)
+class SimulatedTracker(SimulatedSensor):
+    """A tracker that sees every reflector in every pose.
+
+    Attributes:
+        names: Of the reflectors.
+    """
+
+    kind: ClassVar[str] = "point"
+
+    names: tuple[str, ...]
+
+    @classmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """A tracker some metres from the arm, and reflectors around the flange's axis."""
+        rng, points = random.build, setup.points
+        turn = rng.uniform(-np.pi, np.pi)
+        tilt = rng.uniform(-TILT_RAD, TILT_RAD, 2)
+        base = (*(np.array(TRACKER_M) + rng.uniform(-0.5, 0.5, 3)), *tilt, turn)
+        truth = {f"base.{part}": float(value) for part, value in zip(SIX, base, strict=True)}
+        names = tuple(map(str, range(points)))
+        for i, name in enumerate(names):
+            angle, radius = 2 * np.pi * i / points + rng.uniform(-0.3, 0.3), rng.uniform(*REFLECTORS_M)
+            place = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.08))
+            truth |= {f"tool.{name}.{part}": float(value) for part, value in zip("xyz", place, strict=True)}
+        return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
+
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """Every reflector from where the tracker stands."""
+        n = len(dataset.poses)
+        rows = np.repeat(np.arange(n), len(self.names))
+        tools = np.stack([vector(values, f"tool.{name}")[0] for name in self.names])
+        points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
+        for _ in range(ROUNDS):
+            dataset = replace(dataset, points=points)
+            model = Model(dataset, tuple(candidate_effects))
+            perturb = model.perturb(values)
+            T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
+            seen = nominal_points(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
+            settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
+            points = replace(points, xyz=seen)
+            if settled:
+                break
+        return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+
+    @classmethod
+    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Errors of the tracker."""
+        if noise.point_m is None:
+            return points
+        return replace(points, xyz=points["xyz"] + noise.point_m * rng.normal(size=points["xyz"].shape))
+
+    @classmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """Points in any direction."""
+        way = rng.normal(size=(len(rows), 3))
+        far = rng.uniform(*GROSS_M, (len(rows), 1))
+        xyz = dataset.points["xyz"].copy()
+        xyz[rows] += far * way / np.linalg.norm(way, axis=1, keepdims=True)
+        return replace(dataset, points=replace(dataset.points, xyz=xyz))

@@ -1,0 +1,101 @@
+"""A sensor in a simulated cell: how it was built, where it can measure, what it measures and how it errs."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.parameters import Values
+from robolaser.simulation.outliers import impossible
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+REGISTERED: dict[str, "type[SimulatedSensor]"] = {}
+"""Simulated sensors by kind; a subclass enters itself."""
+
+
+@dataclass(frozen=True)
+class SimulatedSensor(ABC):
+    """A sensor of one kind in one cell.
+
+    Attributes:
+        kind: As `[sensor] kind` calls it.
+        default_points: Points in each pose, or names of points, where none are asked for.
+        truth: Every parameter of the sensor by name, as the cell was built.
+        candidates: Configurations in which the nominal arm can measure, at least as many as poses, (≥ n, j).
+    """
+
+    kind: ClassVar[str]
+    default_points: ClassVar[int] = 3
+
+    truth: Mapping[str, float]
+    candidates: Array
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        REGISTERED[cls.kind] = cls
+
+    @classmethod
+    def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
+        """See whether the sensor can measure so often.
+
+        Raises:
+            UsageError: It cannot.
+        """
+        for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):
+            if count < 1:
+                raise impossible(f"number of {what}", count, "1 or more")
+
+    @classmethod
+    def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
+        """The data set, still without points, with all that it states of the sensor."""
+        return dataset
+
+    @classmethod
+    @abstractmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """Draw the true sensor and configurations that suit it.
+
+        Args:
+            dataset: As described; its poses still stand in the middle of the joint limits.
+            setup: What was asked for.
+            random: `build` for the sensor, `place` for configurations and targets, `along` for points on a stripe.
+
+        Raises:
+            RobotError: The arm cannot measure often enough.
+        """
+
+    @abstractmethod
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """What the sensor measures without noise.
+
+        Args:
+            dataset: Poses in some of the candidates, without points.
+            chosen: Which candidate each pose is, (n,).
+            values: All parameters and the effects' numbers, one candidate.
+            candidate_effects: The effects of the cell.
+
+        Returns:
+            The data set with points, and in which poses the sensor could measure, (n,).
+        """
+
+    @classmethod
+    def add_shared_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Add the errors that the repeats of a point share."""
+        return points
+
+    @classmethod
+    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Add the errors that each row has for itself."""
+        return points
+
+    @classmethod
+    @abstractmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """Put gross errors into some rows, each to the side of its sign (±1), as this sensor makes them."""

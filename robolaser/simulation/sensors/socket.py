@@ -1,0 +1,93 @@
+"""A simulated ball on the flange that the arm seats in fixed sockets."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Points
+from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.sensor import vector
+from robolaser.parameters import Values
+from robolaser.simulation.outliers import impossible, moved_within
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+BALL_M = (0.03, -0.02, 0.12)  # of the ball in the flange frame
+TOLERANCE_M = 0.002  # how far the ball is from where it was meant to be, at most along each axis
+GROSS_RAD = (0.01, 0.05)  # of one joint in a pose whose ball is not seated [rad or m]
+
+
+@final
+@dataclass(frozen=True)
+class SimulatedSockets(SimulatedSensor):
+    """A ball and its sockets.
+
+    Attributes:
+        sockets: In the base frame, (s, 3) [m].
+        socket_of: The socket of each candidate, (≥ n,).
+    """
+
+    kind: ClassVar[str] = "socket"
+
+    sockets: Array
+    socket_of: Ints
+
+    @classmethod
+    def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
+        """A pose is one seat: no repeats, and a pose for each socket."""
+        super().check_counts(poses=poses, points=points, repeats=repeats)
+        if repeats > 1:
+            raise impossible("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
+        if poses < points:
+            raise impossible("number of poses", poses, f"at least one for each of {points} sockets")
+
+    @classmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """A ball and sockets that it reaches from many sides."""
+        robot, _ = dataset.arm
+        ball = np.array(BALL_M) + TOLERANCE_M * random.build.uniform(-1, 1, 3)
+        sockets = within_reach(robot, ball, setup.points, random.place)
+        candidates, goals = reaching(robot, ball, sockets, wanted=len(dataset.poses), rng=random.place)
+        truth = {f"tool.ball.{part}": float(value) for part, value in zip("xyz", ball, strict=True)}
+        for i, socket in enumerate(sockets):
+            truth |= {f"socket.{i}.{part}": float(value) for part, value in zip("xyz", socket, strict=True)}
+        return cls(truth, candidates, sockets, goals)
+
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """Configurations in which the ball really sits in its socket; neighbouring sockets' distances are known."""
+        of = self.socket_of[chosen].tolist()
+        robot, q = dataset.arm
+        distances_m = tuple(
+            (str(i), str(i + 1), float(np.linalg.norm(after - before)))
+            for i, (before, after) in enumerate(pairwise(self.sockets))
+        )
+        points = Points(np.arange(len(q)), tuple(map(str, of)))
+        dataset = replace(dataset, points=points, distances_m=distances_m)
+
+        def at(q: Array) -> Dataset:
+            return replace(dataset, poses=replace(dataset.poses, q=q))
+
+        def forward(q: Array) -> Array:
+            T: Array = Model(at(q), tuple(candidate_effects)).flange(values)[0]
+            return T
+
+        q, good = touching(robot, forward, vector(values, "tool.ball")[0], self.sockets[of], q)
+        return at(q), good
+
+    @classmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """One joint's reading each."""
+        (robot, read), pose = dataset.arm, dataset.points.pose[rows]
+        q = read.copy()
+        joint = np.array(robot.chain)[rng.integers(len(robot.chain), size=len(rows))]
+        by = sign * rng.uniform(*GROSS_RAD, len(rows))
+        q[pose, joint] = moved_within(q[pose, joint], by, robot.lower[joint], robot.upper[joint])
+        return replace(dataset, poses=replace(dataset.poses, q=q))

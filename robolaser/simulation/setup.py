@@ -1,0 +1,49 @@
+"""What is asked of a simulated cell's sensor, and the random numbers that the cell is drawn with."""
+
+from dataclasses import dataclass, fields
+from typing import Self, final
+
+import numpy as np
+
+Quaternion = tuple[float, float, float, float]
+
+
+@final
+@dataclass(frozen=True)
+class SensorSetup:
+    """What is asked of a sensor; a kind takes from it what concerns it.
+
+    Attributes:
+        points: In each pose, or names of points.
+        placed: Whether target points are given in the base frame.
+        level: Height of the target in the base frame [m]; None: one that the arm can look at.
+        stripe_axis: Image axis the stripe runs along.
+        bracket_quat: Nominal turn of the camera on the flange; None: it looks away from the arm.
+    """
+
+    points: int
+    placed: bool = True
+    level: float | None = None
+    stripe_axis: str = "u"
+    bracket_quat: Quaternion | None = None
+
+
+@final
+@dataclass(frozen=True)
+class RandomStreams:
+    """Separate random generators, so that one more draw here changes nothing there."""
+
+    build: np.random.Generator
+    place: np.random.Generator
+    order: np.random.Generator
+    along: np.random.Generator
+    speed: np.random.Generator
+    joint_noise: np.random.Generator
+    point_noise: np.random.Generator
+    gross: np.random.Generator
+
+    @classmethod
+    def of(cls, seed: int) -> Self:
+        """All of them from one seed."""
+        children = np.random.SeedSequence(seed).spawn(len(fields(cls)))
+        return cls(*(np.random.default_rng(child) for child in children))

@@ -1,0 +1,192 @@
+"""Data sets as a real cell would give them, of any robot and with any departures from its nominal model."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.errors import EffectError
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.visibility import limits
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.parameters import Values
+from robolaser.simulation.effect_specs import numbers_of
+from robolaser.simulation.outliers import gross_rows, impossible, share_of
+from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
+from robolaser.simulation.setup import Quaternion, RandomStreams, SensorSetup
+
+TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
+EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
+
+
+@final
+@dataclass(frozen=True)
+class Simulated:
+    """A simulated data set and what no cell would tell.
+
+    Attributes:
+        dataset: As the cell would give it.
+        truth: Every parameter of the sensor, and the numbers of the effects, by name.
+        effects: The effects that are in it.
+        gross: Rows with gross errors.
+    """
+
+    dataset: Dataset
+    truth: Mapping[str, float]
+    effects: tuple[CandidateEffect, ...] = ()
+    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+
+def simulate(
+    robot: Robot,
+    *,
+    kind: str = "stripe",
+    poses: int = 40,
+    points: int | None = None,
+    repeats: int = 1,
+    noise: Noise | None = None,
+    stated: Noise | None = None,
+    effects: Mapping[str, float] | None = None,
+    placed: bool = True,
+    level: float | None = None,
+    stripe_axis: str = "u",
+    bracket_quat: Quaternion | None = None,
+    pause_s: float = 30.0,
+    speed: float | None = None,
+    name: str = "",
+    seed: int = 0,
+) -> Simulated:
+    """What a cell would record, its scanner built with the tolerances of `nominal.BUILT`.
+
+    The arm visits random configurations within its limits in which it can measure. Truth is exact: without noise, the
+    model with the true parameters and effects leaves no residual.
+
+    Args:
+        robot: The nominal arm.
+        kind: "stripe", "point" (a tracker) or "socket".
+        poses: How many.
+        points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
+        repeats: Images at each unmoved pose.
+        noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
+        stated: What the data set says of it; all of `noise` when absent.
+        effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
+            `outliers` is the share of rows with gross errors.
+        placed: Whether target points are given in the base frame, or in their own (stripe only).
+        level: Height of the target in the base frame [m]; when absent, one that the arm can look at.
+        stripe_axis: Image axis the stripe runs along.
+        bracket_quat: Nominal turn of the camera on the flange; when absent it looks away from the arm.
+        pause_s: Time spent at each pose.
+        speed: Joints' typical speed at the exposure [rad/s or m/s]. When absent the arm rests and no speed is
+            recorded, save where an effect of the timing is asked for.
+        name: Of the data set.
+        seed: Same seed, same data set.
+
+    Raises:
+        RobotError: The arm cannot look at a target or reach a socket often enough.
+        EffectError: With the effects it no longer can, or they are not possible.
+        UsageError: Numbers or words that have no meaning here.
+    """
+    sensor_type, noise, random = simulated_sensor(kind), noise or Noise(), RandomStreams.of(seed)
+    points = sensor_type.default_points if points is None else points
+    sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
+    _check_noise(noise)
+    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat)
+    qd = random.speed.uniform(-1.0, 1.0, (poses, len(robot.joints))) * (EXPOSURE_SPEED if speed is None else speed)
+    blank = Dataset(
+        name=name or f"simulated-{robot.name}",
+        source="simulated by robolaser",
+        robot=robot,
+        kind=kind,
+        poses=_middle(robot, qd, pause_s),
+        points=Points(np.empty(0, dtype=np.int64), ()),
+        noise=stated or noise,
+    )
+    blank = sensor_type.describe(blank, setup)
+    sensor = sensor_type.build(blank, setup, random)
+    sizes = dict(effects or {})
+    share = share_of(sizes)
+    candidate_effects, numbers = numbers_of(sizes, blank)
+    if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
+        blank = replace(blank, poses=replace(blank.poses, qd=None))
+    truth = {**sensor.truth, **numbers}
+    exact = _measure(blank, sensor, truth, candidate_effects, pause_s, random.order)
+    noisy = _add_noise(exact, sensor, noise, repeats, random)
+    rows, sign = gross_rows(len(noisy.points), share, random.gross)
+    spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
+    return Simulated(spoilt, truth, candidate_effects, rows)
+
+
+def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
+    """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated."""
+    return simulate(
+        robot,
+        poses=5,
+        points=5,
+        noise=Noise(target_m=3e-4),
+        stated=Noise(),
+        effects=effects,
+        name="paper",
+        seed=seed,
+    )
+
+
+def _check_noise(noise: Noise) -> None:
+    for what, sigma in vars(noise).items():
+        if sigma is not None and not 0 < sigma < np.inf:
+            raise impossible(f"noise {what} of", sigma, "a positive number, or nothing for none")
+
+
+def _middle(robot: Robot, qd: Array, pause_s: float) -> Poses:
+    """Poses (n) in the middle of the joint limits."""
+    lower, upper = limits(robot)
+    q = np.tile((lower + upper) / 2, (len(qd), 1))
+    return Poses(tuple(map(str, range(len(qd)))), time_s=_times(q, pause_s), q=q, qd=qd)
+
+
+def _measure(
+    blank: Dataset,
+    sensor: SimulatedSensor,
+    truth: Mapping[str, float],
+    candidate_effects: Sequence[CandidateEffect],
+    pause_s: float,
+    rng: np.random.Generator,
+) -> Dataset:
+    """Measure in the first candidates, in random order, and replace those in which the sensor cannot until it can."""
+    values: Values = {key: np.array([value]) for key, value in truth.items()}
+    (robot, _), n, candidates = blank.arm, len(blank.poses), sensor.candidates
+    chosen, spare = rng.permutation(n), n
+    while True:
+        q = candidates[chosen]
+        there = replace(blank, poses=replace(blank.poses, q=q, time_s=_times(q, pause_s)))
+        dataset, good = sensor.measure(there, chosen, values, candidate_effects)
+        bad = np.flatnonzero(~good)
+        if not len(bad):
+            return dataset
+        if spare + len(bad) > len(candidates):
+            raise EffectError(
+                f"{robot.name}: {n} poses are needed, but of {spare} planned ones only {n - len(bad)} still see"
+                " the target or reach the socket with the effects in place. Take smaller effects, or fewer poses."
+            )
+        chosen[bad] = np.arange(spare, spare + len(bad))
+        spare += len(bad)
+
+
+def _times(q: Array, pause_s: float) -> Array:
+    travel = np.abs(np.diff(q, axis=0)).max(axis=1) / TRAVEL
+    times: Array = np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
+    return times
+
+
+def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:
+    (robot, q), poses, points = exact.arm, exact.poses, exact.points
+    if noise.joint_rad is not None:
+        shaken = noise.joint_rad * random.joint_noise.normal(size=q.shape)
+        poses = replace(poses, q=q + np.where(robot.prismatic, 0.0, shaken))
+    points = sensor.add_shared_noise(points, noise, random.point_noise)
+    if repeats > 1:
+        shots = np.tile(np.arange(repeats), len(points))
+        points = replace(points.take(np.repeat(np.arange(len(points)), repeats)), repeat=shots)
+    return replace(exact, poses=poses, points=sensor.add_noise(points, noise, random.point_noise))
