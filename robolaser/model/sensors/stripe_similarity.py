@@ -1,50 +1,57 @@
 """Baseline, hand-eye and target of a stripe scanner given its camera and laser plane: a similarity, then clipped."""
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, inverse, nearest_rotation
-from robolaser.model.forward_model import Model
-from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.stages import Stage
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
+
+if TYPE_CHECKING:
+    from robolaser.model.sensors.stripe import Stripe
 
 SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
 ALTERNATIONS = 5
 """Fits of the hand-eye and of an unplaced target in turn, from the linear solution."""
 
 
-def solve_conditional(model: Model, sensor: Stripe, values: Values) -> Values:
+def solve_similarity(
+    sensor: "Stripe", values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+) -> Values:
     """The other parameters, within their bounds: points grow with the baseline, exactly where the plane is flat.
 
     Args:
-        model: Data and effects; effects at the mount are taken as if the camera's frame were the flange's.
         sensor: The model's.
         values: All parameters, (c,) each; the baseline among them is the one at which points are taken.
+        T_base_flange: (c or 1, n, 4, 4).
+        perturb: The effects; those at the mount are taken as if the camera's frame were the flange's.
+        bounds: All parameters by name.
 
     Returns:
         `SIMILARITY`, and `target.*` of an unplaced target, (c,) each; those of candidates at a pole as they were.
     """
-    perturb, parameters = model.perturb(values), {item.name: item for item in model.parameters.items}
-    pose, T_base_flange = model.dataset.points.pose, model.flange(values, perturb)
+    pose = sensor.dataset.points.pose
     moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
-    moved = np.broadcast_to(moved, (len(moved), len(model.dataset.poses), 4, 4))
+    moved = np.broadcast_to(moved, (len(moved), len(sensor.dataset.poses), 4, 4))
     seen = sensor.in_camera(values, perturb)
     good = np.asarray(np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3)))
     seen = carry(moved, pose, np.where(good[:, None, None], seen, 0.0))
     T = T_base_flange[:, pose]
-    if model.dataset.placed:
+    if sensor.dataset.placed:
         known = apply(inverse(T), sensor.target(values, perturb))
-        found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, parameters), strict=True))
+        found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, bounds), strict=True))
     else:
         known = _of_loop(seen, perturb(Stage.TARGET, sensor.target({**values, **_at_origin(values)}, perturb)), T)
         found = {}
         for _ in range(ALTERNATIONS):
-            found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, parameters), strict=True))
+            found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, bounds), strict=True))
             found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
             known = apply(inverse(T), sensor.target({**values, **found}, perturb))
     return {
-        name: np.where(good, np.clip(_unwound(value, item := parameters[name]), item.lower, item.upper), values[name])
+        name: np.where(good, np.clip(_unwound(value, item := bounds[name]), item.lower, item.upper), values[name])
         for name, value in found.items()
     }
 
@@ -54,7 +61,7 @@ def _at_origin(values: Values) -> Values:
 
 
 def _mounted(
-    sensor: Stripe, values: Values, seen: Array, known: Array, parameters: dict[str, Parameter]
+    sensor: "Stripe", values: Values, seen: Array, known: Array, parameters: Mapping[str, Parameter]
 ) -> tuple[Array, ...]:
     """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange.
 
