@@ -51,10 +51,8 @@ class Stripe(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        assert dataset.points.pixel is not None  # the folder's reader sees to both
-        assert dataset.points.xyz is not None
-        self._pixel = dataset.points.pixel[None]
-        self._xyz = dataset.points.xyz[None]
+        self._pixel = dataset.points["pixel"][None]
+        self._xyz = dataset.points["xyz"][None]
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -1,17 +1,14 @@
 """Baseline, hand-eye and target of a stripe scanner given its camera and laser plane: a similarity, then clipped."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, inverse, nearest_rotation
+from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
-
-if TYPE_CHECKING:
-    from robolaser.model.sensors.stripe import Stripe
 
 SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
 ALTERNATIONS = 5
@@ -19,7 +16,7 @@ ALTERNATIONS = 5
 
 
 def solve_similarity(
-    sensor: "Stripe", values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+    sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
 ) -> Values:
     """The other parameters, within their bounds: points grow with the baseline, exactly where the plane is flat.
 
@@ -61,7 +58,7 @@ def _at_origin(values: Values) -> Values:
 
 
 def _mounted(
-    sensor: "Stripe", values: Values, seen: Array, known: Array, parameters: Mapping[str, Parameter]
+    sensor: StripeScanner, values: Values, seen: Array, known: Array, parameters: Mapping[str, Parameter]
 ) -> tuple[Array, ...]:
     """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange.
 
