@@ -1,9 +1,6 @@
 """Every error a user can meet."""
 
 from robolaser.errors.base import *  # noqa: F403
-from robolaser.errors.challenges import *  # noqa: F403
-from robolaser.errors.devices import *  # noqa: F403
-from robolaser.errors.emulating import *  # noqa: F403
 from robolaser.errors.files import *  # noqa: F403
 from robolaser.errors.types import (
     AlgorithmError as AlgorithmError,
@@ -34,6 +31,9 @@ from robolaser.errors.types import (
 )
 from robolaser.errors.types import (
     Interrupted as Interrupted,
+)
+from robolaser.errors.types import (
+    LineLost as LineLost,
 )
 from robolaser.errors.types import (
     OutputError as OutputError,

@@ -68,7 +68,7 @@ class ArmError(RobolaserError):
 
 
 class LineLost(ArmError):
-    """The line to the arm is silent, gone or flooded."""
+    """The line to the arm is silent or gone."""
 
 
 class ScanError(RobolaserError):
@@ -84,4 +84,4 @@ class PluginError(RobolaserError):
 
 
 class Interrupted(RobolaserError):
-    """The user stopped it; what was done so far is kept where the message says."""
+    """It was stopped, by the user or by a failure; what was done so far is kept where the message says."""
