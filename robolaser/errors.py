@@ -1,10 +1,16 @@
-"""What a program may want to catch; the sentence is written where an error is raised."""
+"""Errors that a program may want to catch, and sentences that several files use; messages are for people."""
 
+import difflib
+from collections.abc import Iterable
 from pathlib import Path
 
-from robolaser.errors.base import RobolaserError, WrongUsage
 
-UsageError = WrongUsage
+class RobolaserError(Exception):
+    """The data, the robot or a file said no; the message is for a person."""
+
+
+class UsageError(RobolaserError):
+    """What was typed has no meaning, whatever the data."""
 
 
 class DataError(RobolaserError):
@@ -85,3 +91,41 @@ class PluginError(RobolaserError):
 
 class Interrupted(RobolaserError):
     """It was stopped, by the user or by a failure; what was done so far is kept where the message says."""
+
+
+def near(name: str, known: Iterable[str], most: int | None = None) -> str:
+    """Name the likeliest meant and what there is: " Did you mean 'tool0'? There are: base, tool0.".
+
+    Args:
+        name: What was written.
+        known: What could have been.
+        most: How many are listed, the nearest; None: all.
+    """
+    names = list(known)
+    few = names if most is None or len(names) <= most else difflib.get_close_matches(name[:100], names, most, 0.0)
+    more = f", and {len(names) - len(few)} more" if len(few) < len(names) else ""
+    return f"{meant(name[:100], names)} There are: {', '.join(few) if few else 'none'}{more}."
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Name the likeliest meant, if there is one: " Did you mean 'tool0'?"."""
+    names = {known_name.casefold(): known_name for known_name in known}
+    close = difflib.get_close_matches(name.casefold(), names, n=1)
+    return f" Did you mean '{names[close[0]]}'?" if close else ""
+
+
+def unreadable(path: Path, reason: str) -> DataError:
+    """The error of a file that is missing or not what it should be."""
+    return DataError(f"Cannot read {path}: {reason}.", file=path)
+
+
+def unwritable(path: Path, reason: str) -> OutputError:
+    """The error of a file that the disk or its rights refuse."""
+    return OutputError(
+        f"Cannot write {path}: {reason}. What was there before is unchanged; make room or choose another folder."
+    )
+
+
+def output_exists(path: Path) -> OutputError:
+    """The error of a result that would be overwritten."""
+    return OutputError(f"{path} holds a result already. Choose another --output, or overwrite it with --force.")
