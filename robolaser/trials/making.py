@@ -159,8 +159,7 @@ def _seen_by(built: BlankTrial, fault: FaultModel, rng: np.random.Generator) -> 
         return _detectability(built, (fault,))
     plain = _detectability(built, ())
     points = plain.dataset.points
-    assert points.pixel is not None
-    pixel = fault.shots(points.pixel, np.arange(len(points)), rng)
+    pixel = fault.shots(points["pixel"], np.arange(len(points)), rng)
     return replace(plain, dataset=replace(plain.dataset, points=replace(points, pixel=pixel)))
 
 
