@@ -1,4 +1,4 @@
-"""Worlds of chance: a cell, faults of a kind that was asked for, a data set, and the truth about it."""
+"""Random blind data sets: a cell, faults of a given kind, the data, and the truth about them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -159,8 +159,7 @@ def _seen_by(built: BlankTrial, fault: FaultModel, rng: np.random.Generator) -> 
         return _detectability(built, (fault,))
     plain = _detectability(built, ())
     points = plain.dataset.points
-    assert points.pixel is not None
-    pixel = fault.shots(points.pixel, np.arange(len(points)), rng)
+    pixel = fault.shots(points["pixel"], np.arange(len(points)), rng)
     return replace(plain, dataset=replace(plain.dataset, points=replace(points, pixel=pixel)))
 
 

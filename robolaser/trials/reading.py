@@ -23,13 +23,10 @@ def read(built: BlankTrial, faults: Sequence[FaultModel], rng: np.random.Generat
     """All shots, with noise and gross errors."""
     dataset = exact(built, faults)
     points = dataset.points
-    assert points.pixel is not None
-    assert points.xyz is not None
     noise, m = built.noise, len(points)
-    drawn = points.xyz + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
+    drawn = points["xyz"] + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
     shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
-    assert shots.pixel is not None
-    pixel = shots.pixel + (noise.pixel_px or 0.0) * rng.normal(size=shots.pixel.shape)
+    pixel = shots["pixel"] + (noise.pixel_px or 0.0) * rng.normal(size=shots["pixel"].shape)
     shot = np.repeat(np.arange(m), built.repeats)
     for fault in faults:
         pixel = fault.shots(pixel, shot, rng)
@@ -49,8 +46,7 @@ def _numbered(pose: Ints) -> tuple[str, ...]:
 
 def _shown(dataset: Dataset, points: Points) -> Bools:
     """Rows whose pixel is in the image."""
-    assert points.pixel is not None
     assert dataset.image_px is not None
     with np.errstate(invalid="ignore"):
-        shown = (points.pixel >= -0.5) & (points.pixel <= np.array(dataset.image_px) - 0.5)
+        shown = (points["pixel"] >= -0.5) & (points["pixel"] <= np.array(dataset.image_px) - 0.5)
     return np.asarray(shown.all(axis=1))
