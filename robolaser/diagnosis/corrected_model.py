@@ -25,6 +25,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
     known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
+    known += Information.of_known_distances(diagnosis.model, x)
     held = np.isin(parameters.names, diagnosis.model.sensor.fixed)
     given = np.array([item.given for item in parameters.items])
     on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))
