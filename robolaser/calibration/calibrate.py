@@ -29,8 +29,8 @@ from robolaser.model.noise import sizes_of
 def _one_thread() -> Iterator[None]:
     """Linear algebra on one thread.
 
-    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has to
-    wait, it made a calibration take ten times as long.
+    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has
+    to wait, it made a calibration take ten times as long.
     """
     with threadpool_limits(limits=1, user_api="blas"):
         yield

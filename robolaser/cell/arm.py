@@ -5,6 +5,8 @@ from types import TracebackType
 from typing import ClassVar, Self
 
 from robolaser.arrays import Array
+from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import Cell
 
 
 class Arm(ABC):
@@ -12,22 +14,35 @@ class Arm(ABC):
 
     Angles are in the order of the joints of the cell's robot.
 
-    Raises (every method): LineLost, LineFlooded, AnswerUnclear, ArmRefused, ArmAlarm, ArmRestarted.
+    Raises (every method): LineLost, and of `robolaser.cell.failures` LineFlooded, AnswerUnclear, ArmRefused,
+    ArmAlarm and ArmRestarted.
     """
 
     step: Array
     """The smallest difference of angles that it can tell, (j,) [rad or m]."""
-    all_at_once: ClassVar[bool]
+    synchronous_read: ClassVar[bool]
     """Whether a reading shows all joints at the same moment, not one after the other."""
-    knows_itself: ClassVar[bool]
+    outputs: ClassVar[int | None]
+    """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
+    absolute_encoders: ClassVar[bool]
     """Whether its readings still mean the same angles after its power was off."""
+
+    @classmethod
+    @abstractmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the line to a cell's arm, and learn how it counts. Nothing moves.
+
+        Raises:
+            ArmError: The line cannot be opened, or does not lead to this robot's controller.
+            DataError: The robot has more joints than the controller moves.
+        """
 
     @abstractmethod
     def read(self) -> Array:
         """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
 
     @abstractmethod
-    def watch(self) -> None:
+    def poll_faults(self) -> None:
         """Ask or listen whether a joint is in trouble.
 
         Raises:
@@ -35,7 +50,7 @@ class Arm(ABC):
         """
 
     @abstractmethod
-    def go(self, q: Array, seconds: float) -> None:
+    def start_move(self, q: Array, seconds: float) -> None:
         """Set out to angles, (j,), to be there after about so many seconds. Returns at once.
 
         Never is more than one motion under way: an arm whose line is cut rests where it was going.
@@ -50,15 +65,15 @@ class Arm(ABC):
         """Search its home, and return when it is found.
 
         Raises:
-            HomeNotFound: It was not.
+            ArmError: It was not.
         """
 
     @abstractmethod
-    def light(self, output: int) -> None:
+    def laser_on(self, output: int) -> None:
         """Switch a digital output on."""
 
     @abstractmethod
-    def dark(self, output: int) -> None:
+    def laser_off(self, output: int) -> None:
         """Switch a digital output off."""
 
     @abstractmethod

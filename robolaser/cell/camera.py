@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.errors import CameraSize, CameraUnusable, Overexposed
+from robolaser.errors import CameraError
 
 Image = NDArray[np.uint8]
 Warn = Callable[[str], None]
@@ -34,9 +34,7 @@ class Camera(ABC):
             settle_s: Wait so long first [s]; 0: nothing has changed since the last shot.
 
         Raises:
-            CameraLost: No image comes.
-            CameraFrozen: They are all the same.
-            CameraSize, Overexposed: The image is of no use.
+            CameraError: No image comes, they are all the same, or the image is of no use.
         """
 
     @abstractmethod
@@ -52,21 +50,34 @@ class Camera(ABC):
         self.close()
 
 
+def cannot_open(source: object, reason: str) -> CameraError:
+    """The error of a camera that is not there or not usable."""
+    return CameraError(
+        f"Cannot open camera {source}: {reason}. Check its cable or address, that no other program holds it, and"
+        " name it in cell.toml, [camera] source, or with --camera."
+    )
+
+
+def no_more_images(source: object, reason: str) -> CameraError:
+    """The error of a camera that falls silent."""
+    return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")
+
+
 def grey(source: object, frame: Any) -> Image:
     """Any image as OpenCV delivers it, as (h, w) uint8; sixteen bits keep their upper eight.
 
     Raises:
-        CameraUnusable: It is no image.
+        CameraError: It is no image.
     """
     plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
     if plain.dtype != np.uint8:
-        raise CameraUnusable(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
+        raise cannot_open(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
     if plain.ndim == 3 and plain.shape[2] > 1:
         plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
     return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
 
 
-def see_to(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
+def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
     """Look whether an image is fit to be kept.
 
     Args:
@@ -76,14 +87,19 @@ def see_to(source: object, image: Image, size: tuple[int, int], warn: Warn) -> N
         warn: Is told what is odd.
 
     Raises:
-        CameraSize: It has another size.
-        Overexposed: Most of it is white.
+        CameraError: It has another size, or most of it is white.
     """
     if image.shape[::-1] != size:
-        raise CameraSize(source, (image.shape[1], image.shape[0]), size)
+        raise CameraError(
+            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml, [image]"
+            f" says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+        )
     white = float((image >= WHITE).mean())
     if white > MOSTLY:
-        raise Overexposed(source, white)
+        raise CameraError(
+            f"Camera {source} is overexposed: {white:.0%} of the image is white."
+            " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
+        )
     if white > MUCH:
         warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
     if image.max(initial=0) < DARK:

@@ -14,7 +14,7 @@ Frame = NDArray[np.uint8]
 
 
 @final
-class Spoilt:
+class FaultyCamera:
     """Spoils one frame after the other, as the faults want that are there."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
@@ -33,7 +33,7 @@ class Spoilt:
             taken: As the camera took it, (h, w).
             now_s: On the controller's clock.
             heard: Commands that the controller heard.
-            clock_s: On the wall's clock: the camera does not hurry.
+            clock_s: On the wall's clock: the camera does not speed up.
 
         Returns:
             (h, w); None: nothing now.

@@ -6,7 +6,7 @@ from enum import Enum
 from robolaser.arrays import Array
 
 
-class Blow(Enum):
+class ArmFault(Enum):
     """What can befall an arm."""
 
     IMPACT = "impact"
@@ -25,11 +25,11 @@ class Controller(ABC):
     """An arm's controller as a state machine; time is an argument and never runs backwards [s]."""
 
     @abstractmethod
-    def hear(self, data: bytes, now_s: float) -> bytes:
+    def receive(self, data: bytes, now_s: float) -> bytes:
         """Take what came over the line, and give what it answers at once."""
 
     @abstractmethod
-    def speak(self, now_s: float) -> bytes:
+    def poll(self, now_s: float) -> bytes:
         """What is due by now without being asked."""
 
     @abstractmethod
@@ -41,5 +41,5 @@ class Controller(ABC):
         """The digital outputs that are on."""
 
     @abstractmethod
-    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Bear what befalls the arm; axes count from 1."""

@@ -105,7 +105,7 @@ def unidentifiable(known: Information, names: Sequence[str], width: Array) -> li
     involved = null_directions(known.plain) != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
-        free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # once it is known, so is this direction
+        free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # once known, it fixes the direction
     columns = np.flatnonzero(free)
     spread = known.covariance(columns) / width[columns] / width[columns][:, None]
     variances, directions = np.linalg.eigh(spread)

@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 from scenes import MIDDLE, SHEET, above, eye, face_up, near, placed, spotless
 
-from robolaser.emulator.rendering import Block, Checkerboard, Floor, Scene, Solid, Sphere
+from robolaser.emulator.rendering import Ball, Checkerboard, Cuboid, Floor, Scene, Solid
 from robolaser.vision.board import find_board
 
-BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
-BLOCK = Block(placed(near(-0.02, -0.03, 0.0), 0, 0, 17), (0.05, 0.04, 0.01))
+BALL = Ball(near(0.012, 0.01, 0.018), 0.018)
+BLOCK = Cuboid(placed(near(-0.02, -0.03, 0.0), 0, 0, 17), (0.05, 0.04, 0.01))
 BOARD = Checkerboard(face_up(near(-0.04, 0.025, 0.0)), 9, 6, 0.010)
 THINGS = Scene((Floor(), BALL, BLOCK))
 

@@ -25,9 +25,7 @@ def stripe_jacobian(dataset: Dataset, values: Values, T_base_flange: Array, pert
         placed by its six, (c, m, 3, 14 or 20).
     """
     points = dataset.points
-    assert points.pixel is not None  # the sensor has seen to both
-    assert points.xyz is not None
-    P, slopes = _in_camera(perturb(Stage.PIXELS, points.pixel[None]), values, dataset.stripe_axis)
+    P, slopes = _in_camera(perturb(Stage.PIXELS, points["pixel"][None]), values, dataset.stripe_axis)
     angles = tuple(values[name] for name in ("w", "phi", "psi"))
     bracket = from_quaternion(np.array(dataset.bracket_quat))
     R_flange_camera = bracket @ from_angles(*angles, order=dataset.angles)
@@ -37,13 +35,13 @@ def stripe_jacobian(dataset: Dataset, values: Values, T_base_flange: Array, pert
     turned = P @ np.swapaxes(R_flange_camera, -1, -2)
     in_flange[..., 8:] = _turning(turned, angle_axes(*angles, order=dataset.angles) @ bracket.T)
     count = 14 if dataset.placed else 20
-    c, m = common_length(P, R_base_flange, perturb(Stage.TARGET, points.xyz[None])), len(points)
+    c, m = common_length(P, R_base_flange, perturb(Stage.TARGET, points["xyz"][None])), len(points)
     J = np.empty((c, m, 3, count))
     J[..., :11] = -R_base_flange @ in_flange
     J[..., 11:14] = -R_base_flange
     if not dataset.placed:
         T = motion(values, "target")
-        lever = perturb(Stage.TARGET, points.xyz[None]) @ np.swapaxes(T[:, :3, :3], -1, -2)
+        lever = perturb(Stage.TARGET, points["xyz"][None]) @ np.swapaxes(T[:, :3, :3], -1, -2)
         J[..., 14:17] = np.eye(3)
         J[..., 17:] = _turning(lever, angle_axes(*(values[f"target.{part}"] for part in ("w", "phi", "psi"))))
     return J

@@ -17,6 +17,7 @@ from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.data.writing import save
+from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -171,3 +172,14 @@ def test_it_is_saved_loaded_and_calibrated_as_any_other(mount: str, tmp_path: Pa
         assert parameters[name]["value"] == pytest.approx(value, abs=5 * parameters[name]["std"])
     assert parameters["fx"]["unit"] == "px"
     assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(PIXEL_PX, rel=0.1)
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_it_is_diagnosed_as_any_other(mount: str) -> None:
+    nothing = examine(board_cell(mount)[0], seed=0)
+    assert nothing.verdict == "no_gap"
+    assert nothing.gap.after_m == pytest.approx(nothing.gap.noise_floor_m, rel=0.15)
+    found = examine(board_cell(mount, poses=40, offset=5e-3)[0], seed=0)
+    assert found.verdict == "explained"
+    assert [str(one.candidate_effect) for one in found.findings] == ["joint_offset at shoulder_lift_joint"]
+    assert found.findings[0].parameters["offset"].value == pytest.approx(5e-3, rel=0.1)
