@@ -70,7 +70,7 @@ class AclArm(Arm):
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port, and learn from the controller how it counts. Motors come on; nothing moves.
+        """Open the port, and read from the controller how it counts. Motors come on; nothing moves.
 
         Raises:
             ArmError: It cannot be opened, or the controller is not this robot's.
@@ -87,7 +87,7 @@ class AclArm(Arm):
         self._talk.listen()
 
     def start_move(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,)."""
+        """Start a motion to angles, (j,)."""
         counts = self._nearest(q)
         for _ in range(2):  # a disturbed line may have spoilt what was stored
             for axis, count in enumerate(counts.tolist(), start=1):
@@ -124,7 +124,7 @@ class AclArm(Arm):
             silent = 0 if text else silent + 1
             if listens and silent > 0:
                 raise line_lost(self._line.port, "it fell silent while it searched its home")
-            self._line.send("\r")  # whoever listens while homing, answers
+            self._line.send("\r")  # a controller that listens while homing answers
             asked = True
         raise self._home_not_found(f"it searched for more than {HOMING_S:.0f} s")
 
@@ -137,7 +137,7 @@ class AclArm(Arm):
         self._talk.command(f"SET OUT[{output}]=0")
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the port."""
         self._line.close()
 
     def _home_not_found(self, reason: str) -> ArmError:

@@ -1,4 +1,4 @@
-"""Question and answer with an ACL controller: nothing takes effect that it did not hear letter by letter."""
+"""Request and answer with an ACL controller: a command takes effect only if each of its letters was echoed."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ ENTER = "\r"
 ABORT = "\x01"
 """Ctrl-A: stops all motion, wherever the controller is."""
 AT_ONCE = 4
-"""How often it is said without waiting, for a line that swallows bytes."""
+"""How often it is sent without waiting, for a line that loses bytes."""
 SPOIL = "XQ"
 """Makes any command unknown, for one that was misheard and not yet entered."""
 QUIET_S = 0.9
@@ -113,11 +113,11 @@ class AclProtocol:
         raise self._unclear(command, answer)
 
     def command(self, command: str) -> None:
-        """Have something done.
+        """Have a command carried out.
 
         Raises:
             ArmRefused: The controller says no.
-            AnswerUnclear: It never heard it right.
+            AnswerUnclear: Its echo was never right.
         """
         self.ask(command, lambda answer: True if "***" not in answer and ">" in answer else None)
 
@@ -130,12 +130,12 @@ class AclProtocol:
         raise self._unclear(command, "")
 
     def listen(self) -> None:
-        """Hear what the controller has said by itself, between two commands."""
+        """Take in what the controller has reported unasked since the last command."""
         self.inspect(self._line.discard())
         self.check_restart()
 
     def inspect(self, text: str, command: str = "") -> None:
-        """Look through what came for what the controller says by itself, or against a command that it heard right.
+        """Look for reports of trouble in what came, or for the rejection of a command whose echo was right.
 
         Raises:
             ArmRefused: It says no.
@@ -151,7 +151,7 @@ class AclProtocol:
                 self._complain(line[line.index("***") :].strip(), command)
 
     def check_restart(self) -> None:
-        """Where a prompt looked like the first one: who has started anew has forgotten the speed that was set."""
+        """Where a prompt looked like the one after power-on: a restarted controller has lost the speed that was set."""
         if not self._restarted:
             return
         self._restarted = False
@@ -173,7 +173,7 @@ class AclProtocol:
         self._line.send(ABORT * AT_ONCE)
 
     def settle(self) -> None:
-        """Let pass what is still being said."""
+        """Let what is still being sent pass."""
         self._line.until(NOTHING, PAUSE_S)
 
     def _typed(self, command: str) -> bool:

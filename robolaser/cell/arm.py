@@ -1,4 +1,4 @@
-"""An arm that can be told where to go and asked where it is, whatever language its controller speaks."""
+"""An arm that can be sent to joint angles and read, whatever protocol its controller has."""
 
 from abc import ABC, abstractmethod
 from types import TracebackType
@@ -19,7 +19,7 @@ class Arm(ABC):
     """
 
     step: Array
-    """The smallest difference of angles that it can tell, (j,) [rad or m]."""
+    """The smallest difference of angles that a reading resolves, (j,) [rad or m]."""
     synchronous_read: ClassVar[bool]
     """Whether a reading shows all joints at the same moment, not one after the other."""
     outputs: ClassVar[int | None]
@@ -43,7 +43,7 @@ class Arm(ABC):
 
     @abstractmethod
     def poll_faults(self) -> None:
-        """Ask or listen whether a joint is in trouble.
+        """Check whether a joint reports a fault.
 
         Raises:
             ArmAlarm: One is.
@@ -51,14 +51,14 @@ class Arm(ABC):
 
     @abstractmethod
     def start_move(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,), to be there after about so many seconds. Returns at once.
+        """Start a motion to angles, (j,), that takes about so many seconds. Returns at once.
 
-        Never is more than one motion under way: an arm whose line is cut rests where it was going.
+        There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
         """
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop where it is and forget what it was told. Says so at once and waits for no answer."""
+        """Stop where it is and discard its motion. Sends at once and waits for no answer."""
 
     @abstractmethod
     def home(self) -> None:
@@ -78,7 +78,7 @@ class Arm(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the line."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""A camera that can be asked for one picture of what is there now."""
+"""A camera that can be asked for one image of what is there now."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -15,7 +15,7 @@ Image = NDArray[np.uint8]
 Warn = Callable[[str], None]
 
 WHITE = 250
-"""Grey from which on a pixel tells nothing."""
+"""Grey value from which on a pixel counts as saturated."""
 MOSTLY = 0.5
 MUCH = 0.1
 """Shares of white pixels: with the first an image is lost; a stripe alone never reaches the second."""
@@ -28,7 +28,7 @@ class Camera(ABC):
 
     @abstractmethod
     def shot(self, settle_s: float) -> Image:
-        """What is there from now on.
+        """An image of what is there from now on.
 
         Args:
             settle_s: Wait so long first [s]; 0: nothing has changed since the last shot.
@@ -39,7 +39,7 @@ class Camera(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
 
     def __enter__(self) -> Self:
         return self
@@ -84,7 +84,7 @@ def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn)
         source: What messages call the camera.
         image: (h, w).
         size: Width and height that it should have [px].
-        warn: Is told what is odd.
+        warn: Receives what is odd.
 
     Raises:
         CameraError: It has another size, or most of it is white.

@@ -31,7 +31,7 @@ class ImageStream:
         return False
 
     def release(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._capture.release()
 
 

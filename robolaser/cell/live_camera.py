@@ -1,4 +1,4 @@
-"""A camera that runs on while nobody looks: its newest image is kept, older ones are thrown away."""
+"""A camera that runs by itself: its newest image is kept, older ones are discarded."""
 
 import threading
 from typing import Any, final
@@ -13,9 +13,9 @@ from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError, RobolaserError
 
 SILENT_S = 2.0
-"""Who sends no image for so long is gone."""
+"""A camera that sends no image for so long is lost."""
 FIRST_S = 8.0
-"""The first image may take longer: streams are looked into, exposures found."""
+"""The first image may take longer: streams are analysed, exposures adjusted."""
 MANUAL = 1.0
 """What most drivers (V4L2) call exposure by hand."""
 PASSED_ON = 2
@@ -48,7 +48,7 @@ class LiveCamera(Camera):
             raise
 
     def shot(self, settle_s: float) -> Image:
-        """What is there from now on."""
+        """An image of what is there from now on."""
         self._clock.wait(settle_s)
         with self._news:
             wanted = self._count + 1 + (PASSED_ON if settle_s else 0)
@@ -57,7 +57,7 @@ class LiveCamera(Camera):
         return image
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._closing = True
         self._reader.join(SILENT_S)
         if not self._reader.is_alive():  # a driver that hangs is left to hang

@@ -35,7 +35,7 @@ ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 
 @final
 class LssArm(Arm):
-    """Servos that know their angles from the moment they are switched on: there is no home to search."""
+    """Servos with absolute encoders: there is no home to search."""
 
     outputs: ClassVar[int | None] = 0
     synchronous_read: ClassVar[bool] = False
@@ -51,7 +51,7 @@ class LssArm(Arm):
         self._direction = np.array(arm.direction or [1.0] * len(joints))
         self.step = np.full(len(joints), STEP)
         line.discard()
-        line.send("\r")  # ends whatever was left half said
+        line.send("\r")  # ends a command that was left incomplete
         self.read()
 
     @classmethod
@@ -76,7 +76,7 @@ class LssArm(Arm):
                 raise alarm(self._line.port, joint, f"*{servo}Q{status}: {TROUBLE[status]}", ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,), all servos or none.
+        """Start a motion to angles, (j,), all servos or none.
 
         The time that a motion is to take cannot be read back. So each servo is first given the speed that its way
         needs as its highest, and says that it heard; and all are halted, and told again, where one misheard its goal.
@@ -101,7 +101,7 @@ class LssArm(Arm):
         self._line.send(f"\r#{EVERYBODY}H\r" * AT_ONCE)
 
     def home(self) -> None:
-        """Nothing: they know where they are."""
+        """Nothing: their encoders are absolute."""
 
     def laser_on(self, output: int) -> None:
         """Switch an output on."""
@@ -112,7 +112,7 @@ class LssArm(Arm):
         self._no_outputs(output)
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._line.close()
 
     def _halted(self) -> Ints:

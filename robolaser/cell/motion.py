@@ -1,4 +1,4 @@
-"""Going somewhere and being there: a motion is over when the arm rests at its goal, not when it was told to go."""
+"""Motions: one is over when the arm is read to rest at its goal, not when the controller says so."""
 
 from typing import final
 
@@ -35,7 +35,7 @@ TINY = 1e-12
 
 @final
 class Mover:
-    """Takes one arm from place to place, watching it."""
+    """Moves one arm from configuration to configuration and monitors it."""
 
     def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock) -> None:
         self._arm = arm
@@ -115,7 +115,7 @@ class Mover:
         """Stop the arm and see that it stands, (j,).
 
         Raises:
-            NotSettled: It moves on whatever it is told.
+            NotSettled: It does not stop.
             RobolaserError: The line does not let it be stopped.
         """
         trouble: NotSettled | ArmAlarm | AnswerUnclear | None = None

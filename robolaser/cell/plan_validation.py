@@ -1,4 +1,4 @@
-"""What a route must keep to before its first motion begins: joint limits, reach and floor, on every bit of the way."""
+"""Validation of a route before its first motion: joint limits, reach and floor, at poses and on the way between."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -119,7 +119,7 @@ def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> Plan
 
 
 def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Array], Bools]:
-    """What tells of postures (n, j) whether the cell's limits let the arm stand there and begin so far below and above.
+    """A test of configurations (n, j): whether the limits allow the arm to stand there, and so far below and above.
 
     Args:
         description: The cell's robot and scanner.
@@ -127,7 +127,7 @@ def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Ar
         run_up: Beginning of the approach, below and above in each joint [rad or m].
     """
     robot, tools = description.robot, tool_points(description)
-    assert robot is not None  # whoever asks has seen to it
+    assert robot is not None  # the caller checked it
 
     def may(q: Array) -> Bools:
         good: Bools = np.ones(len(q), dtype=np.bool_)

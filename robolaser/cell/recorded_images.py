@@ -1,4 +1,4 @@
-"""A camera that is a pile of pictures: each shot is the next of them."""
+"""A camera made of recorded images: each shot is the next of them."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +27,7 @@ class RecordedImages(Camera):
         self._pictures = _of_folder(source) if source.is_dir() else _of_film(source)
 
     def shot(self, settle_s: float) -> Image:
-        """What is there from now on."""
+        """An image of what is there from now on."""
         image = next(self._pictures, None)
         if image is None:
             raise no_more_images(self._source, "all its pictures were taken")
@@ -35,7 +35,7 @@ class RecordedImages(Camera):
         return image
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._pictures = iter(())
 
 

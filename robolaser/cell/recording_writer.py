@@ -1,4 +1,4 @@
-"""A recording as it grows: a whole data set on the disk after every pose, whatever happens next."""
+"""The writer of a recording: a complete data set is on the disk after every pose."""
 
 import csv
 import io
@@ -36,13 +36,13 @@ LEAST_PAUSE_S = 1.0
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A place where the arm was.
+    """A configuration that the arm rested at.
 
     Attributes:
         name: Of the pose.
         time_s: Since the recording began [s].
         q: As read, (j,) [rad or m].
-        images: By column of poses.csv; none where the arm only came through.
+        images: By column of poses.csv; none where the arm only passed.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What an earlier day has left of a recording, and whether it is whole."""
+"""Whether what an interruption left of a recording is complete and belongs to the cell."""
 
 import math
 from collections.abc import Mapping, Sequence

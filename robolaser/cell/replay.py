@@ -1,4 +1,4 @@
-"""An arm that is a recording: it jumps to where the recorded one stood."""
+"""A recording in place of an arm: it jumps to where the recorded arm stood."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -40,7 +40,7 @@ class ReplayArm(Arm):
         return self._at
 
     def poll_faults(self) -> None:
-        """Nothing befalls it."""
+        """It has no faults."""
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Set out to angles, (j,)."""
@@ -50,7 +50,7 @@ class ReplayArm(Arm):
         """It never moves."""
 
     def home(self) -> None:
-        """It was never lost."""
+        """It needs none."""
 
     def laser_on(self, output: int) -> None:
         """The images are taken."""
@@ -59,4 +59,4 @@ class ReplayArm(Arm):
         """The images are taken."""
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """There is nothing to close."""

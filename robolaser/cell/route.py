@@ -1,4 +1,4 @@
-"""Where an arm is to go: the poses of a recording, in order, each with the side it is approached from."""
+"""The route of a recording: its poses in order, each with the configuration it is approached from."""
 
 import csv
 import io
@@ -84,7 +84,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
 
 
 def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
-    """The poses that a diagnosis asks for next.
+    """The next poses that a diagnosis recommends.
 
     Raises:
         DataError: It is no JSON, asks for none, or for those of another robot.

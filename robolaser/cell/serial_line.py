@@ -18,7 +18,7 @@ WRITE_S = 1.0
 MOST = 16_384
 """Characters that may come without an answer among them; the longest answer has some hundred."""
 LONGEST_S = 6.0
-"""How long a device may talk on without an answer; the longest takes a quarter of a second at 9600 baud."""
+"""How long a device may send without an answer; the longest takes a quarter of a second at 9600 baud."""
 
 
 class Transport(Protocol):
@@ -35,7 +35,7 @@ class Transport(Protocol):
         """Send."""
 
     def close(self) -> None:
-        """Let go."""
+        """Close it."""
 
 
 @final
@@ -74,14 +74,14 @@ class SerialLine:
         return cls(wire, arm.port, clock)
 
     def send(self, data: str) -> None:
-        """Say something."""
+        """Send text."""
         try:
             self._transport.write(data.encode("ascii"))
         except (OSError, TypeError) as error:  # a port closed under pyserial's feet is a TypeError
             raise line_lost(self.port, _reason(error)) from None
 
     def discard(self) -> str:
-        """Forget all that has come until now, and return it."""
+        """Discard all that has come until now, and return it."""
         dropped, self._heard = self._heard, ""
         while new := self._look(wait=0):
             dropped += new
@@ -112,7 +112,7 @@ class SerialLine:
                 return text, None
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._transport.close()
 
     def _flooded(self, received: int) -> LineFlooded:
@@ -151,11 +151,11 @@ def _ports() -> Sequence[str]:
 
 
 def connect(begin: Callable[[SerialLine], Connected], arm: ArmLine, clock: Clock) -> Connected:
-    """Open a port and begin to speak; where that fails, the port is closed again.
+    """Open a port and begin a protocol on it; where that fails, the port is closed again.
 
     Raises:
         ArmError: It cannot be opened.
-        RobolaserError: What the beginning says.
+        RobolaserError: The protocol cannot begin.
     """
     line = SerialLine.open(arm, clock)
     try:

@@ -1,4 +1,4 @@
-"""The taking of a recording: from pose to pose, at rest, look, write; and stop at once when anything is wrong."""
+"""The recorder: move to each pose, take images at rest, write them; and stop at once when anything is wrong."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,13 +21,13 @@ from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 from robolaser.geometry.kinematics import Robot
 
 LIGHT_GREY = 40
-"""By which a laser brightens some pixel at least, if it is seen: noise alone does by a dozen."""
+"""A visible laser brightens some pixel at least by this; noise alone by a dozen."""
 SAGGED = np.deg2rad(1.0)
 """How far an arm gives way while its motors are off [rad or m]."""
 
 
 def _nothing(what: str) -> None:
-    """Nobody wants to know."""
+    """Discard it."""
 
 
 @final
@@ -55,11 +55,11 @@ class Session:
         """Visit all poses that remain.
 
         Args:
-            told: Hears of each pose once it is safe on the disk.
-            begins: Hears what is done next: homing, or the name of a pose.
+            told: Is called with each pose once it is on the disk.
+            begins: Is called with what is done next: homing, or the name of a pose.
 
         Raises:
-            Interrupted: Something was wrong, or somebody pressed Ctrl-C. The arm was stopped; what is on the disk
+            Interrupted: Something was wrong, or Ctrl-C was pressed. The arm was stopped; what is on the disk
                 is a whole recording of the poses up to there.
             PlanError: Nothing was moved: the plan is not safe, or it is not known where the arm stands.
         """

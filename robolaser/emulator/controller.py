@@ -1,4 +1,4 @@
-"""What sits at the far end of an arm's line: hears bytes, answers, speaks up by itself, and turns motors."""
+"""The far end of an arm's line: it receives bytes, answers, reports unasked, and turns motors."""
 
 from abc import ABC, abstractmethod
 from enum import Enum
@@ -7,7 +7,7 @@ from robolaser.arrays import Array
 
 
 class ArmFault(Enum):
-    """What can befall an arm."""
+    """Faults of an arm."""
 
     IMPACT = "impact"
     """A link hits something: the controller notices and lets go."""
@@ -42,4 +42,4 @@ class Controller(ABC):
 
     @abstractmethod
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Bear what befalls the arm; axes count from 1."""
+        """Let a fault happen; axes count from 1."""

@@ -1,4 +1,4 @@
-"""Faults on demand, as they are asked for: `kind[:amount][@when]`."""
+"""Faults on demand, written `kind[:amount][@when]`."""
 
 import re
 from dataclasses import dataclass
@@ -57,8 +57,8 @@ class Fault:
     commands: tuple[float, float] = (0.0, np.inf)
     seconds: tuple[float, float] = (0.0, np.inf)
 
-    def there(self, now_s: float, heard: int) -> bool:
-        """Whether it is there now, after so many commands."""
+    def is_active(self, now_s: float, heard: int) -> bool:
+        """Whether it is active now, after so many commands."""
         return self.commands[0] <= heard <= self.commands[1] and self.seconds[0] <= now_s <= self.seconds[1]
 
 

@@ -1,4 +1,4 @@
-"""A controller at the end of a bad line, on a bad day."""
+"""A controller with faults of the line and of the arm."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ LARGEST_FLOOD = 8192
 
 @final
 class FaultyController(Controller):
-    """Passes on what another controller says, with faults."""
+    """Passes on what another controller sends, with faults."""
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
@@ -65,10 +65,10 @@ class FaultyController(Controller):
         self._controller.inject(fault, axis, now_s)
 
     def _there(self, kind: str, now_s: float) -> Fault | None:
-        return next((f for f in self._faults if f.kind == kind and f.there(now_s, self.heard)), None)
+        return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)
 
     def _strike(self, now_s: float) -> None:
-        for fault in [fault for fault in self._arm_faults if fault.there(now_s, self.heard)]:
+        for fault in [fault for fault in self._arm_faults if fault.is_active(now_s, self.heard)]:
             self._arm_faults.remove(fault)
             self._controller.inject(ArmFault(fault.kind), int(fault.amount), now_s)
 

@@ -40,7 +40,7 @@ class ServedLine(ABC):
 
 @final
 class PtyLine(ServedLine):
-    """A pseudo terminal. Whoever opens it at another speed hears and speaks garbage, as on a wire."""
+    """A pseudo terminal. Whoever opens it at another speed sends and receives garbage, as on a wire."""
 
     def __init__(self, baud: int, rng: np.random.Generator) -> None:
         self._near, self._far = os.openpty()

@@ -1,4 +1,4 @@
-"""Cells as chance builds them: an arm over a stepped target, a scanner off its drawing, and a run of postures."""
+"""Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
 
 from dataclasses import dataclass, replace
 from typing import final

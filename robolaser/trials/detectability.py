@@ -1,4 +1,4 @@
-"""How plainly a fault shows in a cell's data, and what else in the library would explain it as well."""
+"""How detectable a fault is in a cell's data, and which effects of the library are its aliases."""
 
 from dataclasses import dataclass
 from functools import cached_property

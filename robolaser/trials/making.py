@@ -1,4 +1,4 @@
-"""Worlds of chance: a cell, faults of a kind that was asked for, a data set, and the truth about it."""
+"""Random blind data sets: a cell, faults of a given kind, the data, and the truth about them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace

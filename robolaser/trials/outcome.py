@@ -1,4 +1,4 @@
-"""One diagnosis held against the truth: what kind of world it was, and whether what was said of it is right."""
+"""One diagnosis compared with the truth: which group its data set is in, and whether the diagnosis is right."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

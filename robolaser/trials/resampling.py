@@ -1,4 +1,4 @@
-"""Cells of chance around what a user has: arm, scanner, poses, target and noise."""
+"""Random synthetic cells around a given data set: its arm, scanner, poses, target and noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
     """Find the scanner of a data set.
 
     Raises:
-        TrialError: Another sensor, no joint angles, or a target that nobody knows the place of.
+        TrialError: Another sensor, no joint angles, or a target whose place is unknown.
         RobolaserError: It cannot be calibrated.
     """
     if not sensor_class(dataset.kind).has_laser_plane() or not len(dataset.points):
@@ -53,7 +53,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
     if dataset.robot is None or dataset.poses.q is None:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not dataset.placed:
-        raise _unsuitable(dataset.name, "nobody knows where its target is")
+        raise _unsuitable(dataset.name, "the place of its target is unknown")
     found = calibrate(dataset, Plan(seed=seed))
     items = found.model.parameters.items
     return ReferenceCell(

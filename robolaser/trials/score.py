@@ -1,4 +1,4 @@
-"""The score of many diagnoses: shares with intervals, who was taken for whom, what stated probabilities are worth."""
+"""The score of many diagnoses: shares with intervals, confusion matrix, reliability of the stated probabilities."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise

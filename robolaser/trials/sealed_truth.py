@@ -1,4 +1,4 @@
-"""Seals: beside each data set only a hash of the truth, which lies wrapped up in a file of its own."""
+"""The sealed truth: a hash beside each data set, and the truths themselves, encoded, in one file."""
 
 import base64
 import hashlib

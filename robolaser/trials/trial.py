@@ -1,4 +1,4 @@
-"""A trial on disk: data sets made and sealed, diagnosed where nobody has yet, and scored."""
+"""A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence

@@ -87,8 +87,8 @@ def test_the_board_is_found_with_the_stripe_across_it() -> None:
     T = above(8, 5, 20)
     true = eye().pixels((BOARD.grid().reshape(-1, 3) - T[:3, 3]) @ T[:3, :3]).reshape(6, 9, 2)
     assert board is not None
-    assert len(board.layings) == 1
-    assert np.nanmedian(np.linalg.norm(board.layings[0] - true, axis=-1)) < 0.1
+    assert len(board.orientations) == 1
+    assert np.nanmedian(np.linalg.norm(board.orientations[0] - true, axis=-1)) < 0.1
 
 
 def test_the_outward_square_at_the_origin_is_dark() -> None:

@@ -1,4 +1,4 @@
-"""Pictures of a scene that is not there, and the truth behind every pixel of them.
+"""Rendered images of a scene, and the truth behind every pixel.
 
 For tests and demonstrations: what reads pictures must not know how they were drawn. `photograph` takes one.
 """
