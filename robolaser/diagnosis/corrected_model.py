@@ -25,11 +25,12 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
     known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
+    known += Information.of_known_distances(diagnosis.model, x)
     fixed = np.isin(parameters.names, diagnosis.model.sensor.fixed)
     given = np.array([item.given for item in parameters.items])
     on_bound = given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper))
     warnings = [
-        f"{name} ended on one of its bounds: widen them, or doubt the model."
+        f"{name} ended on one of its bounds: widen them, or check the model."
         for name in np.array(parameters.names)[on_bound]
     ]
     if len(diagnosis.outliers):

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats

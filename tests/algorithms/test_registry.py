@@ -10,7 +10,7 @@ from robolaser.algorithms.operator_choices import OPERATORS, operator_settings
 from robolaser.algorithms.rcga import RCGA
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
 from robolaser.calibration.initialization import find_start
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import search
 from robolaser.errors import UsageError
 from robolaser.model.forward_model import Model

@@ -10,7 +10,7 @@ from scipy.stats import kstest
 import robolaser
 from robolaser.arrays import Array
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine

@@ -1,25 +1,26 @@
-"""How to calibrate: what may be chosen."""
+"""The plan of a calibration: its options with their defaults."""
 
 from dataclasses import dataclass
 from typing import final
 
-GENERATIONS = 500  # then the polish of every member of the last generation ends in the same optimum
+GENERATIONS = 500
+"""From the last of these generations on, local refinement of any of its members ends in the same optimum."""
 
 
 @final
 @dataclass(frozen=True)
 class Plan:
-    """How to calibrate.
+    """The options of a calibration.
 
     Attributes:
         algorithm: Name of the global search; by default `screening` for a stripe scanner and none (`gauss-newton`)
             for trackers and sockets, whose parameters start from a closed form.
         polish: Whether Gauss-Newton steps follow the search.
         weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
-        loss: "square"; "huber" and "cauchy" let gross errors count for less, by a scale from the residuals.
+        loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale taken from the residuals.
         effects: `EFFECT[:WHERE]` each.
-        seed: Of the search.
-        generations: Of a search that has any.
+        seed: Seed of the search.
+        generations: Number of generations, for searches that have any.
     """
 
     algorithm: str | None = None
