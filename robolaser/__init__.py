@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.run_loop import compare
     from robolaser.calibration.calibrate import calibrate
-    from robolaser.calibration.options import Plan
+    from robolaser.calibration.plan import Plan
     from robolaser.calibration.result import Calibration
     from robolaser.data.dataset import Dataset
     from robolaser.data.loading import load
@@ -22,7 +22,7 @@ _HOME = {
     "RunPlan": "benchmark.plan",
     "Dataset": "data.dataset",
     "EFFECTS": "model.effects",
-    "Plan": "calibration.options",
+    "Plan": "calibration.plan",
     "RobolaserError": "errors",
     "calibrate": "calibration.calibrate",
     "compare": "benchmark.run_loop",

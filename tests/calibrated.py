@@ -135,7 +135,7 @@ def finished(model, x):
         if own
         else (),
         residuals=residuals,
-        held_out=1.1 * residuals,
+        held_out=1.1 * model.in_metres(x, residuals),
         noise=noise.get(model.dataset.kind, {"seat": 1e-5, "joint": 1e-5}),
         history=history,
         evaluations=2000,

@@ -28,8 +28,8 @@ from robolaser.diagnosis import examine
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.making import KINDS, USUAL, make
 from robolaser.trials.outcome import Outcome, outcome
-from robolaser.trials.score import tally
-from robolaser.trials.worlds.families import KNOWN
+from robolaser.trials.score import compile_score
+from robolaser.trials.synthetic.fault_models import MODELLED
 
 ROBOTS = ("scorbot_er7", "ur5", "panda", "xarm7")
 
@@ -77,7 +77,7 @@ def run(task: Task) -> tuple[dict[str, Any], dict[str, Any] | str, float]:
     try:
         dataset = robolaser.load(task.folder)
         taken_out = tuple(
-            {item["effect"] for item in truth["each"] if item["effect"] in KNOWN} if task.withhold else ()
+            {item["effect"] for item in truth["each"] if item["effect"] in MODELLED} if task.withhold else ()
         )
         for item in truth["each"]:
             item["withheld"] = item["effect"] in taken_out
@@ -143,9 +143,9 @@ def main() -> None:
         return
     for robot, of_robot in outcomes.items():
         if of_robot and len(outcomes) > 1:
-            groups = tally(of_robot)["groups"].items()
+            groups = compile_score(of_robot)["groups"].items()
             print(f"{robot:14}" + "  ".join(f"{group} {part['right']}/{part['of']}" for group, part in groups))
-    scored = tally({name: seen for of_robot in outcomes.values() for name, seen in of_robot.items()})
+    scored = compile_score({name: seen for of_robot in outcomes.values() for name, seen in of_robot.items()})
     if args.output:
         (args.output / "score.json").write_text(json.dumps(scored, indent=1))
     print("\n" + "\n".join(summary(scored)))

@@ -25,8 +25,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.geometry.robots import find_robot
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 

@@ -3,8 +3,8 @@
     python benchmarks/frozen/run.py record FOLDER... --output answers.json
     python benchmarks/frozen/run.py compare answers.json later.json
 
-`record` runs both commands, as a person would, on every data set below the given folders. `compare` lists what differs: verdicts,
-names and places exactly, J to 1e-9, gaps to 1 %, CPU time as a ratio.
+`record` runs both commands, as a person would, on every data set below the given folders. `compare` lists what differs:
+verdicts, names and places exactly, J to 1e-9, gaps to 1 %, CPU time as a ratio.
 """
 
 from __future__ import annotations

@@ -22,7 +22,9 @@ def main() -> None:
         cell = simulate(robot, poses=poses, points=points, noise=NOISE, effects=EFFECTS, seed=5)
         found = examine(cell.dataset, seed=0)
         rows = len(cell.dataset.points)
-        effects = ", ".join(f"{one.candidate_effect.effect.name} {one.candidate_effect.where}" for one in found.findings)
+        effects = ", ".join(
+            f"{one.candidate_effect.effect.name} {one.candidate_effect.where}" for one in found.findings
+        )
         print(
             f"| {poses} | {points} | {rows} | {found.seconds:.1f} | {1e3 * found.seconds / rows:.2f} "
             f"| {found.verdict} | {effects} |",

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.initialization import find_start
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import json_text
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load

@@ -21,7 +21,7 @@ from experiments import EXPERIMENTS
 from peers import PEERS, race
 
 from robolaser.calibration.initialization import find_start
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit
 from robolaser.estimation.solver import solve

@@ -14,7 +14,7 @@ from pymoo.optimize import minimize
 
 from robolaser import find_robot
 from robolaser.algorithms import RCGA, rcga
-from robolaser.algorithms.offspring import make_offspring, loop
+from robolaser.algorithms.offspring import loop, make_offspring
 from robolaser.algorithms.offspring_loops import make_offspring as compiled_offspring
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.problems import ScannerCalibration

@@ -18,7 +18,7 @@ import numpy as np
 from peer import centre_of_mass, curve_fitted
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import Block, Eye, Floor, Photograph, Scene, Sheet, Sphere, photograph
+from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, LaserSheet, Photograph, Scene, photograph
 from robolaser.vision.board import Image
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
@@ -52,7 +52,8 @@ def speed(rounds: int) -> None:
         "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
     }
     print(
-        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in PEAK_DETECTORS) + " | NumPy [frames/s] ", end=""
+        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in PEAK_DETECTORS) + " | NumPy [frames/s] ",
+        end="",
     )
     print("| SciPy, line by line [frames/s] | gauss times NumPy | gauss times SciPy |")
     print("|---" * (5 + len(PEAK_DETECTORS)) + "|")
@@ -162,9 +163,9 @@ def rendered(shine: float, power: float) -> Photograph:
     """A sphere and a step of 10 mm on a floor."""
     on_table, T_base_camera = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
     on_table[1, 3], T_base_camera[2, 3] = 0.03, 0.297
-    sphere = Sphere(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
-    scene = Scene((Floor(0.0, 0.4, shine=shine), sphere, Block(on_table, (0.03, 0.03, 0.01), shine=shine)))
-    eye, sheet = Eye(BUILT, stripe_axis="u"), Sheet(BUILT["b"], BUILT["theta"], power=power)
+    sphere = Ball(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
+    scene = Scene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
+    eye, sheet = CameraModel(BUILT, stripe_axis="u"), LaserSheet(BUILT["b"], BUILT["theta"], power=power)
     return photograph(scene, eye, sheet, T_base_camera, lit=True, rng=np.random.default_rng(1))
 
 

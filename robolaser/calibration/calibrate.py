@@ -1,4 +1,4 @@
-"""Parameters from data: a global search, a polish, and what can be said of the result."""
+"""Parameters from data: a global search, a least-squares fit, and the uncertainty of the result."""
 
 import time
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.checks import check_poses, check_target, setup_warning
-from robolaser.calibration.initialization import find_start, nothing_found
-from robolaser.calibration.options import Plan
+from robolaser.calibration.initialization import find_start, no_finite_residuals
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Progress
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
@@ -29,8 +29,8 @@ from robolaser.model.noise import sizes_of
 def _one_thread() -> Iterator[None]:
     """Linear algebra on one thread.
 
-    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it waits
-    for its turn, it made a calibration ten times as long.
+    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has
+    to wait, it made a calibration take ten times as long.
     """
     with threadpool_limits(limits=1, user_api="blas"):
         yield
@@ -48,14 +48,14 @@ def calibrate(
     """Find the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
-        dataset: What was measured.
-        plan: How.
+        dataset: The measurements, with the nominal values.
+        plan: The options; the defaults when absent.
         state: A folder for checkpoints of the search.
-        resume: Go on from the checkpoint there.
-        progress: Is told what is going on.
+        resume: Continue from the checkpoint in `state`.
+        progress: Called with the current step and its finished share.
 
     Raises:
-        EstimationError, DataError: The data cannot be calibrated from.
+        EstimationError, DataError: The data do not suffice for a calibration.
         EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
     """
     began = time.perf_counter()
@@ -74,7 +74,7 @@ def calibrate(
         evaluations += more
     residuals = model.residuals(x[None])[0]
     if not np.isfinite(residuals).all():
-        raise nothing_found()
+        raise no_finite_residuals()
 
     tell("holding poses out", 0.5)
     folds = assign_folds(model, plan.seed)
@@ -94,15 +94,16 @@ def calibrate(
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
         residuals=residuals,
         held_out=None if unseen is None else model.in_metres(x, unseen.errors),
+        held_out_rows=None if unseen is None else unseen.errors,
         noise=sigmas,
         history=start.history,
         evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
         seconds=time.perf_counter() - began,
         warnings=(
+            *_setup_warnings(model, x, residuals, on_bound),
             *dataset.warnings,
             *start.warnings,
             *outlier_warnings(problem, x),
-            *_setup_warnings(model, x, residuals, on_bound),
             *_bound_warnings(model, on_bound),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
@@ -119,4 +120,4 @@ def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -
 
 def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:
     ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
-    return [f"{name} ended on one of its bounds: widen them, or doubt the model." for name in ended]
+    return [f"{name} ended on one of its bounds: widen them, or check the model." for name in ended]

@@ -1,4 +1,4 @@
-"""Whether data can be calibrated from at all, and whether a result looks as if they were misread."""
+"""Checks before a calibration, that the data suffice, and after it, that they were read as they were meant."""
 
 import numpy as np
 
@@ -10,22 +10,22 @@ from robolaser.model.forward_model import Model
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
-SAMPLE = 20  # poses that are looked at
-ALIKE = 6  # decimals [m], and of rotation matrices, in which poses that differ at all differ
+SAMPLE = 20  # poses whose Jacobians are compared
+ALIKE = 6  # decimals [m], and of rotation matrices, to which two poses must agree to count as one
 SETUP_RMS_M = 0.01
-"""Error of fitted points from which on the description of the cell is wrong: no effect makes so much."""
+"""Error of fitted points above which the description of the cell is wrong: no effect of the library is so large."""
 SETUP_ON_BOUNDS = 1 / 3
-"""Share of the parameters with given bounds that end on one, from which on the description is wrong."""
+"""Share of the parameters with given bounds that end on one, above which the bounds or the description are wrong."""
 HEADER = 2  # the first row of a table stands in line 2
 
 
 def check_poses(problem: Problem) -> None:
-    """See that there are enough poses for the parameters.
+    """Check that there are enough poses for the parameters.
 
-    One pose can fix no more combinations of parameters than the rank of its rows' derivatives.
+    One pose can fix at most as many combinations of parameters as the rank of its rows' Jacobian.
 
     Raises:
-        EstimationError: Says how many are needed.
+        EstimationError: There are too few poses; it names the number needed.
     """
     model, free = problem.model, ~problem.fixed
     points = model.dataset.points
@@ -51,7 +51,7 @@ def check_poses(problem: Problem) -> None:
 
 
 def check_target(model: Model) -> None:
-    """See that a placed target lies in front of the camera, with the nominal parameters, for most rows.
+    """Check that a placed target lies in front of the camera, with the nominal parameters, for most rows.
 
     Raises:
         DataError: It lies behind it.
@@ -73,7 +73,7 @@ def check_target(model: Model) -> None:
 
 
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
-    """A warning where a result shows that start values, axes or units are wrong; None where it does not.
+    """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
 
     Args:
         model: Data and effects.
@@ -81,12 +81,22 @@ def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
         rms_m: Root-mean-square error of the fitted points.
     """
     given = np.array([item.given for item in model.parameters.items])
-    many = given.any() and on_bound[given].mean() >= SETUP_ON_BOUNDS
-    if not many and rms_m < SETUP_RMS_M:
+    ended = int(on_bound[given].sum())
+    reasons = []
+    if given.any() and ended / given.sum() >= SETUP_ON_BOUNDS:
+        reasons.append(
+            f"{ended} of {given.sum()} parameters ended on their bounds: the bounds exclude the best fit, or the data "
+            "set describes the cell wrongly."
+        )
+    if rms_m >= SETUP_RMS_M:
+        reasons.append(
+            f"Fitted points are {100 * rms_m:.2g} cm off: no real arm errs so much, so the data set describes the cell "
+            "wrongly."
+        )
+    if not reasons:
         return None
-    found = f"{int(on_bound.sum())} parameters ended on their bounds" if many else "Fitted points are"
-    found += f" and fitted points are {100 * rms_m:.2g} cm off" if many else f" {100 * rms_m:.2g} cm off"
+    axis = "stripe_axis, " if model.sensor.has_laser_plane() else ""
     return (
-        f"{found}: no real arm errs so much. Check the start values in [parameters], stripe_axis, the joint angles' "
+        f"{' '.join(reasons)} Do not use this result. Check the start values in [parameters], {axis}the joint angles' "
         "units and signs, the flange, and the units of points.csv, before you look for effects."
     )

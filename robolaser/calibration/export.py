@@ -1,4 +1,4 @@
-"""A calibration for other programs: URDFs that carry the sensor where it was found, and the camera for ROS."""
+"""Export of a calibration: URDFs with the sensor at its calibrated place, and the camera for ROS."""
 
 import json
 
@@ -19,23 +19,23 @@ GRID = 41  # lines across the image, edges included, on which the distortion is 
 
 
 def robot_urdf(calibration: Calibration) -> str:
-    """The data set's robot with the sensor where the calibration found it, as fixed frames on the flange.
+    """The data set's robot with the sensor at its calibrated place, as fixed frames on the flange.
 
     A stripe scanner becomes `scanner_camera` (the camera frame of the data set's conventions), `scanner_camera_optical`
-    (ROS: z along the view, x along image u, y along image v) and `scanner_laser` (origin where the sheet meets the
-    camera's x axis, x the sheet's normal, z in the sheet, as near to the view as it can be). Reflectors and balls
-    become `tool_<name>`, turned like the flange. A name that is taken gets a number. A bracket or sheet that an
-    effect lets drift is placed as at the first pose.
+    (ROS: z along the view, x along image u, y along image v) and `scanner_laser` (origin where the laser plane
+    meets the camera's x axis, x its normal, z in the plane, as near to the view as possible). Reflectors and balls
+    become `tool_<name>`, oriented like the flange. A name that is taken gets a number. A bracket or laser plane that
+    drifts is placed as at the first pose.
     """
     robot = calibration.model.dataset.robot
     return _with_sensor(robot.urdf if robot else FLANGE_ONLY, calibration)
 
 
 def corrected_urdf(calibration: Calibration) -> str | None:
-    """As `robot_urdf`, with the joints' origins moved to where the calibration found them.
+    """As `robot_urdf`, with the joints' origins at their calibrated places.
 
-    Offsets turn a joint's zero: its limits then count from the new one. None where the model has no
-    effect that a URDF can hold.
+    Offsets move a joint's zero: its limits then count from the new one. None where the model has no effect that a URDF
+    can express.
     """
     model, robot = calibration.model, calibration.model.dataset.robot
     values = _values(calibration)
@@ -54,18 +54,18 @@ def corrected_urdf(calibration: Calibration) -> str | None:
 
 
 def camera_yaml(calibration: Calibration) -> str | None:
-    """The camera as ROS camera_info in YAML, for images as the frame `scanner_camera_optical` sees them.
+    """The camera as ROS camera_info in YAML, for images in the frame `scanner_camera_optical`.
 
-    Our radial term makes straight rays of distorted pixels, plumb_bob's makes distorted pixels of straight rays: the
-    coefficients are those that agree best over the image, and a comment says how well. None where the sensor has no
-    camera, or nothing says how large its images are.
+    Our radial term maps distorted pixels to rays, plumb_bob's maps rays to distorted pixels: the coefficients are those
+    that agree best over the image, and a comment states the largest disagreement. None where the sensor has no camera
+    or the image size is unknown.
     """
     dataset = calibration.model.dataset
-    camera = calibration.model.sensor.camera(_values(calibration), _bend(calibration))
+    camera = calibration.model.sensor.camera(_values(calibration), _perturbation(calibration))
     if camera is None or dataset.image_px is None:
         return None
-    bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
-    distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=bent)
+    decentred = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
+    distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=decentred)
     K = camera.K
     width, height = dataset.image_px
     P = np.column_stack([K, np.zeros(3)])
@@ -87,7 +87,7 @@ def plumb_bob(camera: CameraView, image_px: tuple[int, int], *, decentred: bool)
     """OpenCV's (k1, k2, p1, p2, k3) of a camera, and the largest disagreement over the image [px].
 
     Args:
-        camera: Effects of the lens in it are converted too.
+        camera: With the lens effects, which are converted too.
         image_px: Width and height [px].
         decentred: Whether p1 and p2 may differ from zero.
     """
@@ -105,9 +105,9 @@ def plumb_bob(camera: CameraView, image_px: tuple[int, int], *, decentred: bool)
     by_each = np.stack([focal_px * column for column in columns], axis=-1)
     A = by_each.reshape(-1, by_each.shape[-1])
     scale = np.linalg.norm(A, axis=0)
-    found = np.linalg.lstsq(A / scale, moved.ravel(), rcond=None)[0] / scale
-    error = np.linalg.norm(moved - by_each @ found, axis=-1).max()
-    k1, k2, k3, p1, p2 = (*found, 0.0, 0.0)[:5]
+    coefficients = np.linalg.lstsq(A / scale, moved.ravel(), rcond=None)[0] / scale
+    error = np.linalg.norm(moved - by_each @ coefficients, axis=-1).max()
+    k1, k2, k3, p1, p2 = (*coefficients, 0.0, 0.0)[:5]
     return np.array([k1, k2, p1, p2, k3]), float(error)
 
 
@@ -115,14 +115,14 @@ def _values(calibration: Calibration) -> Values:
     return calibration.model.parameters.values(calibration.x[None])
 
 
-def _bend(calibration: Calibration) -> Perturbation:
+def _perturbation(calibration: Calibration) -> Perturbation:
     return calibration.model.perturb(_values(calibration))
 
 
 def _with_sensor(text: str, calibration: Calibration) -> str:
     robot = calibration.model.dataset.robot
     flange = robot.flange if robot else "flange"
-    frames = calibration.model.sensor.flange_frames(_values(calibration), _bend(calibration))
+    frames = calibration.model.sensor.flange_frames(_values(calibration), _perturbation(calibration))
     for name, T_flange_frame in frames.items():
         text = _with_frame(text, flange, name, T_flange_frame)
     return text

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, Progress, search
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
@@ -25,8 +25,8 @@ AT_ONCE = 4
 """Members of a population that descend together."""
 
 
-def nothing_found() -> EstimationError:
-    """The error where residuals are finite nowhere."""
+def no_finite_residuals() -> EstimationError:
+    """The error raised where no candidate has finite residuals."""
     return EstimationError(
         "No set of parameters within the bounds puts the points at finite places. "
         "Check the bounds in [parameters], stripe_axis and the units."
@@ -36,7 +36,7 @@ def nothing_found() -> EstimationError:
 @final
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where a search ended and the fit starts.
+    """The end of the search, where the fit starts.
 
     Attributes:
         algorithm: Name of the search.
@@ -56,14 +56,14 @@ class Start:
 def find_start(
     model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
 ) -> Start:
-    """Search as planned.
+    """Run the search that the plan names.
 
     Args:
         model: The whole model.
-        plan: Names the search.
+        plan: Its options.
         state: A folder for checkpoints of the search.
-        resume: Go on from the checkpoint there.
-        progress: Is told what is going on.
+        resume: Continue from the checkpoint in `state`.
+        progress: Called with the current step and its finished share.
 
     Raises:
         EstimationError: All candidates lie at poles.
@@ -100,19 +100,19 @@ def _downhill(thin: Model, plan: Plan) -> Start:
 def _multistart(model: Model, seed: int, tell: Progress) -> Start:
     """The global optimum: first without effects, then with them, last with those that have nonlinear parameters."""
 
-    def found(part: Model, starts: Array | None) -> Optimum:
+    def optimum(part: Model, starts: Array | None) -> Optimum:
         return multistart(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
 
     nonlinear = with_several_shapes(model)
     plain = _without(model, nonlinear)
-    best = found(model.with_effects(()), None)
+    best = optimum(model.with_effects(()), None)
     evaluations = best.evaluations
     if plain.effects:
         extended = np.append(best.x, plain.parameters.nominal[len(best.x) :])
-        best = found(plain, np.stack([extended, plain.parameters.nominal]))
+        best = optimum(plain, np.stack([extended, plain.parameters.nominal]))
         evaluations += best.evaluations
     if not np.isfinite(best.cost):
-        raise nothing_found()
+        raise no_finite_residuals()
     warnings = []
     if best.agreeing < AGREEING:
         warnings.append(
@@ -197,12 +197,12 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
         if np.isfinite(costs.min()) and (costs <= costs.min() * (1 + SAME) + np.finfo(float).tiny).sum() >= AGREEING:
             break
     if not np.isfinite(costs.min()):
-        raise nothing_found()
+        raise no_finite_residuals()
     return x[int(np.argmin(costs))], evaluations
 
 
 def _fingerprint(dataset: Dataset, plan: Plan) -> str:
-    """Says what a search is about: the data, their nominal values and bounds, and the plan."""
+    """A digest of what determines a search: the data, their nominal values and bounds, and the plan."""
     points, poses = dataset.points, dataset.poses
     arrays = (points.pose, points.pixel, points.xyz, poses.q, poses.T_base_flange)
     digest = hashlib.sha256(repr((asdict(plan), sorted(dataset.parameters.items()))).encode())

@@ -13,13 +13,13 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.atomic_write import write_bytes
 
 Progress = Callable[[str, float], None]
-"""Is told what is going on, and which share of it is done."""
+"""Called with the name of the current step and the share of it that is done, 0 to 1."""
 
 CHECKPOINT = "search.npz"
 COURSE = "search-history.npz"
-INSTEAD_OF_0 = 2**31 - 1  # pycma takes a seed of 0 for one from the clock
-ON_THE_WAY = 10  # of the best candidates that the search went through
-SECONDS_BETWEEN_CHECKPOINTS = 2.0  # a second run loses no more than that
+INSTEAD_OF_0 = 2**31 - 1  # pycma seeds itself from the clock where the seed is 0
+ON_THE_WAY = 10  # earlier best candidates that are returned
+SECONDS_BETWEEN_CHECKPOINTS = 2.0  # an interrupted run loses no more than that
 
 
 @final
@@ -43,11 +43,11 @@ class History:
 @final
 @dataclass(frozen=True)
 class Found:
-    """Where a search ended.
+    """The candidates at the end of a search.
 
     Attributes:
-        candidates: The best, those that were the best on the way there, then the last members, (k, d). The last
-            members are each other's kin; those on the way lay elsewhere.
+        candidates: The best, those that were the best in earlier generations, then the last members, (k, d). The last
+            members resemble each other; earlier ones lie elsewhere.
         history: The course of the search.
         evaluations: Candidates evaluated.
     """
@@ -76,12 +76,12 @@ def search(
         generations: The last generation T.
         seed: Makes the run repeatable to the last bit.
         state: A folder for checkpoints; only `RCGA` can leave any.
-        resume: Go on from the checkpoint in `state`, if there is one.
-        fingerprint: What the run is about; a checkpoint of another one is refused.
-        progress: Is told the generation.
+        resume: Continue from the checkpoint in `state`, if there is one.
+        fingerprint: Digest of the data and the plan; the checkpoint of another run is refused.
+        progress: Called after every generation.
 
     Raises:
-        AlgorithmError: The checkpoint is another run's, or damaged.
+        AlgorithmError: The checkpoint belongs to another run or is damaged.
     """
     from pymoo.termination import get_termination  # noqa: PLC0415 - pymoo takes a second to import
 
@@ -124,7 +124,7 @@ def _generation(algorithm: Any) -> tuple[Array, Array]:
 
 
 class _Course:
-    """Gathers the course of a search."""
+    """Collects the history of a search."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names

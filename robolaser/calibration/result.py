@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, final
 
@@ -17,12 +17,34 @@ from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 
 FORMAT = "robolaser-calibration/1"
+DISTANCES = "distances"
+
+
+@final
+@dataclass(frozen=True)
+class RowErrors:
+    """The errors of one kind of rows, in their own unit.
+
+    Attributes:
+        sensor: The sensor's kind, or `distances`.
+        rows: How many rows there are.
+        rms: Root-mean-square length of a fitted row's residual.
+        held_out_rms: The same on poses left out of the fit; None with too few poses, and for known distances, which
+            belong to no pose.
+        unit: "m", "px" …
+    """
+
+    sensor: str
+    rows: int
+    rms: float
+    held_out_rms: float | None
+    unit: str
 
 
 @final
 @dataclass(frozen=True)
 class Calibration:
-    """Parameters found from data, with all that is known about how good they are.
+    """The parameters estimated from data, with their uncertainty and errors.
 
     Attributes:
         model: The data set and the effects in the model.
@@ -30,17 +52,18 @@ class Calibration:
         weights: "plain" or "noise".
         seed: That of the search.
         x: The parameters in the order of `model.parameters`, (d,).
-        std: One standard deviation of each, (d,); NaN where it is held or the data cannot fix it.
+        std: One standard deviation of each, (d,); NaN where it is fixed or not identifiable.
         on_bound: Parameters that ended on one of their bounds, (d,).
-        unidentifiable: Directions that the data cannot fix.
+        unidentifiable: Groups of parameters that the data cannot fix.
         residuals: Known or measured less predicted, in the sensor's unit, (m, k).
         held_out: Errors on poses left out of the fit, at the points' places, (m, j) [m]; None with too few poses.
-        noise: Standard deviations that the errors of measurement were taken to have.
+        noise: Standard deviation of each source of noise, stated or estimated.
         history: The course of the global search; None without one.
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
         warnings: What the user should know.
-        loss: What a residual cost: "square", "huber" or "cauchy".
+        loss: "square", "huber" or "cauchy".
+        held_out_rows: `held_out` in the sensor's unit, (m, k); None where it was not kept.
     """
 
     model: Model
@@ -59,6 +82,7 @@ class Calibration:
     seconds: float
     warnings: tuple[str, ...]
     loss: str = "square"
+    held_out_rows: Array | None = None
 
     @cached_property
     def objective_m2(self) -> float:
@@ -77,7 +101,7 @@ class Calibration:
 
     @property
     def setup_warning(self) -> str | None:
-        """What result of this kind says that start values, axes or units are wrong; None where none does."""
+        """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that."""
         return setup_warning(self.model, self.on_bound, self.rms_m)
 
     @cached_property
@@ -85,8 +109,26 @@ class Calibration:
         """The same on poses left out of the fit."""
         return None if self.held_out is None else rms(self.held_out)
 
+    @cached_property
+    def row_errors(self) -> tuple[RowErrors, ...]:
+        """The errors of the sensor's rows, then of the known distances, where any are stated."""
+        row_format = self.model.sensor.format
+        held_out = self.held_out if row_format.unit == "m" else self.held_out_rows
+        of_sensor = RowErrors(
+            row_format.kind,
+            len(self.residuals),
+            rms(self.residuals),
+            None if held_out is None else rms(held_out),
+            row_format.unit,
+        )
+        known = self.model.known_distances
+        if known is None:
+            return (of_sensor,)
+        apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
+        return of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+
     def value(self, name: str) -> float:
-        """The value found for a parameter."""
+        """The estimated value of a parameter."""
         return float(self.x[self.model.parameters.names.index(name)])
 
 
@@ -147,11 +189,12 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "model": description,
         "effects": _effect_entries(calibration),
         "run": RunSummary.of(dataset).as_json(),
-        "objective_m2": calibration.objective_m2,
+        "objective_m2": calibration.objective_m2 if model.sensor.format.unit == "m" else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),
         "axis_max_m": [float(a) for a in np.abs(calibration.errors_m).max(axis=0)],
         "held_out_rms_m": calibration.held_out_rms_m,
+        "rows": [asdict(errors) for errors in calibration.row_errors],
         "noise": {name: float(sigma) for name, sigma in calibration.noise.items()},
         "warnings": list(calibration.warnings),
         "evaluations": calibration.evaluations,

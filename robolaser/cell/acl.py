@@ -7,12 +7,13 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.acl_protocol import CALM, Talk
+from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.line import Line, spoken_over
-from robolaser.data.cell_config import ArmLine
-from robolaser.errors import AnswerUnclear, ArmDiffers, HomeNotFound, LineLost, ParameterSenseless
+from robolaser.cell.failures import joints_differ, line_lost, unclear
+from robolaser.cell.serial_line import SerialLine, connect
+from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.errors import ArmError
 
 AXES = 5
 PER_QUARTER = 33
@@ -35,64 +36,68 @@ HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
 
 
 @final
-class Acl(Arm):
+class AclArm(Arm):
     """A SCORBOT: encoder counts become joint angles by the controller's own parameters.
 
     angle = reference_rad + direction (count - PAR(51 + axis)) (pi / 2) / PAR(32 + axis).
     """
 
-    all_at_once: ClassVar[bool] = True
-    knows_itself: ClassVar[bool] = False
+    outputs: ClassVar[int | None] = 16
+    synchronous_read: ClassVar[bool] = True
+    absolute_encoders: ClassVar[bool] = False
 
-    def __init__(self, line: Line, arm: ArmLine, joints: Sequence[str]) -> None:
+    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
         if not 0 < len(joints) <= AXES:
-            raise ArmDiffers("acl", len(joints), AXES)
+            raise joints_differ("acl", len(joints), AXES)
         self._line = line
         self._joints = tuple(joints)
-        self._talk = Talk(line, self._joints)
+        self._talk = AclProtocol(line, self._joints)
         self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
         self._direction = np.array(arm.direction or [1.0] * len(joints))
         self._talk.begin()
         self._per_quarter = np.array([self._parameter(PER_QUARTER + i) for i in range(len(joints))])
         self._at_reference = np.array([self._parameter(AT_REFERENCE + i) for i in range(len(joints))])
         for i in np.flatnonzero(self._per_quarter == 0):
-            raise ParameterSenseless(line.port, f"PAR {PER_QUARTER + i}", 0, "the counts for 90 degrees, not 0")
+            raise ArmError(
+                f"The controller on {line.port} says PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees, not"
+                " 0. Check its parameters and that cell.toml names the right arm."
+            )
         self.step = np.abs(np.pi / 2 / self._per_quarter)
-        self._talk.tell("CON")
-        self._talk.tell(f"SPEED {CALM}")
+        self._talk.command("CON")
+        self._talk.command(f"SPEED {SLOW_PERCENT}")
         self._talk.ask(f"DEFP {PLACE}", lambda said: True if "O.K." in said or "DEFINED" in said.upper() else None)
-        self._talk.tell(f"HERE {PLACE}")
+        self._talk.command(f"HERE {PLACE}")
 
     @classmethod
-    def open(cls, arm: ArmLine, joints: Sequence[str], clock: Clock) -> Self:
-        """Open the port, and learn from the controller how it counts. Motors come on; nothing moves.
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the port, and read from the controller how it counts. Motors come on; nothing moves.
 
         Raises:
-            PortUnusable: It cannot be opened.
-            ArmDiffers, ParameterSenseless: The controller is not this robot's.
+            ArmError: It cannot be opened, or the controller is not this robot's.
+            DataError: The robot has more joints than the controller.
         """
-        return spoken_over(lambda line: cls(line, arm, joints), arm, clock)
+        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""
         return self._angles(self._counts("POSITION"))
 
-    def watch(self) -> None:
+    def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
         self._talk.listen()
 
-    def go(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,)."""
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Start a motion to angles, (j,)."""
         counts = self._nearest(q)
         for _ in range(2):  # a disturbed line may have spoilt what was stored
             for axis, count in enumerate(counts.tolist(), start=1):
-                self._talk.tell(f"SETPV {PLACE} {axis} {count}")
+                self._talk.command(f"SETPV {PLACE} {axis} {count}")
             stored = self._counts(PLACE)
             if (stored == counts).all():
                 break
         else:
-            raise AnswerUnclear(self._line.port, f"LISTPV {PLACE}", str(stored.tolist()), 2)
-        self._talk.tell(f"MOVE {PLACE} {max(1, round(100 * seconds))}")
+            raise unclear(self._line.port, f"LISTPV {PLACE}", str(stored.tolist()), 2)
+        self._talk.command(f"MOVE {PLACE} {max(1, round(100 * seconds))}")
 
     def stop(self) -> None:
         """Stop where it is."""
@@ -108,32 +113,38 @@ class Acl(Arm):
             heard += text
             failure = FAILED.search(heard)
             if failure:
-                raise HomeNotFound(self._line.port, f"the switch of axis {failure[1]} was not found")
-            self._talk.mind(text, SEARCH)
-            self._talk.see_whether_restarted()
+                raise self._home_not_found(f"the switch of axis {failure[1]} was not found")
+            self._talk.inspect(text, SEARCH)
+            self._talk.check_restart()
             if ended:
                 self._talk.settle()
-                self._talk.tell(f"HERE {PLACE}")
+                self._talk.command(f"HERE {PLACE}")
                 return
             listens |= asked and bool(text)
             silent = 0 if text else silent + 1
             if listens and silent > 0:
-                raise LineLost(self._line.port, "it fell silent while it searched its home")
-            self._line.send("\r")  # whoever listens while homing, answers
+                raise line_lost(self._line.port, "it fell silent while it searched its home")
+            self._line.send("\r")  # a controller that listens while homing answers
             asked = True
-        raise HomeNotFound(self._line.port, f"it searched for more than {HOMING_S:.0f} s")
+        raise self._home_not_found(f"it searched for more than {HOMING_S:.0f} s")
 
-    def light(self, output: int) -> None:
+    def laser_on(self, output: int) -> None:
         """Switch an output on."""
-        self._talk.tell(f"SET OUT[{output}]=1")
+        self._talk.command(f"SET OUT[{output}]=1")
 
-    def dark(self, output: int) -> None:
+    def laser_off(self, output: int) -> None:
         """Switch an output off."""
-        self._talk.tell(f"SET OUT[{output}]=0")
+        self._talk.command(f"SET OUT[{output}]=0")
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the port."""
         self._line.close()
+
+    def _home_not_found(self, reason: str) -> ArmError:
+        return ArmError(
+            f"The arm on {self._line.port} did not find its home: {reason}."
+            " Move it clear of its stops by hand and try again."
+        )
 
     def _counts(self, place: str) -> Ints:
         """Encoder counts of the arm as it is, or of a position that is stored."""
@@ -158,7 +169,7 @@ class Acl(Arm):
         said = [self._talk.ask(f"SHOW PAR {number}", last_number) for _ in range(2)]
         while said[-1] != said[-2]:
             if len(said) > 5:
-                raise AnswerUnclear(self._line.port, f"SHOW PAR {number}", str(said), len(said))
+                raise unclear(self._line.port, f"SHOW PAR {number}", str(said), len(said))
             said.append(self._talk.ask(f"SHOW PAR {number}", last_number))
         return said[-1]
 

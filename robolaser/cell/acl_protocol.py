@@ -1,11 +1,11 @@
-"""Question and answer with an ACL controller: nothing takes effect that it did not hear letter by letter."""
+"""Request and answer with an ACL controller: a command takes effect only if each of its letters was echoed."""
 
 import re
 from collections.abc import Callable, Sequence
 from typing import TypeVar, final
 
-from robolaser.cell.line import Line
-from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineLost
+from robolaser.cell.failures import AnswerUnclear, ArmRefused, ArmRestarted, alarm, line_lost, refused, unclear
+from robolaser.cell.serial_line import SerialLine
 
 Value = TypeVar("Value")
 
@@ -13,14 +13,14 @@ ENTER = "\r"
 ABORT = "\x01"
 """Ctrl-A: stops all motion, wherever the controller is."""
 AT_ONCE = 4
-"""How often it is said without waiting, for a line that swallows bytes."""
+"""How often it is sent without waiting, for a line that loses bytes."""
 SPOIL = "XQ"
 """Makes any command unknown, for one that was misheard and not yet entered."""
 QUIET_S = 0.9
 """Half of how long silence may last: after the first half something else is tried."""
 TRIES = 3
 PAUSE_S = 0.2
-CALM = 10
+SLOW_PERCENT = 10
 """Speed that is set for what moves the arm without saying how fast [percent]; who has started anew has another."""
 PROMPT = re.compile(">")
 ECHO = re.compile("echo", re.IGNORECASE)
@@ -29,7 +29,7 @@ LINE_END = re.compile(r"[\r\n>]")
 BOOT = re.compile(r"[\r\n]>_")
 """The prompt after power comes on; a disturbed line may write one too."""
 SAID = re.compile(r"\*\*\*[^\r\n>]*")
-IS_CALM = re.compile(rf"\b{CALM}\b")
+IS_SLOW = re.compile(rf"\b{SLOW_PERCENT}\b")
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
 AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
 TROUBLE = {
@@ -47,15 +47,16 @@ MEANING = {
 
 
 @final
-class Talk:
+class AclProtocol:
     """The controller echoes each character: a command is entered only when its echo is right.
 
     Each command is written in another mixture of capitals. Its echo tells its own answer from one that comes late.
 
-    Raises (every method): LineLost, LineFlooded, and what the controller says by itself: ArmAlarm, ArmRestarted.
+    Raises (every method): LineLost, LineFlooded, and what the controller reports
+    unasked: ArmAlarm, ArmRestarted.
     """
 
-    def __init__(self, line: Line, joints: Sequence[str]) -> None:
+    def __init__(self, line: SerialLine, joints: Sequence[str]) -> None:
         self._line = line
         self._joints = joints
         self._turn = 0
@@ -108,15 +109,15 @@ class Talk:
                 return value
             refusals += SAID.findall(answer)[-1:]
         if len(refusals) == TRIES and len(set(refusals)) == 1:  # no disturbed line says the same each time
-            raise ArmRefused(self._line.port, command, refusals[0].strip(), "")
+            raise refused(self._line.port, command, refusals[0].strip(), "")
         raise self._unclear(command, answer)
 
-    def tell(self, command: str) -> None:
-        """Have something done.
+    def command(self, command: str) -> None:
+        """Have a command carried out.
 
         Raises:
             ArmRefused: The controller says no.
-            AnswerUnclear: It never heard it right.
+            AnswerUnclear: Its echo was never right.
         """
         self.ask(command, lambda answer: True if "***" not in answer and ">" in answer else None)
 
@@ -129,12 +130,12 @@ class Talk:
         raise self._unclear(command, "")
 
     def listen(self) -> None:
-        """Hear what the controller has said by itself, between two commands."""
-        self.mind(self._line.drop())
-        self.see_whether_restarted()
+        """Take in what the controller has reported unasked since the last command."""
+        self.inspect(self._line.discard())
+        self.check_restart()
 
-    def mind(self, text: str, command: str = "") -> None:
-        """Look through what came for what the controller says by itself, or against a command that it heard right.
+    def inspect(self, text: str, command: str = "") -> None:
+        """Look for reports of trouble in what came, or for the rejection of a command whose echo was right.
 
         Raises:
             ArmRefused: It says no.
@@ -149,27 +150,30 @@ class Talk:
             if "***" in line:
                 self._complain(line[line.index("***") :].strip(), command)
 
-    def see_whether_restarted(self) -> None:
-        """Where a prompt looked like the first one: who has started anew has forgotten the speed that was set."""
+    def check_restart(self) -> None:
+        """Where a prompt looked like the one after power-on: a restarted controller has lost the speed that was set."""
         if not self._restarted:
             return
         self._restarted = False
         try:
-            calm = any(
-                self.ask("SHOW SPEED", lambda said: bool(IS_CALM.search(said)) if ">" in said else None)
+            slow = any(
+                self.ask("SHOW SPEED", lambda said: bool(IS_SLOW.search(said)) if ">" in said else None)
                 for _ in range(2)  # one answer may be spoilt
             )
         except (AnswerUnclear, ArmRefused):
-            calm = False
-        if not calm:
-            raise ArmRestarted(self._line.port)
+            slow = False
+        if not slow:
+            raise ArmRestarted(
+                f"The controller on {self._line.port} has started anew: its counts may no longer mean the same angles."
+                " Home the arm (home = true in cell.toml, [arm]) before going on."
+            )
 
     def abort(self) -> None:
         """Stop all motion, now."""
         self._line.send(ABORT * AT_ONCE)
 
     def settle(self) -> None:
-        """Let pass what is still being said."""
+        """Let what is still being sent pass."""
         self._line.until(NOTHING, PAUSE_S)
 
     def _typed(self, command: str) -> bool:
@@ -178,17 +182,17 @@ class Talk:
         text = self._mixed(command)
         self._line.send(text)
         heard, echo = self._line.until(re.compile(re.escape(text), 0 if self._mixing else re.IGNORECASE), QUIET_S)
-        self.mind(heard)
+        self.inspect(heard)
         if echo:
             return True
         self._line.send(SPOIL + ENTER)
-        self.mind(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0])[len(heard) :])
+        self.inspect(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0])[len(heard) :])
         return False
 
     def _entered(self, command: str) -> str:
         """Enter what was typed, and hear the answer with its prompt; without, where the prompt got lost."""
         answer, _ = self._prompted()
-        self.mind(answer, command)
+        self.inspect(answer, command)
         return answer
 
     def _prompted(self) -> "tuple[str, re.Match[str] | None]":
@@ -211,7 +215,7 @@ class Talk:
 
     def _silent_or(self, heard: str) -> str:
         if not heard:
-            raise LineLost(self._line.port, f"no answer for {2 * QUIET_S:.1f} s")
+            raise line_lost(self._line.port, f"no answer for {2 * QUIET_S:.1f} s")
         return heard
 
     def _complain(self, line: str, command: str) -> None:
@@ -220,10 +224,10 @@ class Talk:
                 axis = AXIS.search(line)
                 number = int(axis[1]) if axis else 0
                 joint = self._joints[number - 1] if 0 < number <= len(self._joints) else "no joint is named"
-                raise ArmAlarm(self._line.port, joint, line, advice)
+                raise alarm(self._line.port, joint, line, advice)
         numbered = NUMBERED.search(line)
         if numbered and command:
-            raise ArmRefused(self._line.port, command, line, MEANING.get(int(numbered[1]), ""))
+            raise refused(self._line.port, command, line, MEANING.get(int(numbered[1]), ""))
 
     def _unclear(self, command: str, answer: str) -> AnswerUnclear:
-        return AnswerUnclear(self._line.port, command, answer, TRIES)
+        return unclear(self._line.port, command, answer, TRIES)

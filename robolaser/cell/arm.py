@@ -1,10 +1,12 @@
-"""An arm that can be told where to go and asked where it is, whatever language its controller speaks."""
+"""An arm that can be sent to joint angles and read, whatever protocol its controller has."""
 
 from abc import ABC, abstractmethod
 from types import TracebackType
 from typing import ClassVar, Self
 
 from robolaser.arrays import Array
+from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import Cell
 
 
 class Arm(ABC):
@@ -12,58 +14,71 @@ class Arm(ABC):
 
     Angles are in the order of the joints of the cell's robot.
 
-    Raises (every method): LineLost, LineFlooded, AnswerUnclear, ArmRefused, ArmAlarm, ArmRestarted.
+    Raises (every method): LineLost, and of `robolaser.cell.failures` LineFlooded, AnswerUnclear, ArmRefused,
+    ArmAlarm and ArmRestarted.
     """
 
     step: Array
-    """The smallest difference of angles that it can tell, (j,) [rad or m]."""
-    all_at_once: ClassVar[bool]
+    """The smallest difference of angles that a reading resolves, (j,) [rad or m]."""
+    synchronous_read: ClassVar[bool]
     """Whether a reading shows all joints at the same moment, not one after the other."""
-    knows_itself: ClassVar[bool]
+    outputs: ClassVar[int | None]
+    """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
+    absolute_encoders: ClassVar[bool]
     """Whether its readings still mean the same angles after its power was off."""
+
+    @classmethod
+    @abstractmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the line to a cell's arm, and learn how it counts. Nothing moves.
+
+        Raises:
+            ArmError: The line cannot be opened, or does not lead to this robot's controller.
+            DataError: The robot has more joints than the controller moves.
+        """
 
     @abstractmethod
     def read(self) -> Array:
         """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
 
     @abstractmethod
-    def watch(self) -> None:
-        """Ask or listen whether a joint is in trouble.
+    def poll_faults(self) -> None:
+        """Check whether a joint reports a fault.
 
         Raises:
             ArmAlarm: One is.
         """
 
     @abstractmethod
-    def go(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,), to be there after about so many seconds. Returns at once.
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Start a motion to angles, (j,), that takes about so many seconds. Returns at once.
 
-        Never is more than one motion under way: an arm whose line is cut rests where it was going.
+        There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
         """
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop where it is and forget what it was told. Says so at once and waits for no answer."""
+        """Stop where it is and discard its motion. Sends at once and waits for no answer."""
 
     @abstractmethod
     def home(self) -> None:
         """Search its home, and return when it is found.
 
         Raises:
-            HomeNotFound: It was not.
+            ArmError: It was not.
         """
 
     @abstractmethod
-    def light(self, output: int) -> None:
+    def laser_on(self, output: int) -> None:
         """Switch a digital output on."""
 
     @abstractmethod
-    def dark(self, output: int) -> None:
+    def laser_off(self, output: int) -> None:
         """Switch a digital output off."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the line."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,76 +1,58 @@
-"""The languages that arms speak, by name; to add one is to add a file with an `Arm` and a line here."""
+"""The arms that can be driven, by the `kind` in cell.toml: a file with an `Arm` and a line here, or a plugin."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import final
+import pkgutil
+from collections.abc import Mapping
 
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.toml_schema import wrong
-from robolaser.errors import ArmUnknown, OutputMissing
+from robolaser.errors import DataError, near
+from robolaser.plugins import announced
+
+GROUP = "robolaser.arms"
+"""Entry points of installed packages that announce arms; the entry point's name is the kind."""
+ARMS: Mapping[str, str] = {
+    "acl": "robolaser.cell.acl:AclArm",
+    "lss": "robolaser.cell.lss:LssArm",
+    "replay": "robolaser.cell.replay:ReplayArm",
+}
+"""SCORBOT controllers, Lynxmotion smart servos, and a recording that passes for an arm."""
+REQUIRED = ("outputs", "synchronous_read", "absolute_encoders")
 
 
-@final
-@dataclass(frozen=True)
-class Language:
-    """One way of speaking to an arm.
-
-    Attributes:
-        open: Opens the line of a cell's arm.
-        outputs: How many digital outputs its controller has, counted from 1; None: whatever is asked of it.
-    """
-
-    open: Callable[[Cell, Clock], Arm]
-    outputs: int | None
-
-
-def _acl(cell: Cell, clock: Clock) -> Arm:
-    from robolaser.cell.acl import Acl  # noqa: PLC0415 - only the one that is there is loaded
-
-    return Acl.open(cell.arm, cell.robot.joints, clock)
-
-
-def _lss(cell: Cell, clock: Clock) -> Arm:
-    from robolaser.cell.lss import Lss  # noqa: PLC0415
-
-    return Lss.open(cell.arm, cell.robot.joints, clock)
-
-
-def _replay(cell: Cell, clock: Clock) -> Arm:
-    from robolaser.cell.replay import Replay  # noqa: PLC0415
-
-    return Replay(cell.beside(cell.arm.port), cell.robot.joints)
-
-
-ARMS: Mapping[str, Language] = {"acl": Language(_acl, 16), "lss": Language(_lss, 0), "replay": Language(_replay, None)}
-"""By the `kind` in cell.toml: SCORBOT controllers, Lynxmotion smart servos, and a recording that passes for an arm."""
-
-
-def language_of(cell: Cell) -> Language:
-    """The language of a cell's arm, its port and the laser's output having been looked at. Nothing is opened.
+def arm_class(cell: Cell) -> type[Arm]:
+    """The class of a cell's arm; its port and the output that switches the laser are checked. Nothing is opened.
 
     Raises:
-        ArmUnknown: No language of that name.
-        OutputMissing: Its controller does not have the output that switches the laser.
-        DataError: No port is named.
+        DataError: No arm of that kind; its controller does not have the output; no port is named.
+        PluginError: An installed package announces an arm that cannot be used.
     """
-    if cell.arm.kind not in ARMS:
-        raise ArmUnknown(cell.arm.kind, ARMS)
-    language, output = ARMS[cell.arm.kind], cell.laser_output
-    if output is not None and language.outputs is not None and output > language.outputs:
-        raise OutputMissing(cell.arm.kind, output, language.outputs)
+    kind, output = cell.arm.kind, cell.laser_output
+    if kind in ARMS:
+        arm: type[Arm] = pkgutil.resolve_name(ARMS[kind])  # the others are not loaded
+    else:
+        others = announced(GROUP, Arm, taken=ARMS, name="", required=REQUIRED)
+        if kind not in others:
+            raise DataError(
+                f"{FILE}, [arm] kind: no arm speaks '{kind}'.{near(kind, [*ARMS, *others])}", file=FILE, column="kind"
+            )
+        arm = others[kind]
+    if output is not None and arm.outputs is not None and output > arm.outputs:
+        there = f"has outputs 1 to {arm.outputs}" if arm.outputs else "switches nothing; take [laser] out"
+        raise DataError(
+            f"{FILE}, [laser] output: {output}, but an arm of kind '{kind}' {there}.", file=FILE, column="output"
+        )
     if not cell.arm.port:
         raise wrong(FILE, ("arm", "port"), cell.arm.port, "a device, or any URL that pyserial opens")
-    return language
+    return arm
 
 
 def open_arm(cell: Cell, clock: Clock) -> Arm:
     """Open the line to a cell's arm. Nothing moves.
 
     Raises:
-        ArmUnknown, OutputMissing, DataError: See `language_of`.
-        ArmDiffers: dataset.toml has a robot with more joints than the controller moves.
+        DataError: See `arm_class`; or dataset.toml has a robot with more joints than the controller moves.
         RobolaserError: The port, the line or the controller says no.
     """
-    return language_of(cell).open(cell, clock)
+    return arm_class(cell).open(cell, clock)

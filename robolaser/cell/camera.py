@@ -1,4 +1,4 @@
-"""A camera that can be asked for one picture of what is there now."""
+"""A camera that can be asked for one image of what is there now."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.errors import CameraSize, CameraUnusable, Overexposed
+from robolaser.errors import CameraError
 
 Image = NDArray[np.uint8]
 Warn = Callable[[str], None]
 
 WHITE = 250
-"""Grey from which on a pixel tells nothing."""
+"""Grey value from which on a pixel counts as saturated."""
 MOSTLY = 0.5
 MUCH = 0.1
 """Shares of white pixels: with the first an image is lost; a stripe alone never reaches the second."""
@@ -28,20 +28,18 @@ class Camera(ABC):
 
     @abstractmethod
     def shot(self, settle_s: float) -> Image:
-        """What is there from now on.
+        """An image of what is there from now on.
 
         Args:
             settle_s: Wait so long first [s]; 0: nothing has changed since the last shot.
 
         Raises:
-            CameraLost: No image comes.
-            CameraFrozen: They are all the same.
-            CameraSize, Overexposed: The image is of no use.
+            CameraError: No image comes, they are all the same, or the image is of no use.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
 
     def __enter__(self) -> Self:
         return self
@@ -52,38 +50,56 @@ class Camera(ABC):
         self.close()
 
 
+def cannot_open(source: object, reason: str) -> CameraError:
+    """The error of a camera that is not there or not usable."""
+    return CameraError(
+        f"Cannot open camera {source}: {reason}. Check its cable or address, that no other program holds it, and"
+        " name it in cell.toml, [camera] source, or with --camera."
+    )
+
+
+def no_more_images(source: object, reason: str) -> CameraError:
+    """The error of a camera that falls silent."""
+    return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")
+
+
 def grey(source: object, frame: Any) -> Image:
     """Any image as OpenCV delivers it, as (h, w) uint8; sixteen bits keep their upper eight.
 
     Raises:
-        CameraUnusable: It is no image.
+        CameraError: It is no image.
     """
     plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
     if plain.dtype != np.uint8:
-        raise CameraUnusable(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
+        raise cannot_open(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
     if plain.ndim == 3 and plain.shape[2] > 1:
         plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
     return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
 
 
-def see_to(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
+def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
     """Look whether an image is fit to be kept.
 
     Args:
         source: What messages call the camera.
         image: (h, w).
         size: Width and height that it should have [px].
-        warn: Is told what is odd.
+        warn: Receives what is odd.
 
     Raises:
-        CameraSize: It has another size.
-        Overexposed: Most of it is white.
+        CameraError: It has another size, or most of it is white.
     """
     if image.shape[::-1] != size:
-        raise CameraSize(source, (image.shape[1], image.shape[0]), size)
+        raise CameraError(
+            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml, [image]"
+            f" says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+        )
     white = float((image >= WHITE).mean())
     if white > MOSTLY:
-        raise Overexposed(source, white)
+        raise CameraError(
+            f"Camera {source} is overexposed: {white:.0%} of the image is white."
+            " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
+        )
     if white > MUCH:
         warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
     if image.max(initial=0) < DARK:

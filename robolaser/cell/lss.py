@@ -10,10 +10,11 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.line import Line, spoken_over
-from robolaser.cell.pace import PEAK
-from robolaser.data.cell_config import ArmLine
-from robolaser.errors import AnswerUnclear, ArmAlarm, ArmDiffers, ArmRefused, LineLost
+from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, refused, unclear
+from robolaser.cell.motion_time import PEAK
+from robolaser.cell.serial_line import SerialLine, connect
+from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.errors import LineLost
 
 EVERYBODY = 254
 STEP = np.deg2rad(0.1)
@@ -33,48 +34,49 @@ ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 
 
 @final
-class Lss(Arm):
-    """Servos that know their angles from the moment they are switched on: there is no home to search."""
+class LssArm(Arm):
+    """Servos with absolute encoders: there is no home to search."""
 
-    all_at_once: ClassVar[bool] = False
-    knows_itself: ClassVar[bool] = True
+    outputs: ClassVar[int | None] = 0
+    synchronous_read: ClassVar[bool] = False
+    absolute_encoders: ClassVar[bool] = True
 
-    def __init__(self, line: Line, arm: ArmLine, joints: Sequence[str]) -> None:
+    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
         if not joints:
-            raise ArmDiffers("lss", 0, EVERYBODY - 1)
+            raise joints_differ("lss", 0, EVERYBODY - 1)
         self._line = line
         self._ids = arm.ids or tuple(range(1, len(joints) + 1))
         self._servos = tuple(zip(self._ids, joints, strict=True))
         self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
         self._direction = np.array(arm.direction or [1.0] * len(joints))
         self.step = np.full(len(joints), STEP)
-        line.drop()
-        line.send("\r")  # ends whatever was left half said
+        line.discard()
+        line.send("\r")  # ends a command that was left incomplete
         self.read()
 
     @classmethod
-    def open(cls, arm: ArmLine, joints: Sequence[str], clock: Clock) -> Self:
+    def open(cls, cell: Cell, clock: Clock) -> Self:
         """Open the port and see that every servo answers.
 
         Raises:
-            PortUnusable: It cannot be opened.
+            ArmError: It cannot be opened.
         """
-        return spoken_over(lambda line: cls(line, arm, joints), arm, clock)
+        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""
         angles: Array = self._reference + self._direction * self._all("QD") * STEP
         return angles
 
-    def watch(self) -> None:
+    def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
         for servo, joint in self._servos:
             status = self._ask(servo, joint, "Q")
             if status in TROUBLE:
-                raise ArmAlarm(self._line.port, joint, f"*{servo}Q{status}: {TROUBLE[status]}", ADVICE)
+                raise alarm(self._line.port, joint, f"*{servo}Q{status}: {TROUBLE[status]}", ADVICE)
 
-    def go(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,), all servos or none.
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Start a motion to angles, (j,), all servos or none.
 
         The time that a motion is to take cannot be read back. So each servo is first given the speed that its way
         needs as its highest, and says that it heard; and all are halted, and told again, where one misheard its goal.
@@ -99,18 +101,18 @@ class Lss(Arm):
         self._line.send(f"\r#{EVERYBODY}H\r" * AT_ONCE)
 
     def home(self) -> None:
-        """Nothing: they know where they are."""
+        """Nothing: their encoders are absolute."""
 
-    def light(self, output: int) -> None:
+    def laser_on(self, output: int) -> None:
         """Switch an output on."""
         self._no_outputs(output)
 
-    def dark(self, output: int) -> None:
+    def laser_off(self, output: int) -> None:
         """Switch an output off."""
         self._no_outputs(output)
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._line.close()
 
     def _halted(self) -> Ints:
@@ -121,7 +123,7 @@ class Lss(Arm):
             before, now = self._all("QD"), self._all("QD")
             if (before == now).all():
                 return now
-        raise AnswerUnclear(self._line.port, f"#{EVERYBODY}H", f"{before.tolist()}, {now.tolist()}", HALTS)
+        raise unclear(self._line.port, f"#{EVERYBODY}H", f"{before.tolist()}, {now.tolist()}", HALTS)
 
     def _cap(self, fastest: Ints) -> None:
         """Set each servo's highest speed, (j,) [tenths of a degree/s], until its power is off."""
@@ -141,8 +143,8 @@ class Lss(Arm):
             ArmAlarm: It is in trouble, and takes none.
         """
         self.stop()
-        self.watch()
-        return AnswerUnclear(self._line.port, command, str(heard), TRIES)
+        self.poll_faults()
+        return unclear(self._line.port, command, str(heard), TRIES)
 
     def _all(self, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> Ints:
         """What each servo answers, (j,)."""
@@ -153,7 +155,7 @@ class Lss(Arm):
         heard = ""
         pattern = re.compile(rf"\*{servo}{what}(-?\d+)\r")
         for _ in range(tries):
-            self._line.drop()
+            self._line.discard()
             self._line.send(f"#{servo}{what}\r")
             text, answer = self._line.until(pattern, quiet_s)
             if answer:
@@ -161,10 +163,10 @@ class Lss(Arm):
             heard += text
         if not heard:
             silence = f"servo {servo} ({joint}) gave no answer for {tries * quiet_s:.1f} s"
-            raise LineLost(self._line.port, silence)
-        raise AnswerUnclear(self._line.port, f"#{servo}{what}", heard, tries)
+            raise line_lost(self._line.port, silence)
+        raise unclear(self._line.port, f"#{servo}{what}", heard, tries)
 
     def _no_outputs(self, output: int) -> None:
-        raise ArmRefused(
+        raise refused(
             self._line.port, f"output {output}", "", "these servos switch nothing; take [laser] out of cell.toml"
         )

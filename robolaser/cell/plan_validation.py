@@ -1,4 +1,4 @@
-"""What a route must keep to before its first motion begins: joint limits, reach and floor, on every bit of the way."""
+"""Validation of a route before its first motion: joint limits, reach and floor, at poses and on the way between."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,9 +7,10 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.angles import shown
+from robolaser.cell.joint_text import joint_text
 from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset
+from robolaser.errors import PlanError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion
 
@@ -26,25 +27,24 @@ class Violation:
 
     Attributes:
         place: Name of the pose.
-        passing: Whether it is broken on the way there rather than at the pose itself.
+        on_the_way: Whether it is broken on the way there rather than at the pose itself.
         what: The joint, or what is too low or too far.
         value: With its unit.
         limit: With its unit.
     """
 
     place: str
-    passing: bool
+    on_the_way: bool
     what: str
     value: str
     limit: str
 
     def __str__(self) -> str:
-        return (
-            f"{'on the way to ' if self.passing else ''}{self.place}: {self.what} at {self.value}, limit {self.limit}"
-        )
+        way = "on the way to " if self.on_the_way else ""
+        return f"{way}{self.place}: {self.what} at {self.value}, limit {self.limit}"
 
 
-def carried(description: Dataset) -> Array:
+def tool_points(description: Dataset) -> Array:
     """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
     drawn = description.parameters
     if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
@@ -101,16 +101,33 @@ def violations(
     return found
 
 
+def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> PlanError:
+    """The error of a route that breaks the cell's limits.
+
+    Args:
+        broken: Where and how.
+        run_up: Whether poses are approached from beside.
+        most: How many are listed.
+    """
+    shown = "".join(f"\n  {violation}" for violation in broken[:most])
+    rest = f"\n  ... and {len(broken) - most} more" if len(broken) > most else ""
+    return PlanError(
+        f"No pose was gone to, for the plan breaks the cell's limits:{shown}{rest}\n"
+        f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
+        " [limits] in cell.toml or the URDF's."
+    )
+
+
 def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Array], Bools]:
-    """What tells of postures (n, j) whether the cell's limits let the arm stand there and begin so far below and above.
+    """A test of configurations (n, j): whether the limits allow the arm to stand there, and so far below and above.
 
     Args:
         description: The cell's robot and scanner.
         limits: Of the cell.
         run_up: Beginning of the approach, below and above in each joint [rad or m].
     """
-    robot, tools = description.robot, carried(description)
-    assert robot is not None  # whoever asks has seen to it
+    robot, tools = description.robot, tool_points(description)
+    assert robot is not None  # the caller checked it
 
     def may(q: Array) -> Bools:
         good: Bools = np.ones(len(q), dtype=np.bool_)
@@ -134,8 +151,8 @@ def _broken(robot: Robot, limits: Limits, tools: Array, name: str, line: Array) 
     for i, joint in enumerate(robot.joints):
         lower, upper = float(robot.lower[i]), float(robot.upper[i])
         least, most = float(line[:, i].min()), float(line[:, i].max())
-        note(lower - SLACK - line[:, i], joint, shown(robot, i, least), shown(robot, i, lower))
-        note(line[:, i] - upper - SLACK, joint, shown(robot, i, most), shown(robot, i, upper))
+        note(lower - SLACK - line[:, i], joint, joint_text(robot, i, least), joint_text(robot, i, lower))
+        note(line[:, i] - upper - SLACK, joint, joint_text(robot, i, most), joint_text(robot, i, upper))
     if limits.floor_m is not None:
         height = lowest(robot, line, tools)
         note(limits.floor_m - height, "the lowest part", f"{height.min():.3f} m", f"{limits.floor_m:.3f} m (floor_m)")

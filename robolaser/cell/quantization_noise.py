@@ -15,7 +15,7 @@ HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE
 DOTTED = re.compile(r"^[ \t]*[\"']?noise[\"']?[ \t]*\..*$", re.MULTILINE)
 
 
-def reading_rad(step: Array, robot: Robot) -> float:
+def quantization_rad(step: Array, robot: Robot) -> float:
     """Standard deviation of a reading that is cut off at steps, root mean square over the joints that turn [rad].
 
     Args:

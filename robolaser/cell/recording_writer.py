@@ -1,4 +1,4 @@
-"""A recording as it grows: a whole data set on the disk after every pose, whatever happens next."""
+"""The writer of a recording: a complete data set is on the disk after every pose."""
 
 import csv
 import io
@@ -16,22 +16,15 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.camera import Image, Warn
-from robolaser.cell.quantization_noise import KEY, SECTION, reading_rad, with_noise
-from robolaser.cell.recovery import is_number, named, same, see_same_cell, whole
-from robolaser.cell.route import Visit, read_route, route_text
+from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
+from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
+from robolaser.cell.route import Waypoint, read_route, route_text
 from robolaser.data.atomic_write import write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_text
 from robolaser.data.image_list import UNLIT
-from robolaser.errors import (
-    CellDiffers,
-    NothingToResume,
-    OutputIsCell,
-    PlanDiffers,
-    output_exists,
-    unwritable,
-)
+from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
 from robolaser.geometry.kinematics import Robot
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
@@ -42,14 +35,14 @@ LEAST_PAUSE_S = 1.0
 
 @final
 @dataclass(frozen=True, eq=False)
-class Stay:
-    """A place where the arm was.
+class Sample:
+    """A configuration that the arm rested at.
 
     Attributes:
         name: Of the pose.
         time_s: Since the recording began [s].
         q: As read, (j,) [rad or m].
-        images: By column of poses.csv; none where the arm only came through.
+        images: By column of poses.csv; none where the arm only passed.
     """
 
     name: str
@@ -59,12 +52,12 @@ class Stay:
 
 
 @final
-class Journal:
+class RecordingWriter:
     """The folder of a recording."""
 
-    def __init__(self, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int) -> None:
+    def __init__(self, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint], shots: int) -> None:
         self.folder = folder
-        self.visits = tuple(visits)
+        self.waypoints = tuple(waypoints)
         self.shots = shots
         self.time_s = 0.0
         """Since when the next entry counts from."""
@@ -77,31 +70,34 @@ class Journal:
         self._text: str | None = None
 
     @classmethod
-    def begin(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit], shots: int, *, force: bool) -> Self:
+    def begin(
+        cls, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint], shots: int, *, force: bool
+    ) -> Self:
         """Begin a recording. Nothing is written before the first entry.
 
         Args:
             cell: Where it is taken.
             robot: The cell's.
             folder: Created where it is not there.
-            visits: The poses.
+            waypoints: The poses.
             shots: At each pose, with the laser on.
             force: Throw away a recording that is there.
 
         Raises:
-            OutputError: There is one.
-            OutputIsCell: What is there is a cell.
+            OutputError: There is one, or what is there is a cell.
         """
         if (folder / CELL).exists():
-            raise OutputIsCell(folder)
-        journal = cls(cell, robot, folder, visits, shots)
-        there = [file for file in journal._files() if file.exists()]
+            raise OutputError(f"{folder} is a cell: a recording there would overwrite it. Choose another --output.")
+        writer = cls(cell, robot, folder, waypoints, shots)
+        there = [file for file in writer._files() if file.exists()]
         if there and not force:
             raise output_exists(there[0])
-        return journal
+        return writer
 
     @classmethod
-    def resume(cls, cell: Cell, robot: Robot, folder: Path, visits: Sequence[Visit] | None, shots: int | None) -> Self:
+    def resume(
+        cls, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None
+    ) -> Self:
         """Go on with a recording that was interrupted. What an interruption left half done is done again.
 
         Nothing is written before the first entry.
@@ -110,56 +106,58 @@ class Journal:
             cell: Where it is taken.
             robot: The cell's.
             folder: Of the recording.
-            visits: The poses; None: those it was begun with.
+            waypoints: The poses; None: those it was begun with.
             shots: Likewise.
 
         Raises:
-            NothingToResume: None was begun there.
-            PlanDiffers: It was begun with other poses or shots.
-            CellDiffers: It was begun in another cell.
+            DataError: None was begun there, or it was begun in another cell.
+            PlanError: It was begun with other poses or shots.
         """
         if not (folder / PLAN).is_file():
-            raise NothingToResume(folder)
+            raise DataError(
+                f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
+                file=folder / PLAN,
+            )
         planned, planned_shots = read_route(folder / PLAN, robot)
         if shots is not None and shots != planned_shots:
-            raise PlanDiffers(folder, f"{planned_shots} shots a pose, not {shots}")
-        if visits is not None and not same(visits, planned):
-            raise PlanDiffers(folder, f"its {len(planned)} poses are not the {len(visits)} asked for")
-        journal = cls(cell, robot, folder, planned, planned_shots)
-        journal.begun, journal._tidy = True, False
+            raise _another_plan(folder, f"{planned_shots} shots a pose, not {shots}")
+        if waypoints is not None and not same(waypoints, planned):
+            raise _another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} asked for")
+        writer = cls(cell, robot, folder, planned, planned_shots)
+        writer.begun, writer._tidy = True, False
         if (folder / DATASET).is_file():
-            see_same_cell(folder, DATASET, cell)
+            check_same_cell(folder, DATASET, cell)
         if (folder / POSES).is_file():
-            journal._take_up(folder / POSES)
-        return journal
+            writer._take_up(folder / POSES)
+        return writer
 
     @property
-    def remaining(self) -> tuple[Visit, ...]:
+    def remaining(self) -> tuple[Waypoint, ...]:
         """Poses that are still to be visited."""
         done = {row["pose"] for row in self._rows if row.get("image")}
-        return tuple(visit for visit in self.visits if visit.name not in done)
+        return tuple(waypoint for waypoint in self.waypoints if waypoint.name not in done)
 
     @property
     def done(self) -> int:
         """How many poses are on the disk."""
-        return len(self.visits) - len(self.remaining)
+        return len(self.waypoints) - len(self.remaining)
 
     def unused(self, name: str) -> str:
         """A name that no pose bears: the one given, or with a number after it."""
-        taken = {row["pose"] for row in self._rows} | {visit.name for visit in self.visits}
+        taken = {row["pose"] for row in self._rows} | {waypoint.name for waypoint in self.waypoints}
         number = 1
         while (free := name if number == 1 else f"{name}_{number}") in taken:
             number += 1
         return free
 
     @property
-    def left_at(self) -> Array | None:
+    def last_position(self) -> Array | None:
         """Where the arm last was, as far as the disk knows, (j,) [rad or m]; None: nowhere yet."""
         if not self._rows:
             return None
         return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
 
-    def read_in_steps(self, step: Array, warn: Warn) -> None:
+    def state_quantization_noise(self, step: Array, warn: Warn) -> None:
         """Let the recording state how finely joints were read, unless its cell states a noise of readings.
 
         Args:
@@ -168,12 +166,12 @@ class Journal:
         """
         if self.begun and (self.folder / DATASET).exists():
             return
-        noise_rad = reading_rad(step, self._robot)
+        noise_rad = quantization_rad(step, self._robot)
         self._text = with_noise(read_text(self._cell.folder / DATASET), noise_rad)
         if self._text is None:
             warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
-    def add(self, stays: Sequence[Stay]) -> None:
+    def add(self, samples: Sequence[Sample]) -> None:
         """Write where the arm was: the images first, then the table that names them, all or nothing.
 
         Raises:
@@ -185,11 +183,11 @@ class Journal:
         if not self._tidy:
             self._tidy_up()
         rows = list(self._rows)
-        for stay in stays:
-            row = {"pose": stay.name, "time_s": f"{stay.time_s:.3f}"}
-            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, stay.q, strict=True)}
-            for column, image in stay.images.items():
-                path = f"{IMAGES}/{self._stem(stay.name)}{_ending(column)}"
+        for sample in samples:
+            row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
+            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, sample.q, strict=True)}
+            for column, image in sample.images.items():
+                path = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
                 row[column] = path
             rows.append(row)
@@ -208,7 +206,7 @@ class Journal:
             for file in (*self._pictured(), *self._files()):
                 file.unlink(missing_ok=True)
             (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
-        return {self.folder / PLAN: route_text(self._robot, self.visits, self.shots).encode()}
+        return {self.folder / PLAN: route_text(self._robot, self.waypoints, self.shots).encode()}
 
     def _pictured(self) -> list[Path]:
         """Images that a recording that is thrown away has taken."""
@@ -230,7 +228,7 @@ class Journal:
     def _stem(self, name: str) -> str:
         """A file's name for a pose, whatever the pose is called; only a name of our own has a dot in it."""
         plain = name.replace("_", "").replace("-", "")
-        number = next((i for i, visit in enumerate(self.visits) if visit.name == name), 0)
+        number = next((i for i, waypoint in enumerate(self.waypoints) if waypoint.name == name), 0)
         return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
@@ -264,7 +262,9 @@ class Journal:
         header = set(reader.fieldnames or ())
         if "\n" in text and header != set(columns):
             differing = ", ".join(sorted(header ^ set(columns)))
-            raise CellDiffers(self.folder, f"its poses.csv and what would be recorded now differ in {differing}")
+            raise begun_in_another_cell(
+                self.folder, f"its poses.csv and what would be recorded now differ in {differing}"
+            )
         for cells in reader:
             row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
             images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
@@ -273,7 +273,7 @@ class Journal:
             if complete and all(whole(self.folder / image) for image in images):
                 self._rows.append(row)
                 self.time_s = max(self.time_s, float(row["time_s"]))
-        again = {visit.approach_name for visit in self.remaining}
+        again = {waypoint.approach_name for waypoint in self.remaining}
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
@@ -290,3 +290,10 @@ def _writing(folder: Path) -> Iterator[None]:
 def _ending(column: str) -> str:
     """image: .png, image_2: .2.png, image_off: .off.png."""
     return f"{column.removeprefix('image').replace('_', '.')}.png"
+
+
+def _another_plan(folder: Path, what: str) -> PlanError:
+    return PlanError(
+        f"{folder} was begun with another plan: {what}. Go on with --resume alone, which keeps to the plan there,"
+        " or choose another --output."
+    )

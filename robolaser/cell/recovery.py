@@ -1,20 +1,20 @@
-"""What an earlier day has left of a recording, and whether it is whole."""
+"""Whether what an interruption left of a recording is complete and belongs to the cell."""
 
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robolaser.cell.quantization_noise import KEY, SECTION
-from robolaser.cell.route import Visit
+from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
 from robolaser.data.toml_schema import read_toml
-from robolaser.errors import CellDiffers
+from robolaser.errors import DataError
 
 MERE_WORDS = ("name", "source", "licence")
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
-def see_same_cell(folder: Path, file: str, cell: Cell) -> None:
+def check_same_cell(folder: Path, file: str, cell: Cell) -> None:
     """Whether a recording's dataset.toml is its cell's, but for the noise of readings that was put there.
 
     Args:
@@ -23,23 +23,23 @@ def see_same_cell(folder: Path, file: str, cell: Cell) -> None:
         cell: Where it is to be gone on with.
 
     Raises:
-        CellDiffers: It is not.
+        DataError: It is not.
     """
     now, then = read_toml(cell.folder / file), read_toml(folder / file)
     if KEY not in now.get(SECTION, {}):
         then.get(SECTION, {}).pop(KEY, None)
     differing = [key for key in {**then, **now} if key not in MERE_WORDS and then.get(key, {}) != now.get(key, {})]
     if differing:
-        raise CellDiffers(folder, f"its dataset.toml and the cell's differ in {', '.join(differing)}")
+        raise begun_in_another_cell(folder, f"its dataset.toml and the cell's differ in {', '.join(differing)}")
 
 
-def same(visits: Sequence[Visit], planned: Sequence[Visit]) -> bool:
+def same(waypoints: Sequence[Waypoint], planned: Sequence[Waypoint]) -> bool:
     """Whether two routes visit the same poses in the same way."""
 
-    def text(visit: Visit) -> tuple[object, ...]:
-        return visit.name, visit.q.tolist(), None if visit.approach is None else visit.approach.tolist()
+    def text(waypoint: Waypoint) -> tuple[object, ...]:
+        return waypoint.name, waypoint.q.tolist(), None if waypoint.approach is None else waypoint.approach.tolist()
 
-    return [text(visit) for visit in visits] == [text(visit) for visit in planned]
+    return [text(waypoint) for waypoint in waypoints] == [text(waypoint) for waypoint in planned]
 
 
 def whole(image: Path) -> bool:
@@ -62,3 +62,11 @@ def is_number(cell: str) -> bool:
         return math.isfinite(float(cell))
     except ValueError:
         return False
+
+
+def begun_in_another_cell(folder: Path, what: str) -> DataError:
+    """The error of a recording that does not fit the cell."""
+    return DataError(
+        f"{folder} was begun in another cell: {what}. Go on with the cell as it was, or choose another --output.",
+        file=folder,
+    )

@@ -1,40 +1,48 @@
-"""An arm that is a recording: it jumps to where the recorded one stood."""
+"""A recording in place of an arm: it jumps to where the recorded arm stood."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import joints_differ
+from robolaser.data.cell_config import Cell
 from robolaser.data.loading import load
-from robolaser.errors import ArmDiffers
 
 
 @final
-class Replay(Arm):
+class ReplayArm(Arm):
     """Stands at the recorded pose nearest to where it is sent."""
 
-    all_at_once: ClassVar[bool] = True
-    knows_itself: ClassVar[bool] = True
+    outputs: ClassVar[int | None] = None
+    synchronous_read: ClassVar[bool] = True
+    absolute_encoders: ClassVar[bool] = True
 
     def __init__(self, folder: Path, joints: Sequence[str]) -> None:
         q = load(folder).poses.q
         if q is None or q.shape[1] != len(joints):
-            raise ArmDiffers("replay", len(joints), 0 if q is None else q.shape[1])
+            raise joints_differ("replay", len(joints), 0 if q is None else q.shape[1])
         self.step = np.zeros(len(joints))
         self._recorded = q
         self._at: Array = q[0]
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Read the recording that the port names."""
+        return cls(cell.beside(cell.arm.port), cell.robot.joints)
 
     def read(self) -> Array:
         """Where it is now, (j,)."""
         return self._at
 
-    def watch(self) -> None:
-        """Nothing befalls it."""
+    def poll_faults(self) -> None:
+        """It has no faults."""
 
-    def go(self, q: Array, seconds: float) -> None:
+    def start_move(self, q: Array, seconds: float) -> None:
         """Set out to angles, (j,)."""
         self._at = self._recorded[np.abs(self._recorded - q).max(axis=1).argmin()]
 
@@ -42,13 +50,13 @@ class Replay(Arm):
         """It never moves."""
 
     def home(self) -> None:
-        """It was never lost."""
+        """It needs none."""
 
-    def light(self, output: int) -> None:
+    def laser_on(self, output: int) -> None:
         """The images are taken."""
 
-    def dark(self, output: int) -> None:
+    def laser_off(self, output: int) -> None:
         """The images are taken."""
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """There is nothing to close."""

@@ -1,4 +1,4 @@
-"""Where an arm is to go: the poses of a recording, in order, each with the side it is approached from."""
+"""The route of a recording: its poses in order, each with the configuration it is approached from."""
 
 import csv
 import io
@@ -13,7 +13,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import bad_cell, read_table, read_text
 from robolaser.data.pose_table import all_different
-from robolaser.errors import PoseFar, PosesUnusable, unreadable
+from robolaser.errors import DataError, unreadable
 from robolaser.geometry.kinematics import Robot
 
 FAR = 1.0
@@ -23,7 +23,7 @@ KINDS = ("approach", "pose")
 
 @final
 @dataclass(frozen=True, eq=False)
-class Visit:
+class Waypoint:
     """One pose.
 
     Attributes:
@@ -42,21 +42,19 @@ class Visit:
         return f"{self.name}_from"
 
 
-def numbered(q: Array) -> tuple[Visit, ...]:
+def numbered(q: Array) -> tuple[Waypoint, ...]:
     """Poses (n, j) under the names p001, p002, ..."""
     digits = max(3, len(str(len(q))))
-    return tuple(Visit(f"p{i:0{digits}d}", row) for i, row in enumerate(q, start=1))
+    return tuple(Waypoint(f"p{i:0{digits}d}", row) for i, row in enumerate(q, start=1))
 
 
-def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
+def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
 
     Rows whose column `image` is empty are places that an arm only went through: they are left out.
 
     Raises:
-        PosesUnusable: It has none.
-        PoseFar: A value is in degrees or millimetres.
-        RobolaserError: The file cannot be read, or row and column of what is wrong.
+        DataError: It has none, a value is in degrees or millimetres, or the file cannot be read; with row and column.
     """
     columns = [f"q_{joint}" for joint in robot.joints]
     table = read_table(path, columns)
@@ -64,26 +62,32 @@ def from_table(path: Path, robot: Robot) -> tuple[Visit, ...]:
     for i, j in np.argwhere((q < robot.lower - FAR) | (q > robot.upper + FAR))[:1]:
         unit = "m" if robot.prismatic[j] else "rad"
         lower, upper = float(robot.lower[j]), float(robot.upper[j])
-        raise PoseFar(table.file, table.lines[i], columns[j], float(q[i, j]), lower, upper, unit)
-    visits = numbered(q)
+        hint = "Are these degrees?" if unit == "rad" else "Are these millimetres?"
+        raise DataError(
+            f"{table.file}, row {table.lines[i]}: {columns[j]} is {q[i, j]:.4g} {unit}, but the URDF limits it to"
+            f" {lower:.2f} .. {upper:.2f} {unit}. {hint}",
+            file=path,
+            row=table.lines[i],
+            column=columns[j],
+        )
+    waypoints = numbered(q)
     if "pose" in table:
         names = table.texts("pose")
         all_different(table, names, "pose")
-        visits = tuple(Visit(name, row) for name, row in zip(names, q, strict=True))
+        waypoints = tuple(Waypoint(name, row) for name, row in zip(names, q, strict=True))
     images = table.columns.get("image", ())
     if any(images):
-        visits = tuple(visit for visit, image in zip(visits, images, strict=True) if image)
-    if not visits:
-        raise PosesUnusable(path.name, "it has a header and no rows")
-    return visits
+        waypoints = tuple(waypoint for waypoint, image in zip(waypoints, images, strict=True) if image)
+    if not waypoints:
+        raise _no_poses(path, "it has a header and no rows")
+    return waypoints
 
 
-def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
-    """The poses that a diagnosis asks for next.
+def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
+    """The next poses that a diagnosis recommends.
 
     Raises:
-        DataError: No JSON.
-        PosesUnusable: It asks for none, or for those of another robot.
+        DataError: It is no JSON, asks for none, or for those of another robot.
     """
     try:
         said = json.loads(read_text(path))
@@ -92,52 +96,52 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Visit, ...]:
     except json.JSONDecodeError as error:
         raise unreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
     except KeyError as error:
-        raise PosesUnusable(path.name, f"it does not say {error}") from None
+        raise _no_poses(path, f"it does not say {error}") from None
     except (TypeError, ValueError):
-        raise PosesUnusable(path.name, "next_poses is no list of joint values by name") from None
+        raise _no_poses(path, "next_poses is no list of joint values by name") from None
     if not q or not np.isfinite(q).all():
-        raise PosesUnusable(path.name, "next_poses is empty: the diagnosis needs no more")
+        raise _no_poses(path, "next_poses is empty: the diagnosis needs no more")
     return numbered(np.array(q))
 
 
-def both_ways(visits: Sequence[Visit], run_up: float) -> tuple[Visit, ...]:
+def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, ...]:
     """Each pose twice: with all joints coming from below, then from above.
 
     Args:
-        visits: The poses.
+        waypoints: The poses.
         run_up: How far below and above each joint begins [rad or m].
     """
     return tuple(
-        Visit(f"{visit.name}_{way}", visit.q, visit.q + sign * run_up)
-        for visit in visits
+        Waypoint(f"{waypoint.name}_{way}", waypoint.q, waypoint.q + sign * run_up)
+        for waypoint in waypoints
         for way, sign in (("up", -1), ("down", 1))
     )
 
 
-def way(visits: Sequence[Visit]) -> tuple[tuple[str, ...], Array]:
+def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
     """All places in the order in which the arm comes to them: their names, and joint values (m, j)."""
     places = [
         place
-        for visit in visits
-        for place in ((visit.approach_name, visit.approach), (visit.name, visit.q))
+        for waypoint in waypoints
+        for place in ((waypoint.approach_name, waypoint.approach), (waypoint.name, waypoint.q))
         if place[1] is not None
     ]
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 
 
-def route_text(robot: Robot, visits: Sequence[Visit], shots: int) -> str:
+def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
     """A route, and how many shots each pose gets, as a table that people can read too."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
-    for visit in visits:
-        if visit.approach is not None:
-            writer.writerow([visit.name, "approach", 0, *map(repr, visit.approach.tolist())])
-        writer.writerow([visit.name, "pose", shots, *map(repr, visit.q.tolist())])
+    for waypoint in waypoints:
+        if waypoint.approach is not None:
+            writer.writerow([waypoint.name, "approach", 0, *map(repr, waypoint.approach.tolist())])
+        writer.writerow([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
     return text.getvalue()
 
 
-def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
+def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
     """What `route_text` wrote.
 
     Raises:
@@ -150,7 +154,7 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
         if kind not in KINDS:
             raise bad_cell(table.file, line, "kind", kind, " or ".join(KINDS))
     all_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)], "pose")
-    visits: list[Visit] = []
+    waypoints: list[Waypoint] = []
     approach: Array | None = None
     wanted = float(shots.max(initial=0))
     for i, (name, kind, row) in enumerate(zip(names, kinds, q, strict=True)):
@@ -162,8 +166,12 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Visit, ...], int]:
             continue
         if shots[i] != wanted or wanted < 1 or wanted % 1:
             raise bad_cell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
-        visits.append(Visit(name, row, approach))
+        waypoints.append(Waypoint(name, row, approach))
         approach = None
-    if not visits:
-        raise PosesUnusable(path.name, "it has no row of kind 'pose'")
-    return tuple(visits), int(wanted)
+    if not waypoints:
+        raise _no_poses(path, "it has no row of kind 'pose'")
+    return tuple(waypoints), int(wanted)
+
+
+def _no_poses(path: Path, reason: str) -> DataError:
+    return DataError(f"{path.name} gives no poses for this arm: {reason}.", file=path)

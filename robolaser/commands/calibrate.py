@@ -51,7 +51,7 @@ def calibrate(
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
-    from robolaser.calibration.options import GENERATIONS, Plan
+    from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
     from robolaser.data.atomic_write import write_together

@@ -169,7 +169,7 @@ TITLES = {
 
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
-    from robolaser.trials.worlds.families import STRANGERS
+    from robolaser.trials.synthetic.fault_models import UNMODELLED
 
     lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
     lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]
@@ -194,7 +194,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         for true, row in scored["confusion"].items()
         for column, said in row.items()
         if column not in (true, "no_gap") and true not in ("none", "outliers")
-        if column != "unexplained" or true not in STRANGERS
+        if column != "unexplained" or true not in UNMODELLED
     ]
     lines += [f"{said:4d} x {text}" for said, text in sorted(taken, reverse=True)[:MOST_ROWS]]
     return lines

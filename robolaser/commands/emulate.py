@@ -41,4 +41,4 @@ def emulate(
     """
     from robolaser.emulator.serving import serve
 
-    serve(cell, world=world, hurry=hurry, seed=seed, faults=faults, camera_port=camera_port, over_socket=socket)
+    serve(cell, world=world, time_scale=hurry, seed=seed, faults=faults, camera_port=camera_port, over_socket=socket)

@@ -16,11 +16,11 @@ from cyclopts.validators import mutually_exclusive
 from robolaser.commands.options import Count, Positive, Seed
 from robolaser.commands.output import make_folder
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import PlanUnsafe, UsageError
+from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
-    from robolaser.cell.recording_writer import Journal
-    from robolaser.cell.route import Visit
+    from robolaser.cell.recording_writer import RecordingWriter
+    from robolaser.cell.route import Waypoint
     from robolaser.data.cell_config import Cell
     from robolaser.geometry.kinematics import Robot
 
@@ -76,8 +76,8 @@ def record(
         resume: Go on with a recording that was interrupted.
         force: Overwrite an earlier recording.
     """
-    from robolaser.cell.arms import language_of
-    from robolaser.cell.recording_writer import Journal
+    from robolaser.cell.arms import arm_class
+    from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import both_ways as visited_twice
     from robolaser.cell.route import from_diagnosis, from_table
     from robolaser.data.cell_config import load_cell
@@ -93,22 +93,22 @@ def record(
     robot = described.robot
     for sentence in described.warnings:
         terminal.warn(sentence)
-    language_of(described)
+    arm_class(described)
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
-    visits: tuple[Visit, ...] | None = None
+    waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
-        visits = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
+        waypoints = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
     elif poses is not None:
-        visits = from_table(poses, robot)
+        waypoints = from_table(poses, robot)
     elif next_poses is not None:
-        visits = from_diagnosis(next_poses, robot)
-    if visits is not None and both_ways:
-        visits = visited_twice(visits, approach_rad)
+        waypoints = from_diagnosis(next_poses, robot)
+    if waypoints is not None and both_ways:
+        waypoints = visited_twice(waypoints, approach_rad)
     if resume:
-        journal = Journal.resume(described, robot, output, visits, repeats)
-        remaining = journal.remaining
+        writer = RecordingWriter.resume(described, robot, output, waypoints, repeats)
+        remaining = writer.remaining
     else:
-        remaining = visits or ()
+        remaining = waypoints or ()
     _print_plan(described, robot, remaining, terminal)
     if dry_run or not remaining:
         planned = {"recording": None, "poses": 0, "planned": len(remaining)}
@@ -120,8 +120,8 @@ def record(
         )
     if not resume:
         make_folder(output)
-        journal = Journal.begin(described, robot, output, remaining, repeats or 1, force=force)
-    _record(described, robot, journal, terminal)
+        writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
+    _record(described, robot, writer, terminal)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -151,7 +151,7 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 
 def _planned(
     cell: "Cell", count: int, separate: tuple[str, ...], approach_rad: float, *, seed: int
-) -> "tuple[Visit, ...]":
+) -> "tuple[Waypoint, ...]":
     from robolaser.cell.plan_validation import allowed
     from robolaser.cell.route import numbered
     from robolaser.estimation.optimal_poses import planned
@@ -160,37 +160,37 @@ def _planned(
     return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
-def _print_plan(cell: "Cell", robot: "Robot", visits: "Sequence[Visit]", terminal: Terminal) -> None:
+def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there.
 
     Raises:
-        PlanUnsafe: It breaks the cell's limits.
+        PlanError: It breaks the cell's limits.
     """
-    from robolaser.cell.angles import shown
-    from robolaser.cell.pace import seconds_for
-    from robolaser.cell.plan_validation import carried, lowest, violations
+    from robolaser.cell.joint_text import joint_text
+    from robolaser.cell.motion_time import seconds_for
+    from robolaser.cell.plan_validation import lowest, tool_points, unsafe, violations
     from robolaser.cell.route import way
 
-    if not visits:
+    if not waypoints:
         terminal.print("No pose remains.")
         return
-    names, q = way(visits)
-    tools = carried(cell.description)
+    names, q = way(waypoints)
+    tools = tool_points(cell.description)
     heights = lowest(robot, q, tools)
     seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
     width = max(4, *map(len, names))
     terminal.print(f"{'pose':<{width}} {' '.join(f'{joint:>10}' for joint in robot.joints)}  way [s]  lowest [m]")
     for name, row, time_s, height in zip(names, q, seconds, heights, strict=True):
-        angles = " ".join(f"{shown(robot, i, float(value)):>10}" for i, value in enumerate(row))
+        angles = " ".join(f"{joint_text(robot, i, float(value)):>10}" for i, value in enumerate(row))
         terminal.print(f"{name:<{width}} {angles}  {time_s:>7.1f}  {height:>10.3f}")
-    terminal.print(f"{len(visits)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
+    terminal.print(f"{len(waypoints)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
     broken = violations(robot, cell.limits, tools, None, names, q)
     if broken:
-        run_up = any(visit.approach is not None for visit in visits)
-        raise PlanUnsafe([str(violation) for violation in broken], run_up=run_up)
+        run_up = any(waypoint.approach is not None for waypoint in waypoints)
+        raise unsafe(broken, run_up=run_up)
 
 
-def _record(cell: "Cell", robot: "Robot", journal: "Journal", terminal: Terminal) -> None:
+def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal) -> None:
     import cv2
 
     from robolaser.cell.arms import open_arm
@@ -200,7 +200,7 @@ def _record(cell: "Cell", robot: "Robot", journal: "Journal", terminal: Terminal
 
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a lost camera has a sentence of ours
     clock = WallClock()
-    planned = len(journal.visits)
+    planned = len(writer.waypoints)
     with (
         _ended_as_by_hand(),
         terminal.progress() as progress,  # which counts from here: to open a line takes its time too
@@ -209,13 +209,13 @@ def _record(cell: "Cell", robot: "Robot", journal: "Journal", terminal: Terminal
     ):
 
         def tell(what: str) -> None:
-            progress(what, journal.done / planned)
+            progress(what, writer.done / planned)
 
-        session = Session(cell, robot, arm, camera, journal, clock, terminal.warn)
-        session.run(lambda visit: tell(visit.name), tell)
+        session = Session(cell, robot, arm, camera, writer, clock, terminal.warn)
+        session.run(lambda waypoint: tell(waypoint.name), tell)
     terminal.show(
-        {"recording": str(journal.folder), "poses": journal.done, "planned": planned},
-        lambda: print(f"Wrote {journal.done} of {planned} poses to {journal.folder}"),
+        {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
+        lambda: print(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
     )
 
 

@@ -25,15 +25,16 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
     known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
-    held = np.isin(parameters.names, diagnosis.model.sensor.fixed)
+    known += Information.of_known_distances(diagnosis.model, x)
+    fixed = np.isin(parameters.names, diagnosis.model.sensor.fixed)
     given = np.array([item.given for item in parameters.items])
-    on_bound = given & ~held & ((x <= parameters.lower) | (x >= parameters.upper))
-    doubts = [
-        f"{name} lies on or beyond one of its bounds: a diagnosis takes them for a guess."
+    on_bound = given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper))
+    warnings = [
+        f"{name} ended on one of its bounds: widen them, or check the model."
         for name in np.array(parameters.names)[on_bound]
     ]
     if len(diagnosis.outliers):
-        doubts.append(
+        warnings.append(
             f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and"
             " max_m, but the parameters are those of the others. diagnosis.json lists them."
         )
@@ -53,7 +54,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         history=None,
         evaluations=0,
         seconds=diagnosis.seconds,
-        warnings=(*diagnosis.dataset.warnings, *doubts),
+        warnings=(*diagnosis.dataset.warnings, *warnings),
     )
 
 

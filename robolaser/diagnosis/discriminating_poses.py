@@ -1,60 +1,51 @@
-"""Poses at which two rival explanations disagree the most: measure these next."""
+"""Poses at which two alternative explanations disagree the most: measure these next."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
-from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.geometry.visibility import View, limits, random_configurations
-from robolaser.model.sensors.sensor import motion
-from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.stages import Perturbation
+from robolaser.geometry.visibility import limits, random_configurations
 
 TRIED = 1500
-"""Postures that are tried: half near measured ones, half random."""
+"""Configurations that are tried: half near measured ones, half anywhere."""
 NEAR_RAD = 0.4
 """How far from a measured one, as a standard deviation of each joint [rad or m]."""
 WANTED = 5
 APART_RAD = 0.3
-"""Distance in joint space that postures keep from one another [rad or m]."""
-ALONG = 5
-"""Points along the stripe at which the rivals are compared."""
+"""Distance in joint space that configurations keep from one another [rad or m]."""
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """Postures within the joint limits, the target in sight, that would tell two fitted models apart best.
+    """Configurations within the joint limits, the target in sight, that would tell two fitted models apart best.
 
-    Both models, each with its own best parameters, predict what would be measured; where they differ most, in
-    standard deviations of the noise, a measurement decides most (T-optimality: Atkinson, Fedorov 1975).
+    Both models, each with its own best parameters, predict what would be measured; where they differ most, in standard
+    deviations of the noise, a measurement decides most (T-optimality: Atkinson, Fedorov 1975).
 
     Returns:
-        Joint values by name [rad or m], the most telling first; none where the sensor cannot go anywhere (sockets) or
-        no joint angles were read.
+        Joint values by name [rad or m], the most discriminating first; none where the sensor cannot go anywhere else
+        (sockets) or no joint angles were read.
     """
     dataset = one.model.dataset
     robot, q = dataset.robot, dataset.poses.q
-    if robot is None or q is None or dataset.points.xyz is None:
+    if robot is None or q is None:
         return ()
-    rng = np.random.default_rng(seed)
-    lower, upper = limits(robot)
-    seen = q[np.unique(dataset.points.pose)]
-    near = seen[rng.integers(len(seen), size=TRIED)] + NEAR_RAD * rng.standard_normal((TRIED, q.shape[1]))
-    tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
-    still = np.ptp(q, axis=0) == 0
-    tried[:, still] = q[0, still]
-    tried = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
-    extended, rows, tried = _with(dataset, tried, one)
-    if not len(tried):
+    tried = _configurations(dataset, np.random.default_rng(seed))
+    values = one.problem.parameters.values(one.x[None])
+    seen = one.model.sensor.seen_from(values, robot.forward(tried[None])[0])
+    if seen is None or not seen[1].any():
         return ()
+    points, visible = seen
+    tried = tried[visible]
+    extended, rows = _extended(dataset, tried, points.take(visible[points.pose]))
     apart = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
     root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
-    told = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
+    distance = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
-    for i in np.argsort(-told, kind="stable"):
+    for i in np.argsort(-distance, kind="stable"):
         if all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen):
             chosen.append(int(i))
         if len(chosen) == WANTED:
@@ -62,35 +53,42 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     return tuple(dict(zip(robot.joints, tried[i].tolist(), strict=True)) for i in chosen)
 
 
-def _prediction(fitted: Fit, extended: Dataset) -> Array:
-    """Residuals of all rows of a longer data set by a model's parameters, (m, 3) [m]."""
-    problem = fitted.problem
-    model = replace(problem.model, dataset=extended)
-    e: Array = model.residuals_at(problem.parameters.values(fitted.x[None]))[0]
+def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
+    """Configurations within the joint limits, joints that never moved where they stood, (k, j)."""
+    robot, q = dataset.arm
+    lower, upper = limits(robot)
+    measured = q[np.unique(dataset.points.pose)]
+    near = measured[rng.integers(len(measured), size=TRIED)] + NEAR_RAD * rng.standard_normal((TRIED, q.shape[1]))
+    tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
+    still = np.ptp(q, axis=0) == 0
+    tried[:, still] = q[0, still]
+    inside: Array = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
+    return inside
+
+
+def _prediction(fit: Fit, extended: Dataset) -> Array:
+    """Residuals of all rows of a longer data set by a model's parameters, (m, k)."""
+    e: Array = replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0]
     return e
 
 
-def _with(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Dataset, Ints, Array]:
-    """The data set with postures (k, j) after its last pose; rows of each, (k', r); and those that see the target."""
-    points = dataset.points
-    if dataset.points.pixel is not None:
-        pixel, xyz, good = _stripes(dataset, q, fitted)
-        q, pixel, xyz = q[good], pixel[good], xyz[good]
-        names = tuple(str(i) for i in range(pixel.shape[1])) * len(q)
-        flat_pixel, flat_xyz = pixel.reshape(-1, 2), xyz.reshape(-1, 3)
-    else:
-        each = tuple(dict.fromkeys(points.names))
-        names, flat_pixel, flat_xyz = each * len(q), None, np.zeros((len(each) * len(q), 3))
-    n, r = len(dataset.poses), len(names) // max(1, len(q))
-    of_pose = np.concatenate([points.pose, n + np.repeat(np.arange(len(q)), r)])
+def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
+    """The data set with configurations (k, j) and what is seen there after its last pose; rows of each, (k, r)."""
+    points, n, k = dataset.points, len(dataset.poses), len(q)
+    number = np.unique(seen.pose, return_inverse=True)[1]
+
+    def both(before: Array | None, after: Array | None) -> Array | None:
+        return None if before is None or after is None else np.concatenate([before, after])
+
     longer = Points(
-        of_pose,
-        (*points.names, *names),
-        pixel=None if points.pixel is None or flat_pixel is None else np.concatenate([points.pixel, flat_pixel]),
-        xyz=None if points.xyz is None else np.concatenate([points.xyz, flat_xyz]),
+        np.concatenate([points.pose, n + number]),
+        (*points.names, *seen.names),
+        pixel=both(points.pixel, seen.pixel),
+        xyz=both(points.xyz, seen.xyz),
+        columns={name: np.concatenate([values, seen.columns[name]]) for name, values in points.columns.items()},
     )
-    rows = len(points) + np.arange(len(q) * r).reshape(len(q), r)
-    return replace(dataset, poses=_after(dataset.poses, q), points=longer), rows, q
+    rows = len(points) + np.arange(len(seen)).reshape(k, -1)
+    return replace(dataset, poses=_after(dataset.poses, q), points=longer), rows
 
 
 def _after(poses: Poses, q: Array) -> Poses:
@@ -111,25 +109,3 @@ def _after(poses: Poses, q: Array) -> Poses:
 
 def _as_last(values: Array | None, last: int, k: int) -> Array | None:
     return None if values is None else np.append(values, np.full(k, values[last]))
-
-
-def _stripes(dataset: Dataset, q: Array, fitted: Fit) -> tuple[Array, Array, Bools]:
-    """Where the stripe on the target's middle level would show, (k, r, 2) [px], the points there, and which see it."""
-    values = fitted.problem.parameters.values(fitted.x[None])
-    sensor = fitted.model.sensor
-    assert isinstance(sensor, Stripe)  # nothing else has stripes
-    T_flange_camera = sensor.mount(values, Perturbation())[0, 0]
-    assert dataset.robot is not None
-    assert dataset.points.xyz is not None
-    width, height = dataset.image_px or (640, 480)
-    view = View(T_flange_camera, {k: float(v[0]) for k, v in values.items()}, dataset.stripe_axis, (width, height))
-    T_base_camera = dataset.robot.forward(q[None])[0] @ T_flange_camera
-    T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
-    T_target_camera = inverse(T_base_target) @ T_base_camera
-    level = float(np.median(dataset.points.xyz[:, 2]))
-    seen = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), ALONG)[None])
-    pixel, shown = view.pixels(seen), apply(T_target_camera[:, None], seen)
-    low, high = dataset.points.xyz.min(axis=0), dataset.points.xyz.max(axis=0)
-    on = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2))
-    inside = view.contains(pixel.reshape(-1, 2)).reshape(len(q), -1).all(axis=1)
-    return pixel, shown, np.asarray(on & inside)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import final
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
@@ -43,7 +42,8 @@ def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array
 
 
 def _kernel(some: Array, others: Array) -> Array:
-    kernel: Array = np.exp(-0.5 * cdist(some, others, "sqeuclidean"))
+    apart = some[:, None, :] - others
+    kernel: Array = np.exp(-0.5 * np.einsum("ijk,ijk->ij", apart, apart))
     return kernel
 
 

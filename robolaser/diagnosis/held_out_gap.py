@@ -11,8 +11,8 @@ from robolaser.estimation.folds import assign_folds, held_out
 
 RESAMPLES = 2000
 TOLERANCE, SHARE = 0.1, 1e-4
-"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share of
-it, where a model leaves much."""
+"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share
+of it, where a model leaves much."""
 
 
 @final

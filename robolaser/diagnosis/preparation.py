@@ -6,7 +6,7 @@ from typing import final
 
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.initialization import find_start
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of

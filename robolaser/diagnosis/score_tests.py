@@ -18,7 +18,7 @@ from robolaser.model.stages import Stage
 DENSE_GRID = 40
 """Values of nonlinear parameters, beyond which an effect on a joint is tried by way of the joint's free motions, and
 any other in ever smaller intervals."""
-NUMBERS_AT_ONCE = 2_000_000
+NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
 NEGLIGIBLE = 1e-8
 """Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
 
@@ -85,9 +85,27 @@ class Columns:
     imitate. Refits decide in the end.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, moves: dict[CandidateEffect, Array] | None = None) -> None:
         self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._by_joint: dict[str, Array] = {}
+        self._moves = {} if moves is None else moves
+
+    def elsewhere(self) -> "Columns":
+        """For models far from those so far: of them, only what depends on no model is kept."""
+        return Columns(self._moves)
+
+    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), (g, a, n)."""
+        if candidate_effect in self._moves:
+            return self._moves[candidate_effect]
+        robot, q = fit.model.dataset.arm
+        column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
+        parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
+        moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
+        moves = moves.reshape(len(grid), a, -1)
+        if moves.size <= MOVES_KEPT:
+            self._moves[candidate_effect] = moves
+        return moves
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (K, g a)."""
@@ -212,11 +230,10 @@ class JointMotions:
     def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
         gradient, own, shared = self._normal_equations(candidate_effect.where)
-        robot, q = self._fit.model.dataset.arm
-        a, column = len(prior_scales(candidate_effect)), robot.joints.index(candidate_effect.where)
+        moves = self._known.own_moves(self._fit, candidate_effect, grid)
+        a = moves.shape[1]
         gains = []
-        for part in np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE)):
-            F = joint_moves(self._fit.model, candidate_effect, part)[:, :, column].reshape(len(part), a, -1)
+        for F in np.array_split(moves, max(1, moves.size // NUMBERS_AT_ONCE)):
             b = F @ gradient
             imitated = F @ shared
             A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)

@@ -36,9 +36,10 @@ def _some(poses: Ints, group: Ints) -> Ints:
     """At most about `MAX_POSES` of the poses, by chance, as many of each group."""
     if len(poses) <= MAX_POSES:
         return poses
-    shuffled = np.random.default_rng(0).permutation(len(poses))
-    table = some_of_each(group[shuffled], max(1, MAX_POSES // (int(group.max()) + 1)))
-    return np.sort(poses[shuffled[table[table >= 0]]])
+    rng, groups = np.random.default_rng(0), np.unique(group)
+    each = max(1, MAX_POSES // len(groups))
+    of_groups = [poses[group == number] for number in groups]
+    return np.sort(np.concatenate([rng.choice(own, min(each, len(own)), replace=False) for own in of_groups]))
 
 
 def kept_poses(dataset: Dataset) -> Bools:

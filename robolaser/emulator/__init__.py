@@ -1,1 +1,1 @@
-"""A cell that is not there: an arm's controller and a camera, spoken to as the real ones are."""
+"""An emulated cell: an arm's controller and a camera with the interfaces of real ones."""

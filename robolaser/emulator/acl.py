@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.emulator.controller import Blow, Controller
+from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.homing import Homing
 from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
@@ -27,7 +27,7 @@ UNKNOWN = ["*** UNKNOWN COMMAND"]
 
 
 @final
-class Acl(Controller):
+class AclController(Controller):
     """One terminal, one group of axes; homed, motors on, at home when it begins."""
 
     def __init__(self, robot: Robot, encoders: Encoders) -> None:
@@ -67,11 +67,11 @@ class Acl(Controller):
             "ABORT": self._abort,
         }
 
-    def hear(self, data: bytes, now_s: float) -> bytes:
+    def receive(self, data: bytes, now_s: float) -> bytes:
         """Take keys, echo them, and answer each line."""
         return b"".join(self._take(byte, now_s) for byte in data)
 
-    def speak(self, now_s: float) -> bytes:
+    def poll(self, now_s: float) -> bytes:
         """Homing that is over, and the *** lines."""
         if self._homing is not None and now_s >= self._homing.ends_s:
             self._unsaid += _lines([self._homing.outcome])
@@ -92,16 +92,16 @@ class Acl(Controller):
         """The digital outputs that are on."""
         return frozenset(self._outputs)
 
-    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Bear what befalls the arm."""
-        if blow is Blow.STALL:
+        if fault is ArmFault.STALL:
             self._axes[axis - 1].jam(now_s)
-        elif blow is Blow.HOMELESS:
+        elif fault is ArmFault.HOMELESS:
             self._homeless.add(axis)
-        elif blow is Blow.REBOOT:
+        elif fault is ArmFault.REBOOT:
             self._reboot(now_s)
         else:
-            what = "IMPACT PROTECTION" if blow is Blow.IMPACT else "THERMIC OVERLOAD"
+            what = "IMPACT PROTECTION" if fault is ArmFault.IMPACT else "THERMIC OVERLOAD"
             self._give_up(f"*** {what} axis {axis}", axis, now_s)
 
     def _take(self, byte: int, now_s: float) -> bytes:

@@ -1,4 +1,4 @@
-"""What becomes of a camera's frames on a bad day."""
+"""Faults of a camera's frames."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ Frame = NDArray[np.uint8]
 
 
 @final
-class Spoilt:
-    """Spoils one frame after the other, as the faults want that are there."""
+class FaultyCamera:
+    """Applies the active faults to one frame after the other."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self._faults = [fault for fault in faults if fault.kind in CAMERA]
@@ -24,7 +24,7 @@ class Spoilt:
 
     def gone(self, now_s: float, heard: int) -> bool:
         """Whether the camera is unplugged."""
-        return any(fault.kind == "camera_gone" and fault.there(now_s, heard) for fault in self._faults)
+        return any(fault.kind == "camera_gone" and fault.is_active(now_s, heard) for fault in self._faults)
 
     def frame(self, taken: Frame, now_s: float, heard: int, clock_s: float) -> Frame | None:
         """What is sent in place of a frame, (h, w).
@@ -33,12 +33,12 @@ class Spoilt:
             taken: As the camera took it, (h, w).
             now_s: On the controller's clock.
             heard: Commands that the controller heard.
-            clock_s: On the wall's clock: the camera does not hurry.
+            clock_s: On the wall's clock: the camera does not speed up.
 
         Returns:
             (h, w); None: nothing now.
         """
-        there = {fault.kind: fault.amount for fault in self._faults if fault.there(now_s, heard)}
+        there = {fault.kind: fault.amount for fault in self._faults if fault.is_active(now_s, heard)}
         light = there.get("camera_over", 1.0) * there.get("camera_dark", 1.0)
         if light != 1.0:
             taken = np.clip(taken * light, 0, 255).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""What sits at the far end of an arm's line: hears bytes, answers, speaks up by itself, and turns motors."""
+"""The far end of an arm's line: it receives bytes, answers, reports unasked, and turns motors."""
 
 from abc import ABC, abstractmethod
 from enum import Enum
@@ -6,8 +6,8 @@ from enum import Enum
 from robolaser.arrays import Array
 
 
-class Blow(Enum):
-    """What can befall an arm."""
+class ArmFault(Enum):
+    """Faults of an arm."""
 
     IMPACT = "impact"
     """A link hits something: the controller notices and lets go."""
@@ -25,11 +25,11 @@ class Controller(ABC):
     """An arm's controller as a state machine; time is an argument and never runs backwards [s]."""
 
     @abstractmethod
-    def hear(self, data: bytes, now_s: float) -> bytes:
+    def receive(self, data: bytes, now_s: float) -> bytes:
         """Take what came over the line, and give what it answers at once."""
 
     @abstractmethod
-    def speak(self, now_s: float) -> bytes:
+    def poll(self, now_s: float) -> bytes:
         """What is due by now without being asked."""
 
     @abstractmethod
@@ -41,5 +41,5 @@ class Controller(ABC):
         """The digital outputs that are on."""
 
     @abstractmethod
-    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
-        """Bear what befalls the arm; axes count from 1."""
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
+        """Let a fault happen; axes count from 1."""

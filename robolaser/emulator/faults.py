@@ -1,4 +1,4 @@
-"""Faults on demand, as they are asked for: `kind[:amount][@when]`."""
+"""Faults on demand, written `kind[:amount][@when]`."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.errors import FaultSenseless, FaultUnknown
+from robolaser.errors import UsageError, near
 
 LINE = {
     "garbage": 0.05,  # chance that a byte answered is followed by a random one
@@ -57,8 +57,8 @@ class Fault:
     commands: tuple[float, float] = (0.0, np.inf)
     seconds: tuple[float, float] = (0.0, np.inf)
 
-    def there(self, now_s: float, heard: int) -> bool:
-        """Whether it is there now, after so many commands."""
+    def is_active(self, now_s: float, heard: int) -> bool:
+        """Whether it is active now, after so many commands."""
         return self.commands[0] <= heard <= self.commands[1] and self.seconds[0] <= now_s <= self.seconds[1]
 
 
@@ -66,25 +66,29 @@ def read_fault(text: str) -> Fault:
     """Read what was asked for: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `camera_over@>2s-4s`.
 
     Raises:
-        FaultUnknown: There is no such kind.
-        FaultSenseless: It is not written as a fault is, or the amount is impossible.
+        UsageError: There is no such kind, it is not written as a fault is, or the amount is impossible.
     """
     said = _FORM.fullmatch(text)
     if said is None:
-        raise FaultSenseless(text, "expected kind[:amount][@when], when = N or N-M commands, >Ts or >Ts-Us")
+        raise not_a_fault(text, "expected kind[:amount][@when], when = N or N-M commands, >Ts or >Ts-Us")
     kind = said["kind"]
     if kind not in KINDS:
-        raise FaultUnknown(kind, KINDS)
+        raise UsageError(f"--fault {kind}: there is no such fault.{near(kind, KINDS)}")
     amount = float(said["amount"] or KINDS[kind])
     if kind in ("garbage", "lost", "misheard") and amount > 1:
-        raise FaultSenseless(text, f"a chance of {amount:g} is more than 1")
+        raise not_a_fault(text, f"a chance of {amount:g} is more than 1")
     if kind in ARM and (amount < 1 or amount % 1):
-        raise FaultSenseless(text, f"axes are numbered 1, 2, ..., not {amount:g}")
+        raise not_a_fault(text, f"axes are numbered 1, 2, ..., not {amount:g}")
     if kind == "camera_size" and amount == 0:
-        raise FaultSenseless(text, "a frame of no size cannot be sent")
+        raise not_a_fault(text, "a frame of no size cannot be sent")
     commands = float(said["first"] or 0), float(said["last"] or np.inf)
     seconds = float(said["begin"] or 0), float(said["end"] or np.inf)
     for first, last in (commands, seconds):
         if first > last:
-            raise FaultSenseless(text, f"it would end at {last:g}, before it begins at {first:g}")
+            raise not_a_fault(text, f"it would end at {last:g}, before it begins at {first:g}")
     return Fault(kind, amount, commands, seconds)
+
+
+def not_a_fault(text: str, reason: str) -> UsageError:
+    """The error of a fault that makes no sense."""
+    return UsageError(f"--fault {text}: {reason}. For example: lost:0.1, impact:3@12, silent@>5s, late:2.5@7-9.")

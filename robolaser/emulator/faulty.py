@@ -1,4 +1,4 @@
-"""A controller at the end of a bad line, on a bad day."""
+"""A controller with faults of the line and of the arm."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.controller import Blow, Controller
+from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault
 
 LARGEST_FLOOD = 8192
@@ -15,13 +15,13 @@ LARGEST_FLOOD = 8192
 
 
 @final
-class Faulty(Controller):
-    """Passes on what another controller says, with faults."""
+class FaultyController(Controller):
+    """Passes on what another controller sends, with faults."""
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
         self._faults = tuple(faults)
-        self._blows = [fault for fault in faults if fault.kind in ARM]
+        self._arm_faults = [fault for fault in faults if fault.kind in ARM]
         self._rng = rng
         self._on_the_way: deque[tuple[float, bytes]] = deque()
         self._flooded_s: float | None = None
@@ -32,7 +32,7 @@ class Faulty(Controller):
         """Whether the plug is pulled."""
         return self._there("cut", now_s) is not None
 
-    def hear(self, data: bytes, now_s: float) -> bytes:
+    def receive(self, data: bytes, now_s: float) -> bytes:
         """What arrives of the answers to what arrives."""
         if self.cut(now_s):
             return b""
@@ -40,14 +40,14 @@ class Faulty(Controller):
         if misheard is not None:
             data = self._thinned(data, misheard.amount)
         self.heard += data.count(b"\r")
-        answer = self._controller.hear(data, now_s)
+        answer = self._controller.receive(data, now_s)
         self._strike(now_s)
         return self._send(answer, now_s)
 
-    def speak(self, now_s: float) -> bytes:
+    def poll(self, now_s: float) -> bytes:
         """What else arrives by now."""
         self._strike(now_s)
-        said = self._send(self._controller.speak(now_s), now_s)
+        said = self._send(self._controller.poll(now_s), now_s)
         while self._on_the_way and self._on_the_way[0][0] <= now_s:
             said += self._on_the_way.popleft()[1]
         return b"" if self.cut(now_s) else said + self._flood(now_s)
@@ -60,17 +60,17 @@ class Faulty(Controller):
         """As the controller behind."""
         return self._controller.outputs(now_s)
 
-    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """As the controller behind."""
-        self._controller.suffer(blow, axis, now_s)
+        self._controller.inject(fault, axis, now_s)
 
     def _there(self, kind: str, now_s: float) -> Fault | None:
-        return next((f for f in self._faults if f.kind == kind and f.there(now_s, self.heard)), None)
+        return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)
 
     def _strike(self, now_s: float) -> None:
-        for fault in [fault for fault in self._blows if fault.there(now_s, self.heard)]:
-            self._blows.remove(fault)
-            self._controller.suffer(Blow(fault.kind), int(fault.amount), now_s)
+        for fault in [fault for fault in self._arm_faults if fault.is_active(now_s, self.heard)]:
+            self._arm_faults.remove(fault)
+            self._controller.inject(ArmFault(fault.kind), int(fault.amount), now_s)
 
     def _send(self, data: bytes, now_s: float) -> bytes:
         """What of the data arrives at once, as it arrives."""

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.controller import Blow, Controller
+from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.joints import RAMP, Axis, least_seconds
 from robolaser.geometry.kinematics import Robot
 
@@ -69,7 +69,7 @@ class Servo:
 
 
 @final
-class Lss(Controller):
+class LssController(Controller):
     """A chain of servos; nothing comes back but answers."""
 
     def __init__(
@@ -85,7 +85,7 @@ class Lss(Controller):
         self._line = bytearray()
         self._awake_s = -np.inf
 
-    def hear(self, data: bytes, now_s: float) -> bytes:
+    def receive(self, data: bytes, now_s: float) -> bytes:
         """Take commands and answer questions."""
         answers = b""
         for byte in data:
@@ -99,8 +99,8 @@ class Lss(Controller):
                 self._line.append(byte)
         return answers
 
-    def speak(self, now_s: float) -> bytes:
-        """Nothing: servos speak when they are asked."""
+    def poll(self, now_s: float) -> bytes:
+        """Nothing: servos answer only when they are asked."""
         return b""
 
     def motor(self, now_s: float) -> Array:
@@ -111,16 +111,16 @@ class Lss(Controller):
         """None: servos have no outputs."""
         return frozenset()
 
-    def suffer(self, blow: Blow, axis: int, now_s: float) -> None:
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Bear what befalls the arm; servos have no home to miss."""
         servo = self._servos[axis - 1]
-        if blow is Blow.IMPACT:
+        if fault is ArmFault.IMPACT:
             servo.rest(Status.BLOCKED, now_s)
-        elif blow is Blow.STALL:
+        elif fault is ArmFault.STALL:
             servo.axis.jam(now_s)
-        elif blow is Blow.THERMIC:
+        elif fault is ArmFault.THERMIC:
             servo.rest(Status.SAFE_MODE, now_s)
-        elif blow is Blow.REBOOT:
+        elif fault is ArmFault.REBOOT:
             for one in self._servos:
                 self._reset(one, now_s)
 

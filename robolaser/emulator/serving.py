@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
-from robolaser.errors import EmulatorSilent
+from robolaser.errors import ArmError
 
 STARTING_S = 60.0
 """Longest that an emulator may take to come up: numba may compile first."""
@@ -24,7 +24,7 @@ def serve(
     cell: Path,
     *,
     world: Path | None,
-    hurry: float,
+    time_scale: float,
     seed: int,
     faults: Sequence[str],
     camera_port: int,
@@ -35,15 +35,15 @@ def serve(
     Raises:
         RobolaserError: Cell, world or faults cannot be emulated.
     """
-    from robolaser.emulator.running import Running  # noqa: PLC0415 - `--help` must not pay for physics
+    from robolaser.emulator.emulated_cell import EmulatedCell  # noqa: PLC0415 - `--help` must not pay for physics
 
     ended: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda which, frame: ended.append(which))
-    running = Running(
+    running = EmulatedCell(
         cell,
         world=world,
-        hurry=hurry,
+        time_scale=time_scale,
         seed=seed,
         faults=faults,
         camera_port=camera_port,
@@ -58,7 +58,7 @@ def serve(
 
 
 @final
-class Emulated:
+class EmulatorProcess:
     """An emulator in its own process, for as long as a `with` lasts.
 
     Attributes:
@@ -71,12 +71,12 @@ class Emulated:
         cell: Path,
         *,
         world: Path | None = None,
-        hurry: float = 1.0,
+        time_scale: float = 1.0,
         faults: Sequence[str] = (),
         seed: int = 1,
     ) -> None:
         self._cell = cell
-        self._asked = [str(cell), "--hurry", str(hurry), "--seed", str(seed)]
+        self._asked = [str(cell), "--hurry", str(time_scale), "--seed", str(seed)]
         self._asked += [word for fault in faults for word in ("--fault", fault)]
         self._asked += [] if world is None else ["--world", str(world)]
         self.arm = ""
@@ -86,7 +86,7 @@ class Emulated:
         """Start it and wait until it serves.
 
         Raises:
-            EmulatorSilent: It said no, or nothing for a minute.
+            ArmError: It said no, or nothing for a minute.
         """
         self._process = subprocess.Popen(
             [sys.executable, "-m", "robolaser", "emulate", *self._asked],
@@ -98,9 +98,10 @@ class Emulated:
         line = self._first_line()
         if not line:
             self._process.kill()
-            raise EmulatorSilent(self._cell, self._process.communicate()[1])
-        said = json.loads(line)
-        self.arm, self.camera = said["arm"], said["camera"]
+            said = self._process.communicate()[1].strip() or "nothing"
+            raise ArmError(f"The emulator of {self._cell} did not start. It said: {said}")
+        where = json.loads(line)
+        self.arm, self.camera = where["arm"], where["camera"]
         return self
 
     def __exit__(

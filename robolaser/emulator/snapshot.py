@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 
 @final
 @dataclass(frozen=True)
-class Moment:
+class Snapshot:
     """Where the arm went, and how things were at the end of it.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""What a fit's rows say of its parameters, in a few numbers, a block of rows at a time."""
+"""The Fisher information of a fit's rows about its parameters, one block of rows at a time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,22 +12,24 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.model.derivatives import jacobian
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import error_sources
 
 UNMOVED = 1e-10
-"""[row's unit] A parameter whose whole range moves rows by less only moves the last digits: a step's moment does."""
+"""[row's unit] A parameter whose whole range moves every row by less than this changes nothing but rounding errors, as
+the moment of a `base_shift` does between two poses."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Information:
-    """All that rows say of the parameters: it adds up over parts that share no errors.
+    """The information of rows about the parameters. It adds up over parts of the rows that share no errors.
 
     Attributes:
         plain: R factor of the plain residuals' derivatives J by all parameters, (d or less, d).
         weighed: The same of the residuals that were minimised, W^(1/2) J.
-        spread: JᵀWΣWJ, (d, d): what the noise Σ does to the fit's gradient.
+        spread: JᵀWΣWJ, (d, d): covariance of the fit's gradient under the noise Σ.
         reach: Largest derivative by each parameter, (d,).
     """
 
@@ -40,13 +42,13 @@ class Information:
     def of(
         cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None, row_weights: Array | None = None
     ) -> "Information":
-        """What some rows say.
+        """The information of some rows of the data.
 
         Args:
             J: Plain residuals by all parameters, (d, m, k).
             noise: Of the residuals.
             weights: The noise by which the minimised residuals were whitened; None for plain ones.
-            row_weights: What a robust loss lets each row count for, (m,); 1 when absent.
+            row_weights: Weight that a robust loss gives each row, (m,); 1 when absent.
         """
         d, _, k = J.shape
         flat = J.reshape(d, -1)
@@ -58,6 +60,26 @@ class Information:
         pulls = share * white
         weighed = pulls if weights is None else weights.weigh(pulls)
         return cls(plain, triangle((np.sqrt(share) * white).T), noise.seen_through(weighed.T), reach)
+
+    @classmethod
+    def of_known_distances(cls, model: Model, x: Array, number_scale: float = 1.0) -> "Information":
+        """The information of the rows that state distances between points; zero where there are none.
+
+        Each has a variance σ² of its own and shares its error with no other row. The fit minimises s² δ²/σ² of a
+        residual δ, so the row's weight is s²/σ².
+
+        Args:
+            model: Data and effects.
+            x: Where, (d,).
+            number_scale: s, see `Problem.number_scale`.
+        """
+        known = model.known_distances
+        if known is None:
+            none = np.empty((0, len(x)))
+            return cls(none, none, np.zeros((len(x), len(x))), np.zeros(len(x)))
+        slopes = known.jacobian(model.parameters.values(x[None]), model.parameters.names)[0]
+        weighed = number_scale / known.sigma_m * slopes
+        return cls(slopes, weighed, number_scale**2 * weighed.T @ weighed, np.abs(slopes).max(axis=0))
 
     def __add__(self, other: "Information") -> "Information":
         return Information(
@@ -73,30 +95,28 @@ class Information:
         return Information(plain, weighed, np.where(gone | gone[:, None], 0.0, self.spread), reach)
 
     def covariance(self, free: Ints) -> Array:
-        """Covariance of the fitted parameters, whatever the fit took for granted.
+        """Covariance of the fitted parameters under the real noise, whatever weights the fit used.
 
-        Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: plain least squares weighs all rows alike, which
-        they are not, and weighted by the noise itself it is (JᵀΣ⁻¹J)⁻¹. Inverses leave null directions out, so
-        parameters that take part in one seem exact here: see `standard_errors`.
+        Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: with weights W = Σ⁻¹ that is (JᵀΣ⁻¹J)⁻¹.
+        Inverses leave null directions out, so parameters that take part in one seem exact here: see
+        `standard_errors`.
 
         Args:
-            free: Numbers of the parameters that were free, (f,).
+            free: Indices of the parameters that were free, (f,).
 
         Returns:
             (f, f).
         """
         inverse = self.inverse(free)
-        found: Array = inverse @ self.spread[np.ix_(free, free)] @ inverse
-        return found
+        return np.asarray(inverse @ self.spread[np.ix_(free, free)] @ inverse)
 
     def inverse(self, free: Ints) -> Array:
         """(JᵀWJ)⁺ of the free parameters, (f, f)."""
         R = self.weighed[:, free]
         scale = lengths(R)
         _, s, Vt = np.linalg.svd(R / scale, full_matrices=False)
-        real = s > NULL * s.max(initial=0.0)
-        found: Array = (Vt[real].T / s[real] ** 2) @ Vt[real] / scale / scale[:, None]
-        return found
+        seen = s > NULL * s.max(initial=0.0)
+        return np.asarray((Vt[seen].T / s[seen] ** 2) @ Vt[seen] / scale / scale[:, None])
 
 
 NULL = 1e-7
@@ -108,19 +128,20 @@ Its numerical derivatives are exact to about 1e-10; the weakest real direction s
 
 def lengths(J: Array) -> Array:
     """Length of each column, (k, d) -> (d,); 1 for a column of zeros."""
-    found: Array = np.linalg.norm(J, axis=0)
-    return np.where(found > 0.0, found, 1.0)
+    norms: Array = np.linalg.norm(J, axis=0)
+    return np.where(norms > 0.0, norms, 1.0)
 
 
 def information(problem: Problem, x: Array, sigmas: Mapping[str, float]) -> Information:
-    """What all rows say of the parameters at the optimum.
+    """The information of all rows at the optimum, those of known distances included.
 
     Args:
         problem: What was minimised.
         x: The optimum, (d,).
         sigmas: Standard deviation of each source of noise.
     """
-    known = reduce(add, (_of_block(block, x, sigmas) for _, block in problem.blocks))
+    distances = Information.of_known_distances(problem.model, x, problem.number_scale)
+    known = reduce(add, (_of_block(block, x, sigmas) for _, block in problem.blocks), distances)
     return known.without(known.reach * problem.parameters.width <= UNMOVED)
 
 

@@ -1,4 +1,4 @@
-"""How well a calibration is known: standard errors, and the parameters that the data cannot tell apart."""
+"""The uncertainty of a calibration: standard errors, and the parameters that the data cannot identify."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from robolaser.estimation.fisher_information import NULL, Information, lengths
 LOADING = 1e-4
 """Share of the largest move of a residual from which on a parameter takes part in a null direction: ten times above
 what the numerical error of the direction can be."""
-FEW = 3  # null directions, up to which all ways to lead them are tried
-STEADY = 1e-3  # smallest singular value of the leading block, so that leading by it magnifies no numerical error
+FEW = 3  # null directions, up to which all choices of pivots are tried
+STEADY = 1e-3  # smallest singular value of the pivot block, so that dividing by it magnifies no numerical error
 WEAK = 1.0 / np.sqrt(12.0)
-"""Standard deviation of a direction, in units of the bounds' width, from which on the data tell no more than the
-bounds: that of anything between them alike."""
+"""Standard deviation of a direction, in units of the bounds' width, from which on the data add nothing to the bounds:
+that of a uniform distribution between them."""
 WEAK_LOADING = 0.2
 """Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
 
@@ -28,11 +28,11 @@ UNIFORM = 12**-0.5
 @final
 @dataclass(frozen=True)
 class Unidentifiable:
-    """Parameters that these data cannot tell apart, or not tell at all.
+    """Parameters that these data cannot identify, alone or together.
 
     Attributes:
         parameters: Their names, in the model's order.
-        reason: A sentence for a person.
+        reason: A sentence for the user.
     """
 
     parameters: tuple[str, ...]
@@ -42,12 +42,12 @@ class Unidentifiable:
 def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:
     """One standard deviation of each parameter, the fixed ones taken as known, (d,).
 
-    A parameter that ended on a bound has none that means anything, but is not known either: were it taken as known,
-    the others would seem far surer than they are. To them it counts as lying anywhere within its bounds.
+    A parameter that ended on a bound has no meaningful standard error, but it is not known either: taken as known, it
+    would make the others' standard errors far too small. For them it is uniformly distributed within its bounds.
 
     Args:
-        known: What the residuals say of all parameters.
-        fixed: Parameters whose values are a convention, as one of a gauge's is, (d,).
+        known: The information of all rows, known distances included.
+        fixed: Parameters whose values are a convention, as that of a gauge, (d,).
         bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
 
     Returns:
@@ -68,12 +68,12 @@ def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None =
 def null_directions(J: Array) -> Array:
     """Directions of the parameters that move no residual, with as few parameters each as can be.
 
-    A basis of the null space is brought to reduced echelon form: of the parameters that one direction leads with, the
-    others have none. Directions that share no parameter come out apart whatever leads; where they overlap, that form
-    is taken which names the fewest.
+    A basis of the null space is brought to reduced echelon form: the pivot of each direction has no part in the others.
+    Directions that share no parameter are separated whatever the pivots; where they overlap, the form with the fewest
+    nonzero entries is taken.
 
     Args:
-        J: Residuals by parameters, (k, d), or the triangle of them.
+        J: Residuals by parameters, (k, d), or the R factor of them.
 
     Returns:
         (n, d), exactly zero for parameters that do not take part, in units of the parameters.
@@ -94,10 +94,10 @@ def null_directions(J: Array) -> Array:
 
 
 def unidentifiable(known: Information, names: Sequence[str], width: Array) -> list[Unidentifiable]:
-    """What the data cannot tell: null directions first, then those that they fix no better than the bounds do.
+    """What the data cannot identify: null directions first, then those that they fix no better than the bounds do.
 
     Args:
-        known: What the residuals say of all parameters, those held by a gauge too.
+        known: The information of all rows about all parameters, those fixed by a gauge included.
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
     """
@@ -105,7 +105,7 @@ def unidentifiable(known: Information, names: Sequence[str], width: Array) -> li
     involved = null_directions(known.plain) != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
-        free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # known, it fixes this direction
+        free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # once known, it fixes the direction
     columns = np.flatnonzero(free)
     spread = known.covariance(columns) / width[columns] / width[columns][:, None]
     variances, directions = np.linalg.eigh(spread)
@@ -122,7 +122,7 @@ def _null(names: list[str]) -> Unidentifiable:
     return Unidentifiable(
         tuple(names),
         f"{_listed(names)} can change together without moving any predicted point of these data: each is known only "
-        "if another is held.",
+        "if another is fixed.",
     )
 
 
@@ -141,7 +141,7 @@ def _listed(names: Iterable[str]) -> str:
 
 
 def _echelon(basis: Array) -> Array:
-    """Gauss-Jordan elimination, led by the largest entries."""
+    """Gauss-Jordan elimination with the largest entries as pivots."""
     basis = basis.copy()
     for lead in range(len(basis)):
         row, column = divmod(int(np.argmax(np.abs(basis[lead:]))), basis.shape[1])
@@ -153,6 +153,6 @@ def _echelon(basis: Array) -> Array:
 
 
 def _thin(basis: Array) -> Array:
-    """Without the parameters that take no part, (..., n, d)."""
+    """With exact zeros for the parameters that take no part, (..., n, d)."""
     largest = np.abs(basis).max(axis=-1, keepdims=True, initial=np.finfo(float).tiny)
     return np.where(np.abs(basis) > LOADING * largest, basis, 0.0)

@@ -135,8 +135,8 @@ class Problem:
         return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).mean())))
 
     @cached_property
-    def _number_scale(self) -> float:
-        """By what known distances over their standard deviation are multiplied, see `Model.extra_residuals`.
+    def number_scale(self) -> float:
+        """Factor of known distances over their standard deviation, see `Model.extra_residuals`.
 
         One where rows are whitened by all their noise; else the standard deviation of their numbers.
         """
@@ -151,7 +151,7 @@ class Problem:
         They count in every fit, whichever rows of the data are left out.
         """
         prior = self._prior_slopes * (x - self.parameters.nominal) / self.scale
-        return np.concatenate([self._number_scale * self.model.extra_residuals(x), prior], axis=1)
+        return np.concatenate([self.number_scale * self.model.extra_residuals(x), prior], axis=1)
 
     def extra_jacobian(self, x: Array) -> Array:
         """Derivatives of these by each parameter over its scale, (c, d) -> (c, d, e)."""
@@ -160,7 +160,7 @@ class Problem:
         if known is None:
             return prior
         slopes = known.jacobian(self.parameters.values(x), self.parameters.names) / known.sigma_m
-        slopes = self._number_scale * np.swapaxes(slopes, 1, 2) * np.where(self.fixed, 0.0, self.scale)[:, None]
+        slopes = self.number_scale * np.swapaxes(slopes, 1, 2) * np.where(self.fixed, 0.0, self.scale)[:, None]
         return np.concatenate([slopes, prior], axis=2)
 
     def costs(self, x: Array) -> Array:

@@ -7,10 +7,8 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Stage
 from robolaser.parameters import Parameters, Values
-from robolaser.problems.closed_form import SIMILARITY, solve_conditional
 
 AT_ONCE = 400_000  # candidates times rows: some tens of megabytes
 BREAKS_SCALE = (Stage.POINTS, Stage.MOUNT)  # with effects here points do not grow with the baseline alone
@@ -31,8 +29,8 @@ class Reduction:
     def __init__(self, model: Model) -> None:
         sensor = model.sensor
         self.model = model
-        similarity = SIMILARITY if isinstance(sensor, Stripe) else ()
-        self.parameters = model.parameters.without((*similarity, *sensor.derived, *sensor.fixed))
+        found = (*sensor.conditionally_linear, *sensor.derived)
+        self.parameters = model.parameters.without((*found, *sensor.fixed))
 
     def completed(self, x: Array) -> Array:
         """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.
@@ -46,12 +44,11 @@ class Reduction:
         model, whole = self.model, self.model.parameters
         values: Values = dict(zip(whole.names, np.tile(whole.nominal, (len(x), 1)).T, strict=True))
         values = {**values, **_with_baseline(whole, len(x)), **self.parameters.values(x)}
-        sensor = model.sensor
-        if isinstance(sensor, Stripe):
-            for _ in range(2 if any(effect.effect.stage in BREAKS_SCALE for effect in model.effects) else 1):
-                values = {**values, **solve_conditional(model, sensor, values)}
-        else:
-            values = model.completed(values)
+        bounds = {item.name: item for item in whole.items}
+        for _ in range(2 if any(effect.effect.stage in BREAKS_SCALE for effect in model.effects) else 1):
+            perturb = model.perturb(values)
+            flange = model.flange(values, perturb)
+            values = {**values, **model.sensor.solve_conditional(values, flange, perturb, bounds)}
         found = np.stack([values[name] for name in whole.names], axis=-1)
         return np.asarray(np.clip(found, whole.lower, whole.upper))
 

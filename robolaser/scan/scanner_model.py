@@ -51,10 +51,8 @@ class ScannerModel:
     @cached_property
     def arm(self) -> tuple[Array, Array]:
         """Joint angles and the joints' placements on the links before them, (1, n, j) and (1, n or 1, j, 4, 4)."""
-        perturb, poses, robot = self.perturb(self.at_poses), self.dataset.poses, self.dataset.robot
-        assert robot is not None  # else there is none to ask for
-        assert poses.q is not None
-        return perturb(Stage.JOINTS, poses.q[None]), perturb(Stage.LINKS, robot.placements[None, None])
+        perturb, (robot, q) = self.perturb(self.at_poses), self.dataset.arm
+        return perturb(Stage.JOINTS, q[None]), perturb(Stage.LINKS, robot.placements[None, None])
 
     @cached_property
     def flange(self) -> Array:
@@ -81,8 +79,7 @@ class ScannerModel:
 
         NaN where the ray does not meet it in front of the camera, within FARTHEST_M.
         """
-        assert points.pixel is not None  # stripes have pixels
-        seen = in_camera(points.pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
+        seen = in_camera(points["pixel"][None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
         in_front = (seen[:, 2] > 0) & (seen[:, 2] < FARTHEST_M)
         return np.where(in_front[:, None], seen, np.nan)
 
@@ -93,6 +90,5 @@ class ScannerModel:
     def slope(self, points: Points) -> Array:
         """How far a point moves when its pixel moves across the stripe, (m,) [m/px]."""
         across = np.array([0.0, STEP_PX] if self.dataset.stripe_axis == "u" else [STEP_PX, 0.0])
-        assert points.pixel is not None  # as above
-        ahead, behind = (self.in_camera(replace(points, pixel=points.pixel + way * across)) for way in (1, -1))
+        ahead, behind = (self.in_camera(replace(points, pixel=points["pixel"] + way * across)) for way in (1, -1))
         return np.asarray(np.linalg.norm(ahead - behind, axis=-1) / (2 * STEP_PX))

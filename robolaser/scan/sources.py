@@ -154,10 +154,9 @@ def _read(path: Path, start: int, first: int, count: int) -> Stripes:
 
 
 def _from_points(points: Points, pixel_px: float) -> Stripes:
-    assert points.pixel is not None  # a stripe's points have pixels
     stripes = np.empty(len(points), STRIPE)
     stripes["pose"], stripes["std"], stripes["intensity"] = points.pose, pixel_px, np.nan
-    stripes["u"], stripes["v"] = points.pixel.T
+    stripes["u"], stripes["v"] = points["pixel"].T
     return stripes
 
 

@@ -1,1 +1,1 @@
-"""Blind trials: data sets whose departures from the model are sealed, and the score of a diagnosis on them."""
+"""Blind trials: data sets whose faults are sealed, and the score of a diagnosis on them."""

@@ -1,4 +1,4 @@
-"""Cells as chance builds them: an arm over a stepped target, a scanner off its drawing, and a run of postures."""
+"""Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -11,10 +11,10 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.visibility import TILT, View, configurations_looking_down, farthest_first, limits
 from robolaser.parameters import Parameter
 from robolaser.simulation.nominal import facing_outward, scanner
-from robolaser.trials.worlds.arm import Arm
-from robolaser.trials.worlds.cell import Cell, Target
-from robolaser.trials.worlds.run import Run
-from robolaser.trials.worlds.scanner import Eye
+from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.scanner import ScannerOptics
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -55,7 +55,7 @@ class Ranges:
 
 @final
 @dataclass(frozen=True)
-class Built:
+class BlankTrial:
     """A cell, and the data set that its readings go into.
 
     Attributes:
@@ -65,13 +65,13 @@ class Built:
         repeats: PoseImages at each pose.
     """
 
-    cell: Cell
+    cell: SyntheticCell
     blank: Dataset
     noise: Noise
     repeats: int
 
 
-def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> Built:
+def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> BlankTrial:
     """A cell of chance around any arm.
 
     Args:
@@ -85,7 +85,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     """
     drawing = scanner(facing_outward(robot))
     quat = facing_outward(robot)
-    eye = Eye(_off_drawing(drawing, rng), quat, "xyz", "u")
+    eye = ScannerOptics(_off_drawing(drawing, rng), quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
     view = View(eye.mount, eye.truth, "u", IMAGE_PX)
     q, level = _postures(robot, view, n, rng)
@@ -100,8 +100,8 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-    cell = Cell(
-        run=Run(Arm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+    cell = SyntheticCell(
+        run=SyntheticRun(PinocchioArm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),
@@ -119,7 +119,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         image_px=IMAGE_PX,
         noise=noise,
     )
-    return Built(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
+    return BlankTrial(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 
 
 def rounded(value: float) -> float:
@@ -166,7 +166,7 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
     return np.asarray(seen)
 
 
-def in_sight(cell: Cell, image_px: tuple[int, int]) -> Cell:
+def in_sight(cell: SyntheticCell, image_px: tuple[int, int]) -> SyntheticCell:
     """The same cell, points that the camera would not show left out."""
     seen = cell.seen(())
     with np.errstate(invalid="ignore"):

@@ -1,12 +1,12 @@
-"""One diagnosis held against the truth: what kind of world it was, and whether what was said of it is right."""
+"""One diagnosis compared with the truth: which group its data set is in, and whether the diagnosis is right."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, final
 
-from robolaser.trials.judging import DETECTABLE
-from robolaser.trials.worlds.families import GROSS, STRANGERS
+from robolaser.trials.detectability import DETECTABLE
+from robolaser.trials.synthetic.fault_models import OUTLIERS, UNMODELLED
 
 FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
 SURE = 0.9  # a probability by which people act
@@ -55,9 +55,9 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
 
     Effects of the truth that were taken out of the library beforehand (`withheld`) count as unknown.
     """
-    each = [item for item in truth["each"] if item["effect"] != GROSS]
+    each = [item for item in truth["each"] if item["effect"] != OUTLIERS]
     true = tuple((item["effect"], item["where"]) for item in each)
-    findings = [item for item in diagnosis["effects"] if item["effect"] != GROSS]
+    findings = [item for item in diagnosis["effects"] if item["effect"] != OUTLIERS]
     named = tuple((item["effect"], item["where"]) for item in findings)
     classes = [
         {place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)
@@ -94,7 +94,7 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
 
 
 def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
-    if any(item["effect"] in STRANGERS or item.get("withheld") for item in each):
+    if any(item["effect"] in UNMODELLED or item.get("withheld") for item in each):
         return "unknown"
     if not each:
         return "outliers" if truth["each"] else "none"

@@ -7,32 +7,29 @@ import numpy as np
 
 from robolaser.arrays import Bools, Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.trials.building import Built
-from robolaser.trials.worlds.departure import Departure
+from robolaser.trials.building import BlankTrial
+from robolaser.trials.synthetic.fault_model import FaultModel
 
 
-def exact(built: Built, departures: Sequence[Departure]) -> Dataset:
+def exact(built: BlankTrial, faults: Sequence[FaultModel]) -> Dataset:
     """One row a point, without noise."""
-    seen = built.cell.seen(departures)
+    seen = built.cell.seen(faults)
     pose = built.cell.pose
     points = Points(pose=pose, names=_numbered(pose), pixel=seen.pixel, xyz=seen.xyz)
     return replace(built.blank, points=points)
 
 
-def read(built: Built, departures: Sequence[Departure], rng: np.random.Generator) -> Dataset:
+def read(built: BlankTrial, faults: Sequence[FaultModel], rng: np.random.Generator) -> Dataset:
     """All shots, with noise and gross errors."""
-    dataset = exact(built, departures)
+    dataset = exact(built, faults)
     points = dataset.points
-    assert points.pixel is not None
-    assert points.xyz is not None
     noise, m = built.noise, len(points)
-    drawn = points.xyz + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
+    drawn = points["xyz"] + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
     shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
-    assert shots.pixel is not None
-    pixel = shots.pixel + (noise.pixel_px or 0.0) * rng.normal(size=shots.pixel.shape)
+    pixel = shots["pixel"] + (noise.pixel_px or 0.0) * rng.normal(size=shots["pixel"].shape)
     shot = np.repeat(np.arange(m), built.repeats)
-    for departure in departures:
-        pixel = departure.shots(pixel, shot, rng)
+    for fault in faults:
+        pixel = fault.shots(pixel, shot, rng)
     shots = replace(shots, pixel=pixel, repeat=np.tile(np.arange(built.repeats), m))
     return replace(dataset, points=shots.take(_shown(dataset, shots)))
 
@@ -49,8 +46,7 @@ def _numbered(pose: Ints) -> tuple[str, ...]:
 
 def _shown(dataset: Dataset, points: Points) -> Bools:
     """Rows whose pixel is in the image."""
-    assert points.pixel is not None
     assert dataset.image_px is not None
     with np.errstate(invalid="ignore"):
-        shown = (points.pixel >= -0.5) & (points.pixel <= np.array(dataset.image_px) - 0.5)
+        shown = (points["pixel"] >= -0.5) & (points["pixel"] <= np.array(dataset.image_px) - 0.5)
     return np.asarray(shown.all(axis=1))

@@ -1,4 +1,4 @@
-"""Cells of chance around what a user has: arm, scanner, poses, target and noise."""
+"""Random synthetic cells around a given data set: its arm, scanner, poses, target and noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,17 +8,17 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.errors import NotToImitate
+from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.parameters import Parameter
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Built, Ranges, in_sight, rounded
-from robolaser.trials.worlds.arm import Arm
-from robolaser.trials.worlds.cell import Cell, Target
-from robolaser.trials.worlds.run import Run
-from robolaser.trials.worlds.scanner import Eye
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
+from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.scanner import ScannerOptics
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target
@@ -27,7 +27,7 @@ ROUNDS = 4
 
 @final
 @dataclass(frozen=True)
-class Model:
+class ReferenceCell:
     """A data set to be imitated, and its scanner.
 
     Attributes:
@@ -41,25 +41,34 @@ class Model:
     drawn: Mapping[str, Parameter]
 
 
-def model_of(dataset: Dataset, *, seed: int) -> Model:
+def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
     """Find the scanner of a data set.
 
     Raises:
-        NotToImitate: Another sensor, no joint angles, or a target that nobody knows the place of.
+        TrialError: Another sensor, no joint angles, or a target whose place is unknown.
         RobolaserError: It cannot be calibrated.
     """
     if not sensor_class(dataset.kind).has_laser_plane() or not len(dataset.points):
-        raise NotToImitate(dataset.name, "it has no points of a stripe scanner")
+        raise _unsuitable(dataset.name, "it has no points of a stripe scanner")
     if dataset.robot is None or dataset.poses.q is None:
-        raise NotToImitate(dataset.name, "it has no robot with joint angles")
+        raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not dataset.placed:
-        raise NotToImitate(dataset.name, "nobody knows where its target is")
+        raise _unsuitable(dataset.name, "the place of its target is unknown")
     found = calibrate(dataset, Plan(seed=seed))
     items = found.model.parameters.items
-    return Model(dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items})
+    return ReferenceCell(
+        dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items}
+    )
 
 
-def build_like(model: Model, ranges: Ranges, rng: np.random.Generator) -> Built:
+def _unsuitable(name: str, lacking: str) -> TrialError:
+    return TrialError(
+        f"A blind trial cannot be made like '{name}': {lacking}. It needs the points of a stripe scanner, "
+        "a robot with joint angles, and a placed target."
+    )
+
+
+def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
     """A cell of chance around a user's own scanner, poses and target.
 
     Args:
@@ -68,11 +77,11 @@ def build_like(model: Model, ranges: Ranges, rng: np.random.Generator) -> Built:
         rng: Where chance comes from.
     """
     dataset, poses, points = model.dataset, model.dataset.poses, model.dataset.points
-    assert dataset.robot is not None  # `model_of` saw to it, and to what follows
+    assert dataset.robot is not None  # `reference_of` saw to it, and to what follows
     assert poses.q is not None
     assert points.pixel is not None
     assert points.xyz is not None
-    eye = Eye(_near(model, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
+    eye = ScannerOptics(_near(model, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
     number = {
         pair: row for row, pair in reversed(list(enumerate(zip(points.pose.tolist(), points.names, strict=True))))
     }
@@ -80,8 +89,8 @@ def build_like(model: Model, ranges: Ranges, rng: np.random.Generator) -> Built:
     target, level = stepped(points.xyz[rows], dataset.flange()[:, :3, 3].mean(axis=0))
     along = target.inside(points.xyz[rows])[:, :2]
     timed = poses.time_s is not None and not dataset.time_is_order
-    run = Run(
-        arm=Arm(dataset.robot),
+    run = SyntheticRun(
+        arm=PinocchioArm(dataset.robot),
         q=poses.q,
         qd=np.zeros(poses.q.shape) if poses.qd is None else poses.qd,
         time=np.asarray(poses.time_s if timed else 60.0 * _ranks(poses.time_s, len(poses))),
@@ -90,13 +99,13 @@ def build_like(model: Model, ranges: Ranges, rng: np.random.Generator) -> Built:
         payload_kg=float(rng.uniform(*PAYLOAD_KG)),
     )
     at = points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1]
-    cell = Cell(run, eye, target, pose=points.pose[rows], at=at, level=level)
+    cell = SyntheticCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     noise = Noise(
         pixel_px=dataset.noise.pixel_px or pixel_from_repeats(dataset) or rounded(rng.uniform(*ranges.pixel_px)),
         target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
-    return Built(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+    return BlankTrial(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
@@ -143,7 +152,7 @@ def _ranks(order: Array | None, n: int) -> Array:
     return ranks
 
 
-def _near(model: Model, rng: np.random.Generator) -> dict[str, float]:
+def _near(model: ReferenceCell, rng: np.random.Generator) -> dict[str, float]:
     truth = {}
     for name, item in model.drawn.items():
         most = min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))

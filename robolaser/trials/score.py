@@ -1,4 +1,4 @@
-"""The score of many diagnoses: shares with intervals, who was taken for whom, what stated probabilities are worth."""
+"""The score of many diagnoses: shares with intervals, confusion matrix, reliability of the stated probabilities."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -25,7 +25,7 @@ def share(hits: Sequence[bool]) -> dict[str, Any]:
     return {"right": k, "of": n, "share": k / n, "ci95": [float(interval.low), float(interval.high)]}
 
 
-def tally(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
+def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
     """The score of a trial.
 
     Args:

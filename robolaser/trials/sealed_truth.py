@@ -1,4 +1,4 @@
-"""Seals: beside each data set only a hash of the truth, which lies wrapped up in a file of its own."""
+"""The sealed truth: a hash beside each data set, and the truths themselves, encoded, in one file."""
 
 import base64
 import hashlib
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.data.atomic_write import write_text
-from robolaser.errors import NotAChallenge, SealBroken
+from robolaser.errors import TrialError
 
 FORMAT = "robolaser-seal/1"
 TRUTH = "truth.sealed"
@@ -45,20 +45,33 @@ def unseal(folder: Path) -> dict[str, dict[str, Any]]:
     """The truth about each data set of a trial.
 
     Raises:
-        NotAChallenge: There is no truth that can be read.
-        SealBroken: A data set's hash is another's.
+        TrialError: There is no truth that can be read, or a data set's hash is another's.
     """
     try:
         said = json.loads(zlib.decompress(base64.b64decode((folder / TRUTH).read_bytes())))
         worlds = dict(said["worlds"]) if said["format"] == FORMAT else None
     except (OSError, ValueError, zlib.error, KeyError, TypeError):
-        raise NotAChallenge(folder) from None
+        raise _no_truth(folder) from None
     if worlds is None:
-        raise NotAChallenge(folder)
+        raise _no_truth(folder)
     for name, world in worlds.items():
         path = folder / name / SEAL
         if not path.is_file():
-            raise SealBroken(path, there=False)
+            raise _broken(path, "is not there")
         if path.read_text(encoding="utf-8").split()[-1:] != [_hash(world["salt"], world["truth"])]:
-            raise SealBroken(path, there=True)
+            raise _broken(path, "does not match the truth in truth.sealed")
     return {name: world["truth"] for name, world in worlds.items()}
+
+
+def _no_truth(folder: Path) -> TrialError:
+    return TrialError(
+        f"{folder} has no truth.sealed that can be read, so it is no blind trial. "
+        "Make one with `robolaser challenge new`."
+    )
+
+
+def _broken(seal_file: Path, wrong: str) -> TrialError:
+    return TrialError(
+        f"{seal_file} {wrong}: one of the two was changed after the trial was made. "
+        "Its score would mean nothing; make the trial anew."
+    )

@@ -1,4 +1,4 @@
-"""A trial on disk: data sets made and sealed, diagnosed where nobody has yet, and scored."""
+"""A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -14,20 +14,20 @@ from robolaser.data.atomic_write import write_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import DiagnosisUnreadable, KindUnknown, output_exists
+from robolaser.errors import TrialError, UsageError, near, output_exists
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import KINDS, make
 from robolaser.trials.outcome import outcome
-from robolaser.trials.resampling import model_of
-from robolaser.trials.score import tally
+from robolaser.trials.resampling import reference_of
+from robolaser.trials.score import compile_score
 from robolaser.trials.sealed_truth import TRUTH, seal, unseal
 
 DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"
 _NEEDED = ("verdict", "gap_mm", "where", "effects")
 
-Told = Callable[[str, float], None]
+Progress = Callable[[str, float], None]
 """Is told what is going on, and how far it is."""
 
 
@@ -44,7 +44,7 @@ def new(
     kinds: Mapping[str, float],
     ranges: Ranges | None = None,
     overwrite: bool = False,
-    tell: Told = _nothing,
+    tell: Progress = _nothing,
 ) -> list[str]:
     """Make blind data sets in a folder, and seal the truth about them.
 
@@ -62,17 +62,17 @@ def new(
         The names of the data sets.
 
     Raises:
-        KindUnknown: Not one of `KINDS`.
-        NotToImitate: A data set with another sensor, without joint angles, or without a placed target.
+        UsageError: Not one of `KINDS`.
+        TrialError: A data set with another sensor, without joint angles, or without a placed target.
         OutputError: There is a trial.
     """
     for kind in kinds:
         if kind not in KINDS:
-            raise KindUnknown(kind, KINDS)
+            raise UsageError(f"No kind of world '{kind}'.{near(kind, KINDS)}")
     if (folder / TRUTH).exists() and not overwrite:
         raise output_exists(folder / TRUTH)
     rng = np.random.default_rng(seed)
-    patterns = [model_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
+    patterns = [reference_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)
     children = rng.integers(1 << 40, size=count)
     truths = {}
@@ -96,7 +96,7 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
     return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
 
 
-def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Told = _nothing) -> dict[str, Any]:
+def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Progress = _nothing) -> dict[str, Any]:
     """Open the seals of a trial and score the diagnoses in it.
 
     A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written there.
@@ -111,8 +111,7 @@ def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Told = _nothing) 
         What score.json holds.
 
     Raises:
-        NotAChallenge, SealBroken: The truth is not there, or was touched.
-        DiagnosisUnreadable: A file is no diagnosis.
+        TrialError: The truth is not there, or was touched; or a file is no diagnosis.
     """
     truths = unseal(folder)
     missing = [folder / name for name in truths if not (folder / name / DIAGNOSIS).exists()]
@@ -124,7 +123,9 @@ def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Told = _nothing) 
         with ProcessPoolExecutor(jobs) as pool:
             for i, _ in enumerate(pool.map(_diagnose, missing, repeat(seed))):
                 tell("diagnosing", i / len(missing))
-    return tally({name: outcome(truth, read_diagnosis(folder / name / DIAGNOSIS)) for name, truth in truths.items()})
+    return compile_score(
+        {name: outcome(truth, read_diagnosis(folder / name / DIAGNOSIS)) for name, truth in truths.items()}
+    )
 
 
 def _diagnose(world: Path, seed: int) -> None:
@@ -144,15 +145,22 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     """A diagnosis.json.
 
     Raises:
-        DiagnosisUnreadable: It is none.
+        TrialError: It is none.
     """
     try:
         said = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise DiagnosisUnreadable(path, str(error)) from None
+        raise _no_diagnosis(path, str(error)) from None
     if not isinstance(said, dict) or said.get("format") != _FORMAT:
-        raise DiagnosisUnreadable(path, "it does not say that it is one")
+        raise _no_diagnosis(path, "it does not say that it is one")
     missing = [key for key in _NEEDED if key not in said]
     if missing:
-        raise DiagnosisUnreadable(path, f"it lacks {', '.join(missing)}")
+        raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
     return said
+
+
+def _no_diagnosis(path: Path, why: str) -> TrialError:
+    return TrialError(
+        f"{path} is no diagnosis of the format robolaser-diagnosis/1: {why}. "
+        "Delete it to have the data set diagnosed anew."
+    )

@@ -35,8 +35,8 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
     if image.shape != (height_px, width_px):
         raise ImageError(
             f"{path} is {image.shape[1]} x {image.shape[0]} pixels, but width_px x height_px say"
-            f" {width_px} x {height_px}. All images of a recording come from one camera at one size: correct the size or"
-            " leave the image out."
+            f" {width_px} x {height_px}. All images of a recording come from one camera at one size: correct the size"
+            " or leave the image out."
         )
     return np.asarray(image, dtype=np.uint8)
 

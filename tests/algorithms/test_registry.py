@@ -10,9 +10,9 @@ from robolaser.algorithms.operator_choices import OPERATORS, operator_settings
 from robolaser.algorithms.rcga import RCGA
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named
 from robolaser.calibration.initialization import find_start
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import search
-from robolaser.errors import UsageError, WrongUsage
+from robolaser.errors import UsageError
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.simulation import paper
@@ -119,7 +119,7 @@ def test_every_setting_that_is_known_can_be_given(name: str) -> None:
 def _made(named: object, setting: str, value: object) -> bool:
     try:
         named.make_with({setting: value})  # type: ignore[attr-defined]
-    except WrongUsage:
+    except UsageError:
         return False
     return True
 

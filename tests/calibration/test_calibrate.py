@@ -1,8 +1,12 @@
 """From data to parameters: the optimum is found, kept within bounds, and its doubts are told."""
 
+import json
+import re
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from pymoo.algorithms.soo.nonconvex.ga import GA
@@ -11,8 +15,9 @@ from pymoo.optimize import minimize
 from robolaser.algorithms import RCGA
 from robolaser.algorithms.registry import ALGORITHMS
 from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.initialization import descend_until_agreed
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Noise
@@ -204,10 +209,29 @@ def test_the_problem_is_any_pymoo_algorithms(experiment: Simulated, question: ob
 def test_centimetres_or_many_parameters_on_bounds_mean_a_wrong_description_of_the_cell(experiment: Simulated) -> None:
     other = "v" if experiment.dataset.stripe_axis == "u" else "u"
     found = calibrate(replace(experiment.dataset, stripe_axis=other), Plan(algorithm="gauss-newton"))
-    (warning,) = [warning for warning in found.warnings if "no real arm" in warning]
+    warning = found.warnings[0]
+    assert "Do not use this result" in warning
     assert "stripe_axis" in warning
     assert "unit" in warning
     assert warning == found.setup_warning
+
+
+@pytest.mark.parametrize(
+    ("ended", "rms_m", "said"),
+    [
+        (10, 1e-4, r"^10 of 14 parameters ended on their bounds: the bounds exclude the best fit, or"),
+        (0, 0.03, r"^Fitted points are 3 cm off: no real arm errs so much"),
+        (10, 0.03, r"^10 of 14 parameters .*\. Fitted points are 3 cm off"),
+    ],
+)
+def test_the_warning_of_a_wrong_description_states_what_it_rests_on(
+    experiment: Simulated, ended: int, rms_m: float, said: str
+) -> None:
+    model = Model(experiment.dataset)
+    warning = setup_warning(model, np.arange(len(model.parameters)) < ended, rms_m)
+    assert warning is not None
+    assert re.search(said, warning)
+    assert ("no real arm" in warning) == (rms_m > 0.01)
 
 
 def test_a_sound_cell_gets_no_such_warning(calibrated: Calibration) -> None:
@@ -224,6 +248,15 @@ def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:
         return float(np.linalg.norm(a - b))
 
     found = calibrate(made.dataset)
+    entries = as_json(found)
+    jsonschema.validate(entries, json.loads(files("robolaser").joinpath("schemas/calibration.schema.json").read_text()))
+    of_sockets, of_distances = entries["rows"]
+    assert of_sockets == {
+        "sensor": "socket", "rows": 30, "rms": found.rms_m, "held_out_rms": found.held_out_rms_m, "unit": "m"
+    }  # fmt: skip
+    left = [distance - apart(found, one, other) for one, other, distance in pairs]
+    assert of_distances.pop("rms") == pytest.approx(np.sqrt(np.mean(np.square(left))))
+    assert of_distances == {"sensor": "distances", "rows": len(pairs), "held_out_rms": None, "unit": "m"}
     for one, other, distance in pairs:
         assert apart(found, one, other) == pytest.approx(distance, abs=1e-4)
     wrong = tuple((one, other, 10 * distance) for one, other, distance in pairs)

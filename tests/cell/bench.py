@@ -8,21 +8,20 @@ import numpy as np
 from emulated_cell import cell_folder
 
 from robolaser.arrays import Array
-from robolaser.cell.acl import Acl
+from robolaser.cell.acl import AclArm
 from robolaser.cell.arm import Arm
-from robolaser.cell.camera import Camera, Image
+from robolaser.cell.camera import Camera, Image, no_more_images
 from robolaser.cell.clock import Clock
-from robolaser.cell.line import TICK_S, Line
-from robolaser.cell.lss import Lss
-from robolaser.cell.recording_writer import Journal
-from robolaser.cell.route import Visit, numbered
+from robolaser.cell.lss import LssArm
+from robolaser.cell.recording_writer import RecordingWriter
+from robolaser.cell.route import Waypoint, numbered
+from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.cell.session import Session
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.controller import Controller
+from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.faulty import Faulty
-from robolaser.emulator.running import controller_of
-from robolaser.errors import CameraLost
+from robolaser.emulator.faulty import FaultyController
 
 BITS_A_BYTE = 10
 BAUD = 9600
@@ -54,7 +53,9 @@ class Bench:
     ) -> None:
         self.clock = clock
         self._bytes_a_s = baud / BITS_A_BYTE
-        self.controller = Faulty(controller, [read_fault(text) for text in faults], np.random.default_rng(seed))
+        self.controller = FaultyController(
+            controller, [read_fault(text) for text in faults], np.random.default_rng(seed)
+        )
         self.coming = b""
         self.sent = b""
 
@@ -62,7 +63,7 @@ class Bench:
         return self.controller.motor(self.clock.now())
 
     def _listen(self) -> None:
-        self.coming += self.controller.speak(self.clock.now())
+        self.coming += self.controller.poll(self.clock.now())
         if self.controller.cut(self.clock.now()):
             raise OSError("device disconnected")
 
@@ -84,7 +85,7 @@ class Bench:
         self._listen()
         self.sent += data
         self.clock.wait(len(data) / self._bytes_a_s)
-        self.coming += self.controller.hear(data, self.clock.now())
+        self.coming += self.controller.receive(data, self.clock.now())
         return len(data)
 
     def close(self) -> None:
@@ -106,13 +107,13 @@ class Watched:
 
     def goes(self, arm: Arm) -> None:
         """Know which way was checked: from where the motors are when the arm is sent, to where it is sent."""
-        go = arm.go
+        go = arm.start_move
 
         def told(q: Array, seconds: float) -> None:
             self._segment = (self._rig.motor(), q)
             go(q, seconds)
 
-        arm.go = told  # type: ignore[method-assign]
+        arm.start_move = told  # type: ignore[method-assign]
 
     def fastest(self) -> float:
         """Highest speed of any motor over a look [rad/s]."""
@@ -146,7 +147,7 @@ class Painted(Camera):
         if self._left is not None:
             self._left -= 1
             if self._left < 0:
-                raise CameraLost("painted", "it was unplugged")
+                raise no_more_images("painted", "it was unplugged")
         image = self._rng.integers(20, 40, self._size[::-1], dtype=np.uint8)
         if self._bench.controller.outputs(self._clock.now()):
             image[3] = 200
@@ -174,10 +175,10 @@ def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
 
 def arm_on(bench: Bench, cell: Cell) -> Arm:
     """The arm as the package drives it."""
-    line = Line(bench, "bench", bench.clock)
+    line = SerialLine(bench, "bench", bench.clock)
     robot = cell.description.robot
     assert robot is not None
-    return (Acl if cell.arm.kind == "acl" else Lss)(line, cell.arm, robot.joints)
+    return (AclArm if cell.arm.kind == "acl" else LssArm)(line, cell.arm, robot.joints)
 
 
 def at_home(cell: Cell, home: bool) -> Cell:
@@ -185,7 +186,7 @@ def at_home(cell: Cell, home: bool) -> Cell:
     return replace(cell, arm=replace(cell.arm, home=home))
 
 
-def poses(cell: Cell, count: int) -> tuple[Visit, ...]:
+def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     """Postures near home that break no limit."""
     robot = cell.description.robot
     assert robot is not None
@@ -194,25 +195,25 @@ def poses(cell: Cell, count: int) -> tuple[Visit, ...]:
     return numbered(home + offsets)
 
 
-def session(cell: Cell, bench: Bench, journal: Journal, camera: Camera | None = None) -> Session:
+def session(cell: Cell, bench: Bench, writer: RecordingWriter, camera: Camera | None = None) -> Session:
     """A recording on the bench, ready to run."""
     robot = cell.description.robot
     size = cell.description.image_px
     assert robot is not None
     assert size is not None
     eye = camera or Painted(bench, size)
-    return Session(cell, robot, arm_on(bench, cell), eye, journal, bench.clock, lambda said: None)
+    return Session(cell, robot, arm_on(bench, cell), eye, writer, bench.clock, lambda said: None)
 
 
-def begun(cell: Cell, folder: Path, visits: Sequence[Visit], shots: int = 1) -> Journal:
+def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:
     """A recording that has not gone anywhere yet."""
     robot = cell.description.robot
     assert robot is not None
-    return Journal.begin(cell, robot, folder, visits, shots, force=False)
+    return RecordingWriter.begin(cell, robot, folder, waypoints, shots, force=False)
 
 
-def resumed(cell: Cell, folder: Path) -> Journal:
+def resumed(cell: Cell, folder: Path) -> RecordingWriter:
     """The recording in a folder, taken up again."""
     robot = cell.description.robot
     assert robot is not None
-    return Journal.resume(cell, robot, folder, None, None)
+    return RecordingWriter.resume(cell, robot, folder, None, None)

@@ -11,7 +11,7 @@ import numpy as np
 
 import robolaser
 from robolaser.cli import main
-from robolaser.emulator.running import Running, controller_of
+from robolaser.emulator.emulated_cell import EmulatedCell, controller_of
 
 HURRY = 40.0
 SHOTS = 40
@@ -54,9 +54,9 @@ class Rig:
 
 
 @contextmanager
-def emulated(rig: Rig, *faults: str, hurry: float = HURRY) -> Iterator[str]:
+def emulated(rig: Rig, *faults: str, time_scale: float = HURRY) -> Iterator[str]:
     """The cell's arm, on a pseudo terminal."""
-    running = Running(rig.folder, hurry=hurry, faults=faults)
+    running = EmulatedCell(rig.folder, time_scale=time_scale, faults=faults)
     over = threading.Event()
 
     def serve() -> None:

@@ -7,22 +7,13 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.acl import PLACE, Acl
+from robolaser.cell.acl import PLACE, AclArm
 from robolaser.cell.arm import Arm
-from robolaser.cell.arrival import Mover
-from robolaser.cell.line import Line
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineFlooded
+from robolaser.cell.motion import Mover
+from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
-from robolaser.errors import (
-    AnswerUnclear,
-    ArmAlarm,
-    ArmDiffers,
-    ArmRefused,
-    ArmRestarted,
-    HomeNotFound,
-    LineFlooded,
-    LineLost,
-    ParameterSenseless,
-)
+from robolaser.errors import ArmError, DataError, LineLost
 
 NOTICED_S = 2.0
 
@@ -45,7 +36,7 @@ def test_angles_are_the_motors_to_half_a_count(cell: Cell) -> None:
     home = rig.motor()
     for offset in ([0.3, -0.2, 0.1, 0.25, -0.4], [-0.3, 0.0, -0.17, 0.05, 1.0]):
         goal = home + offset
-        arm.go(goal, 1.0)
+        arm.start_move(goal, 1.0)
         rig.clock.wait(30.0)
         assert (np.abs(rig.motor() - goal) <= 0.51 * arm.step).all()
         np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-12)
@@ -55,7 +46,7 @@ def test_the_arm_takes_the_time_that_it_is_given(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
     home = rig.motor()
-    arm.go(home + 0.5, 4.0)
+    arm.start_move(home + 0.5, 4.0)
     began = rig.clock.now()
     while np.abs(rig.motor() - home - 0.5).max() > 2e-4:
         rig.clock.wait(0.01)
@@ -74,10 +65,10 @@ def test_opening_moves_nothing(cell: Cell) -> None:
 
 def test_a_command_left_half_typed_is_not_carried_out(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    bench.arm_on(rig, cell).go(rig.motor() + 0.2, 1.0)
+    bench.arm_on(rig, cell).start_move(rig.motor() + 0.2, 1.0)
     rig.clock.wait(20.0)
     there = rig.motor()
-    Line(rig, "bench", rig.clock).send(f"SETPV {PLACE} 1 0\rMOVE {PLACE}")
+    SerialLine(rig, "bench", rig.clock).send(f"SETPV {PLACE} 1 0\rMOVE {PLACE}")
     bench.arm_on(rig, cell)
     rig.clock.wait(60.0)
     np.testing.assert_array_equal(rig.motor(), there)
@@ -90,7 +81,7 @@ def test_no_word_that_is_misheard_takes_effect(cell: Cell) -> None:
         home = rig.motor()
         goal = home + 0.2
         try:
-            bench.arm_on(rig, cell).go(goal, 2.0)
+            bench.arm_on(rig, cell).start_move(goal, 2.0)
         except (AnswerUnclear, LineLost):
             wrong += 1
         rig.clock.wait(30.0)
@@ -105,7 +96,7 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next(cell: Cell) -> None
     mover = Mover(arm, cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
     at = mover.resting("Before")
     for step in (0.1, -0.1, 0.2):
-        at = mover.travel(at + step, "p", at)
+        at = mover.move_and_wait(at + step, "p", at)
         np.testing.assert_allclose(at, rig.motor(), atol=1e-9)
 
 
@@ -141,9 +132,9 @@ def test_what_the_controller_says_by_itself_is_heard(cell: Cell, fault: str, err
 def test_an_arm_whose_motors_are_off_refuses(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    rig.controller.hear(b"COFF\r", rig.clock.now())
+    rig.controller.receive(b"COFF\r", rig.clock.now())
     with pytest.raises(ArmRefused, match=r"304.*switch the motors on"):
-        arm.go(rig.motor() + 0.1, 1.0)
+        arm.start_move(rig.motor() + 0.1, 1.0)
 
 
 def test_stopping_stops_at_once(cell: Cell) -> None:
@@ -151,7 +142,7 @@ def test_stopping_stops_at_once(cell: Cell) -> None:
     arm = bench.arm_on(rig, cell)
     mover = Mover(arm, cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
     home = rig.motor()
-    arm.go(home + 0.5, 5.0)
+    arm.start_move(home + 0.5, 5.0)
     rig.clock.wait(1.5)
     before = rig.motor()
     stands = mover.halt()
@@ -164,10 +155,10 @@ def test_a_stop_that_is_not_heard_is_said_again(cell: Cell, monkeypatch: pytest.
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
     mover = Mover(arm, cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
-    arm.go(rig.motor() + 0.5, 60.0)
+    arm.start_move(rig.motor() + 0.5, 60.0)
     rig.clock.wait(10.0)
     stops: list[bytes] = []
-    hear = rig.controller.hear
+    hear = rig.controller.receive
 
     def hard_of_hearing(data: bytes, now_s: float) -> bytes:
         if set(data) == {1}:
@@ -175,7 +166,7 @@ def test_a_stop_that_is_not_heard_is_said_again(cell: Cell, monkeypatch: pytest.
             return hear(data, now_s) if len(stops) > 2 else b""
         return hear(data, now_s)
 
-    monkeypatch.setattr(rig.controller, "hear", hard_of_hearing)
+    monkeypatch.setattr(rig.controller, "receive", hard_of_hearing)
     mover.halt()
     there = rig.motor()
     rig.clock.wait(60.0)
@@ -187,7 +178,7 @@ def test_homing_ends_at_home(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     home = rig.motor()
     arm = bench.arm_on(rig, cell)
-    arm.go(home + 0.3, 1.0)
+    arm.start_move(home + 0.3, 1.0)
     rig.clock.wait(20.0)
     arm.home()
     np.testing.assert_allclose(arm.read(), home, atol=1e-3)
@@ -197,7 +188,7 @@ def test_homing_ends_at_home(cell: Cell) -> None:
 def test_a_home_that_is_not_found_is_named(cell: Cell) -> None:
     rig = bench.bench_for(cell, ["homing:3"])
     arm = bench.arm_on(rig, cell)
-    with pytest.raises(HomeNotFound, match="axis 3"):
+    with pytest.raises(ArmError, match="axis 3"):
         arm.home()
 
 
@@ -205,7 +196,7 @@ def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
     silent = bench.Bench(rig.controller, rig.clock, ["silent@>20s"])
-    arm._line._wire = silent  # type: ignore[attr-defined]
+    arm._line._transport = silent  # type: ignore[attr-defined]
     with pytest.raises(LineLost, match="searched its home"):
         arm.home()
     assert rig.clock.now() < 20.0 + 5.0
@@ -225,7 +216,7 @@ def test_what_befalls_an_arm_that_searches_its_home_is_heard(cell: Cell, fault: 
 def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    rig.controller.hear(b"COFF\r", rig.clock.now())
+    rig.controller.receive(b"COFF\r", rig.clock.now())
     began = rig.clock.now()
     with pytest.raises(ArmRefused, match=r"'HOME'.*304"):
         arm.home()
@@ -235,7 +226,7 @@ def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
 def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     with pytest.raises(ArmRefused, match=r"'SET OUT\[99\]=1' with '\*\*\* BAD OUTPUT 99'"):
-        bench.arm_on(rig, cell).light(99)
+        bench.arm_on(rig, cell).laser_on(99)
 
 
 def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> None:
@@ -243,36 +234,36 @@ def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> Non
     arm = bench.arm_on(rig, cell)
     for noise in (b"x>_", b"\r\n>_", b">_\r\n>"):
         rig.coming += noise
-        arm.watch()
+        arm.poll_faults()
         np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-9)
 
 
 def test_outputs_switch(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    arm.light(1)
+    arm.laser_on(1)
     assert rig.controller.outputs(0.0) == {1}
-    arm.dark(1)
+    arm.laser_off(1)
     assert not rig.controller.outputs(0.0)
 
 
 def test_a_controller_without_echo_is_asked_for_it(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    rig.controller.hear(b"NOECHO\r", 0.0)
+    rig.controller.receive(b"NOECHO\r", 0.0)
     arm = bench.arm_on(rig, cell)
     np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-12)
 
 
 def test_a_robot_with_more_joints_than_axes_is_refused(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    with pytest.raises(ArmDiffers, match="up to 5"):
-        Acl(Line(rig, "bench", rig.clock), cell.arm, ["a", "b", "c", "d", "e", "f"])
+    with pytest.raises(DataError, match="up to 5"):
+        AclArm(SerialLine(rig, "bench", rig.clock), cell.arm, ["a", "b", "c", "d", "e", "f"])
 
 
 def test_a_parameter_without_sense_is_named(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    rig.controller.hear(b"LET PAR 34 = 0\r", 0.0)
-    with pytest.raises(ParameterSenseless, match="PAR 34 = 0"):
+    rig.controller.receive(b"LET PAR 34 = 0\r", 0.0)
+    with pytest.raises(ArmError, match="PAR 34 = 0"):
         bench.arm_on(rig, cell)
 
 

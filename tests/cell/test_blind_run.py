@@ -12,7 +12,7 @@ import pytest
 from robolaser.cli import main
 from robolaser.data.dataset_file import describe
 from robolaser.data.loading import load
-from robolaser.emulator.serving import Emulated
+from robolaser.emulator.serving import EmulatorProcess
 from robolaser.emulator.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
 from robolaser.scan.quality import Measured, measure
@@ -92,7 +92,7 @@ def _some_poses(cell: Path) -> Path:
 
 
 def _record(cell: Path, recording: Path, *how: str, seed: int) -> None:
-    with Emulated(cell, world=cell / "world.toml", hurry=HURRY, seed=seed) as emulated:
+    with EmulatorProcess(cell, world=cell / "world.toml", time_scale=HURRY, seed=seed) as emulated:
         lines = ["--port", emulated.arm, "--camera", str(emulated.camera)]
         assert main(["record", str(cell), "--output", str(recording), *how, *lines, "--move"]) == 0
 

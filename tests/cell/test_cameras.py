@@ -15,13 +15,13 @@ import cv2
 import numpy as np
 import pytest
 
-from robolaser.cell import live
+from robolaser.cell import live_camera
 from robolaser.cell.camera import Camera, Image
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
-from robolaser.cell.live import Live
+from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import CameraLine
-from robolaser.errors import CameraFrozen, CameraLost, CameraSize, CameraUnusable, Overexposed
+from robolaser.errors import CameraError
 
 SIZE = (24, 16)
 FRAME_S = 0.005
@@ -59,19 +59,19 @@ def noisy(number: int, low: int = 50, size: tuple[int, int] = SIZE) -> Image:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "SILENT_S", PATIENCE_S)
-    monkeypatch.setattr(live, "FIRST_S", PATIENCE_S)
+    monkeypatch.setattr(live_camera, "SILENT_S", PATIENCE_S)
+    monkeypatch.setattr(live_camera, "FIRST_S", PATIENCE_S)
 
 
 @pytest.fixture
-def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Live]]:
+def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., LiveCamera]]:
     """Opens a camera that gives the frames it is told to."""
     opened: list[Camera] = []
 
-    def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> Live:
+    def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> LiveCamera:
         capture = Capture(frame, more.pop("allows", True))
         monkeypatch.setattr(cv2, "VideoCapture", lambda *_: capture)
-        camera = Live(CameraLine(0, **more), SIZE, WallClock(), [].append if said is None else said.append)
+        camera = LiveCamera(CameraLine(0, **more), SIZE, WallClock(), [].append if said is None else said.append)
         opened.append(camera)
         return camera
 
@@ -80,7 +80,7 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Live]]:
         camera.close()
 
 
-def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., Live]) -> None:
+def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., LiveCamera]) -> None:
     scene = [50]
     camera = running(lambda number: noisy(number, scene[0]))
     for grey in (120, 60, 200):
@@ -88,20 +88,20 @@ def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., Li
         assert camera.shot(0.03).min() >= grey
 
 
-def test_shots_in_a_row_are_different_images(running: Callable[..., Live]) -> None:
+def test_shots_in_a_row_are_different_images(running: Callable[..., LiveCamera]) -> None:
     camera = running(noisy)
     shots = [camera.shot(0.0) for _ in range(5)]
     assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
 
 
-def test_colours_and_sixteen_bits_become_grey(running: Callable[..., Live]) -> None:
+def test_colours_and_sixteen_bits_become_grey(running: Callable[..., LiveCamera]) -> None:
     colour = running(lambda number: np.repeat(noisy(number)[:, :, None], 3, axis=2))
     assert colour.shot(0.0).shape == SIZE[::-1]
     deep = running(lambda number: noisy(number).astype(np.uint16) << 8)
     assert 50 <= deep.shot(0.0).max() < 56
 
 
-def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., Live]) -> None:
+def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., LiveCamera]) -> None:
     def stops(number: int) -> Image:
         if number > 5:
             time.sleep(2 * PATIENCE_S)
@@ -109,52 +109,52 @@ def test_a_camera_that_sends_nothing_is_lost(running: Callable[..., Live]) -> No
 
     camera = running(stops)
     time.sleep(10 * FRAME_S)
-    with pytest.raises(CameraLost, match="none came"):
+    with pytest.raises(CameraError, match="none came"):
         camera.shot(0.0)
 
 
-def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., Live]) -> None:
+def test_a_camera_that_is_unplugged_is_noticed_at_once(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number) if number < 8 else None)
     began = time.monotonic()
-    with pytest.raises(CameraLost, match="unplugged"):
+    with pytest.raises(CameraError, match="unplugged"):
         camera.shot(0.1)
     assert time.monotonic() - began < PATIENCE_S
 
 
-def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., Live]) -> None:
+def test_a_driver_that_breaks_is_a_lost_camera(running: Callable[..., LiveCamera]) -> None:
     def breaks(number: int) -> Image:
         if number > 8:
             raise ValueError("bad packet")
         return noisy(number)
 
-    with pytest.raises(CameraLost, match="bad packet"):
+    with pytest.raises(CameraError, match="bad packet"):
         running(breaks).shot(0.1)
 
 
-def test_a_camera_that_never_begins_is_lost(running: Callable[..., Live]) -> None:
-    with pytest.raises(CameraLost):
+def test_a_camera_that_never_begins_is_lost(running: Callable[..., LiveCamera]) -> None:
+    with pytest.raises(CameraError, match="no more images"):
         running(lambda number: None)
 
 
-def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., Live]) -> None:
-    with pytest.raises(CameraFrozen, match="to the last pixel"):
+def test_a_frozen_camera_is_told_from_a_live_one(running: Callable[..., LiveCamera]) -> None:
+    with pytest.raises(CameraError, match="to the last pixel"):
         running(lambda number: noisy(min(number, 8))).shot(0.1)
 
 
-def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., Live]) -> None:
+def test_images_that_come_twice_are_no_frozen_camera(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number // 2))
     shots = [camera.shot(0.0) for _ in range(5)]
     assert not any(np.array_equal(a, b) for a, b in pairwise(shots))
 
 
-def test_another_size_is_refused(running: Callable[..., Live]) -> None:
+def test_another_size_is_refused(running: Callable[..., LiveCamera]) -> None:
     camera = running(lambda number: noisy(number, size=SIZE if number < 8 else (12, 8)))
-    with pytest.raises(CameraSize, match="12 x 8 pixels"):
+    with pytest.raises(CameraError, match="12 x 8 pixels"):
         camera.shot(0.1)
 
 
-def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., Live]) -> None:
-    with pytest.raises(Overexposed, match="overexposed"):
+def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable[..., LiveCamera]) -> None:
+    with pytest.raises(CameraError, match="overexposed"):
         running(lambda number: noisy(number, 250)).shot(0.0)
     said: list[str] = []
 
@@ -167,23 +167,23 @@ def test_white_images_are_refused_and_whitish_ones_pointed_out(running: Callable
     assert "shorter exposure" in said[0]
 
 
-def test_a_covered_lens_is_pointed_out(running: Callable[..., Live]) -> None:
+def test_a_covered_lens_is_pointed_out(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     running(lambda number: noisy(number, 0), said).shot(0.0)
     assert "covered" in said[0]
 
 
-def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., Live]) -> None:
+def test_a_black_or_a_white_image_that_never_changes_is_no_frozen_camera(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     assert not running(lambda number: np.zeros(SIZE[::-1], np.uint8), said).shot(0.01).any()
     assert "covered" in said[0]
-    with pytest.raises(Overexposed):
+    with pytest.raises(CameraError, match="overexposed"):
         running(lambda number: np.full(SIZE[::-1], 255, np.uint8)).shot(0.01)
-    with pytest.raises(CameraFrozen):
+    with pytest.raises(CameraError, match="frozen"):
         running(lambda number: np.full(SIZE[::-1], 128, np.uint8)).shot(0.01)
 
 
-def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., Live]) -> None:
+def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[..., LiveCamera]) -> None:
     said: list[str] = []
     running(noisy, said, exposure=-5.0, gain=2.0, allows=False)
     assert ["refuses exposure = -5" in said[0], "refuses gain = 2" in said[1]] == [True, True]
@@ -192,7 +192,7 @@ def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[...,
 def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     absent = replace(cell, camera=CameraLine("/dev/video77"))
-    with pytest.raises(CameraUnusable, match="/dev/video77"):
+    with pytest.raises(CameraError, match="/dev/video77"):
         open_camera(absent, WallClock(), print)
 
 
@@ -226,7 +226,7 @@ def streamed(frame: Callable[[int], Image], ending: str = ".pgm") -> Iterator[st
 
 @pytest.mark.parametrize("ending", [".pgm", ".png"])
 def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str) -> None:
-    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    monkeypatch.setattr(live_camera, "FIRST_S", 8.0)
     cell, scene = bench.cell(tmp_path), [50]
     with (
         streamed(lambda number: noisy(number, scene[0]), ending) as address,
@@ -239,7 +239,7 @@ def test_a_stream_of_images_is_a_camera(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "FIRST_S", 8.0)
+    monkeypatch.setattr(live_camera, "FIRST_S", 8.0)
     cell, size = bench.cell(tmp_path), [SIZE]
     with (
         streamed(lambda number: noisy(number, size=size[0])) as address,
@@ -247,7 +247,7 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: 
     ):
         camera.shot(0.1)
         size[0] = (48, 32)
-        with pytest.raises(CameraSize, match="48 x 32"):
+        with pytest.raises(CameraError, match="48 x 32"):
             camera.shot(0.2)
 
 
@@ -259,7 +259,7 @@ def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
     for source in (tmp_path / "shots", tmp_path / "shots" / "s%d.png"):
         with open_camera(replace(cell, camera=CameraLine(str(source))), WallClock(), print) as camera:
             assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
-            with pytest.raises(CameraLost, match="all its pictures"):
+            with pytest.raises(CameraError, match="all its pictures"):
                 camera.shot(0.0)
 
 
@@ -267,5 +267,5 @@ def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
 def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None:
     cell = bench.cell(tmp_path)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(CameraUnusable, match=source):
+    with pytest.raises(CameraError, match=source):
         open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), WallClock(), print)

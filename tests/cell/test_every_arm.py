@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from robolaser.cell.arms import ARMS
-from robolaser.cell.arrival import Mover
+from robolaser.cell.failures import ArmAlarm
+from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell
-from robolaser.errors import ArmAlarm, LineLost
+from robolaser.errors import LineLost
 
 WIRED = sorted(set(ARMS) - {"replay"})
 PLUGGED_S, NOTICED_S = 2.5, 2.0
@@ -36,7 +37,7 @@ def test_opening_moves_nothing(cell: Cell) -> None:
 def test_it_reads_what_the_motors_do(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    arm.go(rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4]), 5.0)
+    arm.start_move(rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4]), 5.0)
     for _ in range(20):
         rig.clock.wait(0.5)
         before = rig.motor()
@@ -51,7 +52,7 @@ def test_it_goes_where_it_is_sent(cell: Cell) -> None:
     at = moving.resting("Before")
     for offset in ([0.3, -0.2, 0.1, 0.25, -0.4], [-0.2, 0.2, -0.1, 0.0, 1.0], [0.0] * 5, [1e-4] * 5):
         goal = at + offset
-        at = moving.travel(goal, "p", at)
+        at = moving.move_and_wait(goal, "p", at)
         assert np.abs(at - goal).max() <= moving.near.max()
         assert np.abs(rig.motor() - at).max() <= 1e-3
 
@@ -66,7 +67,7 @@ def test_it_stops_on_the_way(cell: Cell) -> None:
 
     rig.clock.at.append((rig.clock.now() + 1.5, by_hand))
     with pytest.raises(KeyboardInterrupt):
-        moving.travel(home + 0.5, "p", home)
+        moving.move_and_wait(home + 0.5, "p", home)
     stands = moving.halt()
     rig.clock.wait(30.0)
     np.testing.assert_allclose(rig.motor(), stands, atol=1e-3)
@@ -79,7 +80,7 @@ def test_a_lost_line_is_noticed_within_two_seconds(cell: Cell, fault: str) -> No
     moving = mover(rig, cell)
     home = moving.resting("Before")
     with pytest.raises(LineLost):
-        moving.travel(home + 0.5, "p", home)
+        moving.move_and_wait(home + 0.5, "p", home)
     assert rig.clock.now() < PLUGGED_S + NOTICED_S + 0.3  # and the time of what was being said
 
 
@@ -89,4 +90,4 @@ def test_a_joint_in_trouble_is_named(cell: Cell, fault: str) -> None:
     moving = mover(rig, cell)
     home = moving.resting("Before")
     with pytest.raises(ArmAlarm, match=f"joint_{fault[-1]}"):
-        moving.travel(home + 0.5, "p", home)
+        moving.move_and_wait(home + 0.5, "p", home)

@@ -36,7 +36,7 @@ def test_after_a_fault_the_recording_is_gone_on_with(
     there = (acl.out / "plan.csv").exists()
     done = acl.names() if there else []
     acl.home_first()
-    with emulated(acl, hurry=200) as port:
+    with emulated(acl, time_scale=200) as port:
         assert acl.record("--poses", str(acl.poses), "--move", *(["--resume"] if there else []), port=port) == 0
     assert acl.names() == ["a", "b", "c"]
     assert acl.names()[: len(done)] == done

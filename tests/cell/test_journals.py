@@ -14,17 +14,10 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell.recording_writer import Journal, Stay
-from robolaser.cell.route import Visit, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
+from robolaser.cell.recording_writer import RecordingWriter, Sample
+from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
 from robolaser.data.cell_config import Cell
-from robolaser.errors import (
-    DataError,
-    NothingToResume,
-    OutputError,
-    PlanDiffers,
-    PosesUnusable,
-    RobolaserError,
-)
+from robolaser.errors import DataError, OutputError, PlanError
 from robolaser.geometry.kinematics import Robot
 
 Q = np.random.default_rng(4).uniform(-0.5, 0.5, (4, 5))
@@ -42,42 +35,44 @@ def robot(cell: Cell) -> Robot:
     return cell.description.robot
 
 
-def stay(visit: Visit, time_s: float) -> Stay:
+def sample(waypoint: Waypoint, time_s: float) -> Sample:
     rng = np.random.default_rng(int(time_s))
-    return Stay(visit.name, time_s, visit.q, {c: rng.integers(0, 255, (16, 24), dtype=np.uint8) for c in COLUMNS})
+    return Sample(
+        waypoint.name, time_s, waypoint.q, {c: rng.integers(0, 255, (16, 24), dtype=np.uint8) for c in COLUMNS}
+    )
 
 
-def with_two_poses(cell: Cell, folder: Path, visits: Sequence[Visit] = numbered(Q)) -> Journal:
-    journal = bench.begun(cell, folder, visits, shots=2)
-    journal.add([Stay("start", 0.0, Q[3])])
+def with_two_poses(cell: Cell, folder: Path, waypoints: Sequence[Waypoint] = numbered(Q)) -> RecordingWriter:
+    writer = bench.begun(cell, folder, waypoints, shots=2)
+    writer.add([Sample("start", 0.0, Q[3])])
     for i in range(2):
-        journal.add([stay(visits[i], 1.0 + i)])
-    return journal
+        writer.add([sample(waypoints[i], 1.0 + i)])
+    return writer
 
 
 def test_a_recording_is_a_data_set_after_every_entry(cell: Cell, tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    journal = bench.begun(cell, folder, numbered(Q), shots=2)
+    writer = bench.begun(cell, folder, numbered(Q), shots=2)
     assert not folder.exists()
-    journal.add([Stay("start", 0.0, Q[3])])
+    writer.add([Sample("start", 0.0, Q[3])])
     assert robolaser.load(folder).poses.names == ("start",)
-    for i, visit in enumerate(numbered(Q)):
-        journal.add([stay(visit, 1.0 + i)])
+    for i, waypoint in enumerate(numbered(Q)):
+        writer.add([sample(waypoint, 1.0 + i)])
         poses = robolaser.load(folder).poses
         assert len(poses) == 2 + i
         assert poses.q is not None
-        np.testing.assert_array_equal(poses.q[-1], visit.q)
+        np.testing.assert_array_equal(poses.q[-1], waypoint.q)
         for column in COLUMNS:
             name = (poses.image or ())[-1] if column == "image" else poses.extra[column][-1]
             assert (folder / name).is_file()
     assert robolaser.load(folder).robot is not None
-    assert journal.done == 4
-    assert not journal.remaining
+    assert writer.done == 4
+    assert not writer.remaining
 
 
 def test_the_images_are_the_ones_that_were_taken(cell: Cell, tmp_path: Path) -> None:
-    journal = with_two_poses(cell, tmp_path / "out")
-    want = stay(journal.visits[1], 2.0).images
+    writer = with_two_poses(cell, tmp_path / "out")
+    want = sample(writer.waypoints[1], 2.0).images
     for column, image in want.items():
         name = f"images/p002{column.removeprefix('image').replace('_', '.')}.png"
         np.testing.assert_array_equal(cv2.imread(str(tmp_path / "out" / name), cv2.IMREAD_UNCHANGED), image)
@@ -87,7 +82,7 @@ def test_the_images_are_the_ones_that_were_taken(cell: Cell, tmp_path: Path) -> 
 def test_a_full_disk_leaves_the_recording_as_it_was(
     cell: Cell, tmp_path: Path, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    journal = with_two_poses(cell, tmp_path / "out")
+    writer = with_two_poses(cell, tmp_path / "out")
     before = {file: file.read_bytes() for file in (tmp_path / "out").rglob("*") if file.is_file()}
     left = [at]
     sync = os.fsync
@@ -101,10 +96,10 @@ def test_a_full_disk_leaves_the_recording_as_it_was(
     monkeypatch.setattr(os, "fsync", fills)
     if at < 4:
         with pytest.raises(OutputError, match="No space left"):
-            journal.add([stay(journal.visits[2], 3.0)])
+            writer.add([sample(writer.waypoints[2], 3.0)])
         assert {file: file.read_bytes() for file in (tmp_path / "out").rglob("*") if file.is_file()} == before
         monkeypatch.undo()
-    journal.add([stay(journal.visits[2], 3.0)])
+    writer.add([sample(writer.waypoints[2], 3.0)])
     assert len(robolaser.load(tmp_path / "out").poses) == 4
 
 
@@ -113,20 +108,20 @@ def test_a_recording_that_is_there_is_not_overwritten(cell: Cell, robot: Robot, 
     with pytest.raises(OutputError):
         bench.begun(cell, tmp_path / "out", numbered(Q))
     (tmp_path / "out" / "points.csv").write_text("pose,point\n")
-    anew = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=True)
+    anew = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=True)
     assert len((tmp_path / "out" / "poses.csv").read_text().splitlines()) == 4
-    anew.add([Stay("start", 0.0, Q[0])])
+    anew.add([Sample("start", 0.0, Q[0])])
     assert robolaser.load(tmp_path / "out").poses.names == ("start",)
 
 
 def test_going_on_begins_at_the_next_pose(cell: Cell, tmp_path: Path) -> None:
     with_two_poses(cell, tmp_path / "out")
-    journal = bench.resumed(cell, tmp_path / "out")
-    assert [visit.name for visit in journal.remaining] == ["p003", "p004"]
-    assert journal.time_s > 2.0
-    journal.add([Stay(journal.unused("resumed"), journal.time_s, Q[0]), stay(journal.visits[2], journal.time_s + 1)])
+    writer = bench.resumed(cell, tmp_path / "out")
+    assert [waypoint.name for waypoint in writer.remaining] == ["p003", "p004"]
+    assert writer.time_s > 2.0
+    writer.add([Sample(writer.unused("resumed"), writer.time_s, Q[0]), sample(writer.waypoints[2], writer.time_s + 1)])
     again = bench.resumed(cell, tmp_path / "out")
-    assert [visit.name for visit in again.remaining] == ["p004"]
+    assert [waypoint.name for waypoint in again.remaining] == ["p004"]
     assert again.unused("resumed") == "resumed_2"
 
 
@@ -135,20 +130,20 @@ def test_a_table_cut_off_by_a_power_cut_is_healed(cell: Cell, tmp_path: Path, cu
     with_two_poses(cell, tmp_path / "out")
     table = tmp_path / "out" / "poses.csv"
     table.write_bytes(table.read_bytes()[:-cut])
-    journal = bench.resumed(cell, tmp_path / "out")
-    for visit in journal.remaining:
-        journal.add([stay(visit, journal.time_s)])
+    writer = bench.resumed(cell, tmp_path / "out")
+    for waypoint in writer.remaining:
+        writer.add([sample(waypoint, writer.time_s)])
     dataset = robolaser.load(tmp_path / "out")
     assert {"p001", "p002", "p003", "p004"} <= set(dataset.poses.names)
 
 
 @pytest.mark.parametrize("damage", ["gone", "torn", "empty"])
 def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Path, damage: str) -> None:
-    visits = both_ways(numbered(Q[:2]), 0.05)
-    journal = bench.begun(cell, tmp_path / "out", visits, shots=2)
-    for i, visit in enumerate(visits[:2]):
-        assert visit.approach is not None
-        journal.add([Stay(visit.approach_name, i, visit.approach), stay(visit, i + 0.5)])
+    waypoints = both_ways(numbered(Q[:2]), 0.05)
+    writer = bench.begun(cell, tmp_path / "out", waypoints, shots=2)
+    for i, waypoint in enumerate(waypoints[:2]):
+        assert waypoint.approach is not None
+        writer.add([Sample(waypoint.approach_name, i, waypoint.approach), sample(waypoint, i + 0.5)])
     image = tmp_path / "out" / "images" / "p001_down.2.png"
     data = image.read_bytes()
     if damage == "gone":
@@ -156,32 +151,32 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
     else:
         image.write_bytes(data[:-9] if damage == "torn" else b"")
     (tmp_path / "out" / "images" / ".p001_up.png.xyz").write_bytes(b"half")
-    journal = bench.resumed(cell, tmp_path / "out")
-    assert [visit.name for visit in journal.remaining] == ["p001_down", "p002_up", "p002_down"]
-    again = journal.remaining[0]
+    writer = bench.resumed(cell, tmp_path / "out")
+    assert [waypoint.name for waypoint in writer.remaining] == ["p001_down", "p002_up", "p002_down"]
+    again = writer.remaining[0]
     assert again.approach is not None
-    journal.add([Stay(again.approach_name, 9.0, again.approach), stay(again, 9.5)])
+    writer.add([Sample(again.approach_name, 9.0, again.approach), sample(again, 9.5)])
     assert robolaser.load(tmp_path / "out").poses.names == ("p001_up_from", "p001_up", "p001_down_from", "p001_down")
     assert not list((tmp_path / "out" / "images").glob(".*"))
 
 
 def test_going_on_with_another_plan_is_refused(cell: Cell, robot: Robot, tmp_path: Path) -> None:
-    with pytest.raises(NothingToResume):
+    with pytest.raises(DataError, match="no recording was begun"):
         bench.resumed(cell, tmp_path / "out")
     with_two_poses(cell, tmp_path / "out")
-    assert Journal.resume(cell, robot, tmp_path / "out", numbered(Q), 2).done == 2
-    with pytest.raises(PlanDiffers, match="2 shots a pose, not 3"):
-        Journal.resume(cell, robot, tmp_path / "out", None, 3)
-    with pytest.raises(PlanDiffers, match="4 poses"):
-        Journal.resume(cell, robot, tmp_path / "out", numbered(Q[:3]), None)
+    assert RecordingWriter.resume(cell, robot, tmp_path / "out", numbered(Q), 2).done == 2
+    with pytest.raises(PlanError, match="2 shots a pose, not 3"):
+        RecordingWriter.resume(cell, robot, tmp_path / "out", None, 3)
+    with pytest.raises(PlanError, match="4 poses"):
+        RecordingWriter.resume(cell, robot, tmp_path / "out", numbered(Q[:3]), None)
 
 
 def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
     names = ("a/b", 'ü, "x"', "..", "visit-0001", "a", "a_2")
-    visits = [Visit(name, q) for name, q in zip(names, np.random.default_rng(1).normal(size=(6, 5)), strict=True)]
-    journal = bench.begun(cell, tmp_path / "out", visits, shots=2)
-    for i, visit in enumerate(visits):
-        journal.add([stay(visit, float(i))])
+    waypoints = [Waypoint(name, q) for name, q in zip(names, np.random.default_rng(1).normal(size=(6, 5)), strict=True)]
+    writer = bench.begun(cell, tmp_path / "out", waypoints, shots=2)
+    for i, waypoint in enumerate(waypoints):
+        writer.add([sample(waypoint, float(i))])
     poses = robolaser.load(tmp_path / "out").poses
     assert poses.names == names
     assert len(set(poses.image or ())) == 6
@@ -189,13 +184,13 @@ def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
 
 
 def test_a_route_reads_back_as_it_was_written(robot: Robot, tmp_path: Path) -> None:
-    visits = (*both_ways(numbered(Q / 3), 0.1), Visit("last, one", Q[0]))
-    (tmp_path / "plan.csv").write_text(route_text(robot, visits, 3))
+    waypoints = (*both_ways(numbered(Q / 3), 0.1), Waypoint("last, one", Q[0]))
+    (tmp_path / "plan.csv").write_text(route_text(robot, waypoints, 3))
     back, shots = read_route(tmp_path / "plan.csv", robot)
     assert shots == 3
-    assert [visit.name for visit in back] == [visit.name for visit in visits]
-    np.testing.assert_array_equal(way(back)[1], way(visits)[1])
-    assert way(back)[0] == way(visits)[0]
+    assert [waypoint.name for waypoint in back] == [waypoint.name for waypoint in waypoints]
+    np.testing.assert_array_equal(way(back)[1], way(waypoints)[1])
+    assert way(back)[0] == way(waypoints)[0]
 
 
 def test_both_ways_come_from_below_and_from_above() -> None:
@@ -209,57 +204,56 @@ def test_both_ways_come_from_below_and_from_above() -> None:
 
 def test_poses_of_a_recording_are_those_with_an_image(cell: Cell, robot: Robot, tmp_path: Path) -> None:
     with_two_poses(cell, tmp_path / "out")
-    visits = from_table(tmp_path / "out" / "poses.csv", robot)
-    assert [visit.name for visit in visits] == ["p001", "p002"]
-    np.testing.assert_array_equal(way(visits)[1], Q[:2])
+    waypoints = from_table(tmp_path / "out" / "poses.csv", robot)
+    assert [waypoint.name for waypoint in waypoints] == ["p001", "p002"]
+    np.testing.assert_array_equal(way(waypoints)[1], Q[:2])
 
 
 HEADER = "pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "error"),
+    ("text", "message"),
     [
-        ("", RobolaserError),
-        (HEADER, PosesUnusable),
-        (HEADER.replace("_5", "_6") + "a,0,0,0,0,0\n", DataError),
-        (HEADER + "a,0,0,0,0,x\n", DataError),
-        (HEADER + "a,0,0,0,0,nan\n", DataError),
-        (HEADER + "a,0,0,0,0,0\na,0,0,0,0,0\n", DataError),
+        ("", "poses.csv"),
+        (HEADER, "gives no poses for this arm: it has a header and no rows"),
+        (HEADER.replace("_5", "_6") + "a,0,0,0,0,0\n", "q_joint_5"),
+        (HEADER + "a,0,0,0,0,x\n", "row 2.*q_joint_5"),
+        (HEADER + "a,0,0,0,0,nan\n", "row 2.*q_joint_5"),
+        (HEADER + "a,0,0,0,0,0\na,0,0,0,0,0\n", "row 3"),
     ],
 )
-def test_poses_that_cannot_be_gone_to_are_named(
-    robot: Robot, tmp_path: Path, text: str, error: type[Exception]
-) -> None:
+def test_poses_that_cannot_be_gone_to_are_named(robot: Robot, tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "poses.csv").write_text(text)
-    with pytest.raises(error):
+    with pytest.raises(DataError, match=message):
         from_table(tmp_path / "poses.csv", robot)
 
 
 @pytest.mark.parametrize(
-    ("text", "error"),
+    ("text", "message"),
     [
-        ("", DataError),
-        ("[]", PosesUnusable),
-        ("{}", PosesUnusable),
-        ('{"next_poses": []}', PosesUnusable),
-        ('{"next_poses": [{"joint_1": 0}]}', PosesUnusable),
-        ('{"next_poses": [3]}', PosesUnusable),
-        ('{"next_poses": [{"joint_1": "x", "joint_2": 0, "joint_3": 0, "joint_4": 0, "joint_5": 0}]}', PosesUnusable),
+        ("", "it is not JSON"),
+        ("[]", "next_poses is no list"),
+        ("{}", "it does not say 'next_poses'"),
+        ('{"next_poses": []}', "next_poses is empty"),
+        ('{"next_poses": [{"joint_1": 0}]}', "it does not say 'joint_2'"),
+        ('{"next_poses": [3]}', "next_poses is no list"),
+        (
+            '{"next_poses": [{"joint_1": "x", "joint_2": 0, "joint_3": 0, "joint_4": 0, "joint_5": 0}]}',
+            "next_poses is no list",
+        ),
     ],
 )
-def test_a_diagnosis_that_asks_for_nothing_is_named(
-    robot: Robot, tmp_path: Path, text: str, error: type[Exception]
-) -> None:
+def test_a_diagnosis_that_asks_for_nothing_is_named(robot: Robot, tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "d.json").write_text(text)
-    with pytest.raises(error):
+    with pytest.raises(DataError, match=message):
         from_diagnosis(tmp_path / "d.json", robot)
 
 
 def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: Path) -> None:
     always: Any = replace(cell, laser_output=None)
-    journal = bench.begun(always, tmp_path / "out", numbered(Q), shots=1)
-    journal.add([Stay("start", 0.0, Q[0])])
+    writer = bench.begun(always, tmp_path / "out", numbered(Q), shots=1)
+    writer.add([Sample("start", 0.0, Q[0])])
     with (tmp_path / "out" / "poses.csv").open(newline="") as file:
         assert next(csv.reader(file))[-1] == "image"
 
@@ -268,9 +262,9 @@ def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: 
 def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot, tmp_path: Path, noise: str) -> None:
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n{noise}", "utf-8")
-    journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
-    journal.read_in_steps(np.full(len(robot.joints), 1e-3), pytest.fail)
-    journal.add([Stay("start", 0.0, Q[0])])
+    writer = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    writer.state_quantization_noise(np.full(len(robot.joints), 1e-3), pytest.fail)
+    writer.add([Sample("start", 0.0, Q[0])])
     stated = robolaser.load(tmp_path / "out").noise
     assert stated.joint_rad == pytest.approx(1e-3 / np.sqrt(12), rel=0.02)
     assert stated.pixel_px == (0.1 if noise else None)
@@ -279,7 +273,7 @@ def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot
 def test_a_noise_of_readings_that_the_cell_states_is_kept(cell: Cell, robot: Robot, tmp_path: Path) -> None:
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n[noise]\njoint_rad = 3e-5\n", "utf-8")
-    journal = Journal.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
-    journal.read_in_steps(np.full(len(robot.joints), 1e-3), pytest.fail)
-    journal.add([Stay("start", 0.0, Q[0])])
+    writer = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    writer.state_quantization_noise(np.full(len(robot.joints), 1e-3), pytest.fail)
+    writer.add([Sample("start", 0.0, Q[0])])
     assert robolaser.load(tmp_path / "out").noise.joint_rad == 3e-5

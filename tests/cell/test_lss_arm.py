@@ -8,11 +8,12 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.arrival import Mover
-from robolaser.cell.line import Line
-from robolaser.cell.lss import STEP, Lss
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused
+from robolaser.cell.lss import STEP, LssArm
+from robolaser.cell.motion import Mover
+from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
-from robolaser.errors import AnswerUnclear, ArmAlarm, ArmRefused, LineLost, Strayed
+from robolaser.errors import ArmError, LineLost
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def test_angles_are_the_motors_to_half_a_step(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
     goal = rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4])
-    arm.go(goal, 2.0)
+    arm.start_move(goal, 2.0)
     rig.clock.wait(30.0)
     assert np.abs(rig.motor() - goal).max() <= 0.51 * STEP
     np.testing.assert_allclose(arm.read(), rig.motor(), atol=0.51 * STEP)
@@ -36,7 +37,7 @@ def test_a_servo_that_is_not_there_is_named_within_two_seconds(cell: Cell) -> No
     arm = cell.arm.__class__(kind="lss", port="bench")
     began = rig.clock.now()
     with pytest.raises(LineLost, match=r"servo 6 \(joint_6\)"):
-        Lss(Line(rig, "bench", rig.clock), arm, ghosts)
+        LssArm(SerialLine(rig, "bench", rig.clock), arm, ghosts)
     assert rig.clock.now() - began < 2.5
 
 
@@ -46,7 +47,7 @@ def test_a_servo_in_trouble_is_named(cell: Cell, fault: str, said: str) -> None:
     mover = Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
     at = mover.resting("Before")
     with pytest.raises(ArmAlarm, match=rf"{said}.*joint_{fault[-1]}"):
-        mover.travel(at + 0.5, "p", at)
+        mover.move_and_wait(at + 0.5, "p", at)
 
 
 def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> None:
@@ -55,7 +56,7 @@ def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> No
         rig = bench.bench_for(cell, ["misheard:0.01"], seed)
         home = rig.motor()
         try:
-            bench.arm_on(rig, cell).go(home + 0.5, 5.0)
+            bench.arm_on(rig, cell).start_move(home + 0.5, 5.0)
         except (AnswerUnclear, LineLost):
             rig.clock.wait(30.0)
             assert np.abs(rig.motor() - home).max() < 0.02, seed
@@ -69,29 +70,29 @@ def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> No
 def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell) -> None:
     """The time cannot be read back; the cap on the speed can."""
     rig = bench.bench_for(cell)
-    hear = rig.controller.hear
-    rig.controller.hear = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
+    hear = rig.controller.receive
+    rig.controller.receive = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
     mover = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
     at = mover.resting("Before")
     watched = bench.Watched(rig, 0.3)
-    with suppress(Strayed):
-        mover.travel(at + np.array([0.5, 0.1, -0.4, 0.2, 0.3]), "p", at)
+    with suppress(ArmError):
+        mover.move_and_wait(at + np.array([0.5, 0.1, -0.4, 0.2, 0.3]), "p", at)
     assert watched.fastest() < 1.05 * 0.3
 
 
 def test_a_servo_that_was_switched_on_anew_is_capped_again(cell: Cell) -> None:
     rig = bench.bench_for(cell, ["reboot@>4s"])
     arm = bench.arm_on(rig, cell)
-    arm.go(rig.motor() + 0.1, 2.0)
+    arm.start_move(rig.motor() + 0.1, 2.0)
     rig.clock.wait(8.0)
     assert not rig.in_waiting  # the power fails when somebody looks
     rig.clock.wait(2.0)
     rig.sent = b""
-    arm.go(rig.motor() + 0.2, 4.0)
+    arm.start_move(rig.motor() + 0.2, 4.0)
     assert rig.sent.count(b"SD54\r") == 5  # 1.875 times 11.46 degrees in 4 s
 
 
 def test_servos_switch_no_laser(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     with pytest.raises(ArmRefused, match=r"take \[laser\] out"):
-        bench.arm_on(rig, cell).light(1)
+        bench.arm_on(rig, cell).laser_on(1)

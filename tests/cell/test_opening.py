@@ -8,17 +8,13 @@ from pathlib import Path
 import bench
 import pytest
 
+import robolaser.cell
 from robolaser.cell.arms import ARMS, open_arm
 from robolaser.cell.clock import WallClock
 from robolaser.data.cell_config import Cell, load_cell
-from robolaser.errors import (
-    ArmDiffers,
-    ArmUnknown,
-    DataError,
-    OutputMissing,
-    PortUnusable,
-    RobolaserError,
-)
+from robolaser.errors import ArmError, DataError, RobolaserError
+
+ARMS_FOLDER = robolaser.cell.__path__[0]
 
 
 @pytest.fixture
@@ -42,13 +38,26 @@ def test_importing_devices_opens_nothing() -> None:
 
 
 def test_a_language_that_nobody_speaks_is_named(cell: Cell) -> None:
-    with pytest.raises(ArmUnknown, match=r"no arm speaks 'acll'.*Did you mean 'acl'"):
+    with pytest.raises(DataError, match=r"no arm speaks 'acll'.*Did you mean 'acl'"):
         open_arm(named(cell, "acll", "loop://"), WallClock())
+
+
+def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    info = tmp_path / "desk_arm-1.0.dist-info"
+    info.mkdir()
+    source = (Path(ARMS_FOLDER) / "replay.py").read_text("utf-8")
+    (tmp_path / "desk_arm.py").write_text(source.replace("class ReplayArm", "class DeskArm"), "utf-8")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: desk-arm\nVersion: 1.0\n", "utf-8")
+    (info / "entry_points.txt").write_text("[robolaser.arms]\ndesk = desk_arm:DeskArm\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    (cell.folder / "poses.csv").write_text(f"pose,{','.join(f'q_joint_{i}' for i in range(1, 6))}\na,0,0,0,0,0\n")
+    with open_arm(named(cell, "desk", str(cell.folder)), WallClock()) as arm:
+        assert type(arm).__name__ == "DeskArm"
 
 
 @pytest.mark.parametrize("kind", sorted(ARMS))
 def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
-    with pytest.raises((PortUnusable, DataError), match="nowhere"):
+    with pytest.raises((ArmError, DataError), match="nowhere"):
         open_arm(named(cell, kind, "/nowhere"), WallClock())
 
 
@@ -65,7 +74,7 @@ def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> 
     (tmp_path / "other" / "dataset.toml").write_text(said)
     (tmp_path / "other" / "robot.urdf").write_text((cell.folder / "robot.urdf").read_text())
     (tmp_path / "other" / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4\na,0,0,0,0\n")
-    with pytest.raises(ArmDiffers):
+    with pytest.raises(DataError, match="moves up to 4 joints"):
         open_arm(named(cell, "replay", str(tmp_path / "other")), WallClock())
 
 
@@ -74,7 +83,7 @@ def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_o
     cell: Cell, kind: str, said: str
 ) -> None:
     there = replace(named(cell, kind, "/nowhere"), laser_output=99)
-    with pytest.raises(OutputMissing, match=said):
+    with pytest.raises(DataError, match=said):
         open_arm(there, WallClock())
 
 

@@ -13,7 +13,7 @@ import pytest
 from terminal import Rig, emulated
 
 import robolaser
-from robolaser.cell.line import Line
+from robolaser.cell.serial_line import SerialLine
 from robolaser.cli import main
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
@@ -56,7 +56,7 @@ def test_both_ways_see_each_pose_from_below_and_above(acl: Rig) -> None:
 def test_nothing_moves_and_no_port_is_opened_without_move(
     acl: Rig, asked: Sequence[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     assert acl.record("--poses", str(acl.poses), *asked, port="nowhere") == (0 if asked else 2)
     said = capsys.readouterr()
     assert re.search(r"^a +-?\d+\.\d\d° .*", said.out, re.MULTILINE)
@@ -177,7 +177,7 @@ def test_an_existing_recording_is_left_alone_unless_forced(acl: Rig, capsys: pyt
 def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
     acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     acl.out.write_text("a file")
     assert acl.record("--poses", str(acl.poses), "--move", port="nowhere") == 1
     assert "recording" in capsys.readouterr().err
@@ -226,7 +226,7 @@ def test_a_recording_that_is_finished_moves_nothing(
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
     before = (acl.out / "poses.csv").read_bytes()
     acl.home_first()
-    monkeypatch.setattr(Line, "open", lambda *_: pytest.fail("a port was opened"))
+    monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     assert acl.record("--resume", "--move", port="nowhere") == 0
     assert "No pose remains." in capsys.readouterr().out
     assert (acl.out / "poses.csv").read_bytes() == before

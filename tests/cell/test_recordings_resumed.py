@@ -8,18 +8,10 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell.recording_writer import Journal, Stay
+from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import numbered, read_route, route_text
 from robolaser.data.cell_config import Cell, load_cell
-from robolaser.errors import (
-    CellDiffers,
-    DataError,
-    MovedMeanwhile,
-    OutputIsCell,
-    PosesUnusable,
-    RecordingStopped,
-    RobolaserError,
-)
+from robolaser.errors import DataError, Interrupted, OutputError, PlanError, RobolaserError
 
 Q = np.random.default_rng(4).uniform(-0.5, 0.5, (3, 5))
 IMAGE = np.random.default_rng(1).integers(0, 255, (16, 24), dtype=np.uint8)
@@ -33,10 +25,10 @@ def cell(tmp_path: Path) -> Cell:
 @pytest.fixture
 def begun(cell: Cell, tmp_path: Path) -> Path:
     """A recording of three poses, two of which are done."""
-    journal = bench.begun(cell, tmp_path / "out", numbered(Q))
-    journal.read_in_steps(np.full(5, 1e-4), pytest.fail)
-    for i, visit in enumerate(journal.visits[:2]):
-        journal.add([Stay(visit.name, float(i), visit.q, {"image": IMAGE, "image_off": IMAGE})])
+    writer = bench.begun(cell, tmp_path / "out", numbered(Q))
+    writer.state_quantization_noise(np.full(5, 1e-4), pytest.fail)
+    for i, waypoint in enumerate(writer.waypoints[:2]):
+        writer.add([Sample(waypoint.name, float(i), waypoint.q, {"image": IMAGE, "image_off": IMAGE})])
     return tmp_path / "out"
 
 
@@ -47,24 +39,24 @@ def files(folder: Path) -> dict[Path, bytes]:
 def test_a_cell_is_never_written_over(cell: Cell) -> None:
     before = files(cell.folder)
     for folder in (cell.folder, cell.folder / ".." / cell.folder.name):
-        with pytest.raises(OutputIsCell, match="is a cell"):
-            Journal.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
+        with pytest.raises(OutputError, match="is a cell"):
+            RecordingWriter.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
     assert files(cell.folder) == before
 
 
 def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begun: Path) -> None:
     before = files(begun)
-    journal = Journal.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
+    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
     (cell.folder / "dataset.toml").unlink()
     with pytest.raises(DataError):
-        journal.add([Stay("start", 0.0, Q[0])])
+        writer.add([Sample("start", 0.0, Q[0])])
     assert files(begun) == before
 
 
 def test_a_recording_that_is_overwritten_leaves_no_image_behind(cell: Cell, begun: Path) -> None:
     (begun / "images" / "mine.png").write_bytes(b"not in poses.csv")
-    journal = Journal.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
-    journal.add([Stay("start", 0.0, Q[0])])
+    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
+    writer.add([Sample("start", 0.0, Q[0])])
     assert [file.name for file in (begun / "images").iterdir()] == ["mine.png"]
 
 
@@ -79,11 +71,11 @@ def test_looking_at_what_remains_changes_nothing_on_the_disk(cell: Cell, begun: 
 def test_a_pose_whose_time_cannot_be_read_is_visited_again(cell: Cell, begun: Path, wrong: str) -> None:
     table = begun / "poses.csv"
     table.write_text(table.read_text().replace("p002,1.000", f"p002,{wrong}"))
-    assert [visit.name for visit in bench.resumed(cell, begun).remaining] == ["p002", "p003"]
+    assert [waypoint.name for waypoint in bench.resumed(cell, begun).remaining] == ["p002", "p003"]
 
 
 def test_a_laser_that_can_no_longer_be_switched_is_another_cell(cell: Cell, begun: Path) -> None:
-    with pytest.raises(CellDiffers, match="image_off"):
+    with pytest.raises(DataError, match="image_off"):
         bench.resumed(replace(cell, laser_output=None), begun)
 
 
@@ -94,7 +86,7 @@ def test_a_laser_that_can_no_longer_be_switched_is_another_cell(cell: Cell, begu
 def test_another_cell_is_told_apart(cell: Cell, begun: Path, before: str, after: str, said: str) -> None:
     text = (cell.folder / "dataset.toml").read_text()
     (cell.folder / "dataset.toml").write_text(text.replace(before, after))
-    with pytest.raises(CellDiffers, match=f"differ in {said}"):
+    with pytest.raises(DataError, match=f"differ in {said}"):
         bench.resumed(load_cell(cell.folder), begun)
 
 
@@ -129,7 +121,7 @@ def test_a_plan_that_was_changed_by_hand_is_looked_at(
 
 def test_a_plan_without_poses_is_none(cell: Cell, tmp_path: Path) -> None:
     (tmp_path / "plan.csv").write_text(route_text(cell.robot, (), 2))
-    with pytest.raises(PosesUnusable):
+    with pytest.raises(DataError, match="no row of kind"):
         read_route(tmp_path / "plan.csv", cell.robot)
 
 
@@ -140,8 +132,8 @@ def interrupted(cell: Cell, rig: bench.Bench, folder: Path) -> None:
         raise KeyboardInterrupt
 
     rig.clock.at.append((9.0 if cell.arm.kind == "acl" else 3.0, by_hand))
-    with pytest.raises(RecordingStopped):
-        bench.session(cell, rig, bench.begun(cell, folder, bench.poses(cell, 4))).run(lambda visit: None)
+    with pytest.raises(Interrupted, match="Stopped by hand"):
+        bench.session(cell, rig, bench.begun(cell, folder, bench.poses(cell, 4))).run(lambda waypoint: None)
 
 
 def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) -> None:
@@ -151,7 +143,7 @@ def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) ->
     assert poses.names[-1] == "stopped"
     assert poses.q is not None
     np.testing.assert_allclose(poses.q[-1], rig.motor(), atol=1e-4)
-    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert not bench.resumed(cell, tmp_path / "out").remaining
 
 
@@ -159,17 +151,17 @@ def test_where_the_arm_was_stopped_is_on_the_disk(cell: Cell, tmp_path: Path) ->
 def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell, tmp_path: Path, home: bool) -> None:
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")
     anew = bench.bench_for(cell, ["reboot@1"])
-    bench.arm_on(bench.Bench(anew.controller, anew.clock), cell).go(anew.motor() + 0.3, 1.0)
+    bench.arm_on(bench.Bench(anew.controller, anew.clock), cell).start_move(anew.motor() + 0.3, 1.0)
     anew.clock.wait(20.0)
     stood, there = anew.motor(), bench.at_home(cell, home)
     before = files(tmp_path / "out")
     going = bench.session(there, anew, bench.resumed(there, tmp_path / "out"))
     if home:
-        going.run(lambda visit: None)
+        going.run(lambda waypoint: None)
         assert not bench.resumed(cell, tmp_path / "out").remaining
     else:
-        with pytest.raises(MovedMeanwhile, match="home the arm"):
-            going.run(lambda visit: None)
+        with pytest.raises(PlanError, match="home the arm"):
+            going.run(lambda waypoint: None)
         np.testing.assert_array_equal(anew.motor(), stood)
         assert files(tmp_path / "out") == before
 
@@ -177,14 +169,14 @@ def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell
 def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path, "lss")
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")
-    bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda visit: None)
+    bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert not bench.resumed(cell, tmp_path / "out").remaining
 
 
 def test_of_an_arm_that_started_anew_no_place_is_stated(cell: Cell, tmp_path: Path) -> None:
     rig = bench.bench_for(cell, ["reboot@>9s"])
-    with pytest.raises(RecordingStopped, match="where it stands is not known") as stopped:
-        bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda visit: None)
+    with pytest.raises(Interrupted, match="where it stands is not known") as stopped:
+        bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda waypoint: None)
     assert "It stands at" not in str(stopped.value)
     assert "It last rested at" in str(stopped.value)
     assert "stopped" not in robolaser.load(tmp_path / "out").poses.names
@@ -194,5 +186,5 @@ def test_it_is_said_what_comes_next(cell: Cell, tmp_path: Path) -> None:
     rig, said = bench.bench_for(cell), []
     there = bench.at_home(cell, True)
     going = bench.session(there, rig, bench.begun(there, tmp_path / "out", bench.poses(cell, 2)))
-    going.run(lambda visit: said.append(f"done {visit.name}"), said.append)
+    going.run(lambda waypoint: said.append(f"done {waypoint.name}"), said.append)
     assert said == ["homing", "p001", "done p001", "p002", "done p002"]

@@ -6,11 +6,12 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.arrival import Mover
-from robolaser.cell.pace import PEAK, seconds_for
-from robolaser.cell.plan_validation import allowed, carried, lowest, reach, violations
+from robolaser.cell.failures import NotSettled
+from robolaser.cell.motion import Mover
+from robolaser.cell.motion_time import PEAK, seconds_for
+from robolaser.cell.plan_validation import allowed, lowest, reach, tool_points, violations
 from robolaser.data.cell_config import Limits, load_cell
-from robolaser.errors import NotArrived, Restless, Strayed
+from robolaser.errors import ArmError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.robots import find_robot
 
@@ -30,7 +31,7 @@ def test_every_pose_beyond_a_joints_limit_is_named() -> None:
     q[1, 2] = ROBOT.upper[2] + 0.1
     q[2, 0] = ROBOT.lower[0] - 0.1
     found = violations(ROBOT, Limits(), NONE, HOME, ["a", "b", "c"], q)
-    assert [(one.place, one.what, one.value) for one in found if not one.value] == [
+    assert [(one.place, one.what, one.on_the_way) for one in found if not one.on_the_way] == [
         ("b", "joint_3", False),
         ("c", "joint_1", False),
     ]
@@ -49,13 +50,13 @@ def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
     for i in dips[:20]:
         floor = float(heights[:, i].min() + ends[i]) / 2
         (found,) = violations(ROBOT, Limits(floor_m=floor), NONE, a[i], ["p"], b[i : i + 1])
-        assert found.value
+        assert found.on_the_way
         assert found.what == "the lowest part"
         assert str(found).startswith("on the way to p")
 
 
 def test_the_sensor_on_the_flange_counts(tmp_path: Path) -> None:
-    tools = carried(bench.cell(tmp_path).description)
+    tools = tool_points(bench.cell(tmp_path).description)
     assert tools.shape == (2, 3)
     np.testing.assert_allclose(np.linalg.norm(tools[1] - tools[0]), 0.14)
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (200, 5))
@@ -79,7 +80,7 @@ def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (300, 5))
     may = allowed(cell.description, limits, 0.05)(q)
     assert 5 < may.sum() < 295
-    tools = carried(cell.description)
+    tools = tool_points(cell.description)
     for good, row in zip(may, q, strict=True):
         ways = [violations(ROBOT, limits, tools, None, ["p"], (row + d)[None]) for d in (-0.05, 0.0, 0.05)]
         assert good == (not any(ways)) or np.abs([row - ROBOT.lower, ROBOT.upper - row]).min() < 0.06
@@ -98,7 +99,7 @@ def test_no_joint_ever_exceeds_its_speed(tmp_path: Path) -> None:
 
     at = mover.resting("Before")
     rig.clock.wait = watching  # type: ignore[method-assign]
-    mover.travel(at + np.array([0.5, 0.3, -0.2, 0.1, 1.5]), "p", at)
+    mover.move_and_wait(at + np.array([0.5, 0.3, -0.2, 0.1, 1.5]), "p", at)
     times, q = np.array([t for t, _ in way]), np.array([q for _, q in way])
     later = np.diff(times) > 0.005
     speed = np.abs(np.diff(q, axis=0)[later]).max(axis=1) / np.diff(times)[later]
@@ -117,8 +118,8 @@ def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) ->
     rig = bench.bench_for(cell, ["stall:2@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
-    with pytest.raises(NotArrived, match="On the way to p, joint_2 stands still"):
-        mover.travel(at + np.array([0.0, 0.5, 0.0, 0.0, 0.0]), "p", at)
+    with pytest.raises(ArmError, match="On the way to p, joint_2 stands still"):
+        mover.move_and_wait(at + np.array([0.0, 0.5, 0.0, 0.0, 0.0]), "p", at)
 
 
 @pytest.mark.parametrize("joint", [1, 2, 5])
@@ -127,8 +128,8 @@ def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Pa
     rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
-    with pytest.raises(Strayed, match=rf"joint_{joint} is at .* off the straight way"):
-        mover.travel(at + 0.5, "p", at)
+    with pytest.raises(ArmError, match=rf"joint_{joint} is at .* off the straight way"):
+        mover.move_and_wait(at + 0.5, "p", at)
     mover.halt()
     assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
 
@@ -140,8 +141,8 @@ def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path)
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.1, rig.clock)
     at = mover.resting("Before")
     began = rig.clock.now()
-    with pytest.raises(NotArrived, match="joint_4 stands still"):
-        mover.travel(at + np.array([1.0, 0.0, 0.0, 0.03, 0.0]), "p", at)
+    with pytest.raises(ArmError, match="joint_4 stands still"):
+        mover.move_and_wait(at + np.array([1.0, 0.0, 0.0, 0.03, 0.0]), "p", at)
     assert rig.clock.now() - began < 15.0
 
 
@@ -151,10 +152,10 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
     arm = bench.arm_on(rig, cell)
     mover = Mover(arm, ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
-    go = arm.go
-    arm.go = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
-    with pytest.raises(Strayed, match="off the straight way"):
-        mover.travel(at + 0.5, "p", at)
+    go = arm.start_move
+    arm.start_move = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
+    with pytest.raises(ArmError, match="off the straight way"):
+        mover.move_and_wait(at + 0.5, "p", at)
     assert np.abs(rig.motor() - at).max() < 0.15
 
 
@@ -162,7 +163,7 @@ def test_an_arm_that_moves_by_itself_is_not_at_rest(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    arm.go(HOME + 1.0, 20.0)
+    arm.start_move(HOME + 1.0, 20.0)
     rig.clock.wait(6.0)
-    with pytest.raises(Restless, match="Before its first motion, joint_"):
+    with pytest.raises(NotSettled, match="Before its first motion, joint_"):
         Mover(arm, ROBOT, 0.3, rig.clock).resting("Before its first motion")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.cell.route import Visit, both_ways
-from robolaser.errors import RecordingStopped, RobolaserError
+from robolaser.cell.route import Waypoint, both_ways
+from robolaser.errors import Interrupted, RobolaserError
 
 DAYS = 520
 BATCH = 40
@@ -67,10 +67,10 @@ def names_on_disk(folder: Path) -> set[str]:
         return {row["pose"] for row in csv.DictReader(file) if row["image"]}
 
 
-def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
+def run(day: Day, cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> str:
     """One day: what was said at its end."""
     told: list[str] = []
-    journal = bench.begun(cell, folder, visits)
+    writer = bench.begun(cell, folder, waypoints)
     rig = bench.bench_for(cell, [day.fault] if day.fault else [], day.seed)
     camera = bench.Painted(rig, cell.description.image_px, day.shot if day.other == "camera" else None)
     patched = pytest.MonkeyPatch()
@@ -78,8 +78,8 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     def by_hand() -> None:
         raise KeyboardInterrupt
 
-    def on_disk(visit: Visit) -> None:
-        told.append(visit.name)
+    def on_disk(waypoint: Waypoint) -> None:
+        told.append(waypoint.name)
         with (folder / "poses.csv").open(newline="") as file:
             *_, row = csv.DictReader(file)
         q = np.array([float(cell) for column, cell in row.items() if column.startswith("q_")])
@@ -92,10 +92,10 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     said, early = "", False
     watched = bench.Watched(rig, LOOK_S)
     try:
-        running = bench.session(cell, rig, journal, camera)
+        running = bench.session(cell, rig, writer, camera)
         watched.goes(running._arm)
         running.run(on_disk)
-    except RecordingStopped as error:
+    except Interrupted as error:
         said = str(error)
     except (RobolaserError, KeyboardInterrupt) as error:
         said, early = str(error), True  # the line was never up
@@ -119,24 +119,24 @@ def run(day: Day, cell: Any, folder: Path, visits: tuple[Visit, ...]) -> str:
     return said
 
 
-def go_on(cell: Any, folder: Path, visits: tuple[Visit, ...]) -> None:
+def go_on(cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> None:
     """The next day nothing is wrong."""
     rig = bench.bench_for(cell)
     there = (folder / "plan.csv").exists()
-    journal = bench.resumed(cell, folder) if there else bench.begun(cell, folder, visits)
-    if journal.left_at is not None:  # the power was on all night
-        bench.arm_on(rig, cell).go(journal.left_at, 5.0)
+    writer = bench.resumed(cell, folder) if there else bench.begun(cell, folder, waypoints)
+    if writer.last_position is not None:  # the power was on all night
+        bench.arm_on(rig, cell).start_move(writer.last_position, 5.0)
         rig.clock.wait(60.0)
-    bench.session(cell, rig, journal).run(lambda visit: None)
-    assert names_on_disk(folder) == {visit.name for visit in visits}
+    bench.session(cell, rig, writer).run(lambda waypoint: None)
+    assert names_on_disk(folder) == {waypoint.name for waypoint in waypoints}
     poses = robolaser.load(folder).poses
     assert poses.time_s is not None
     assert (np.diff(poses.time_s) > 0).all()
     assert poses.image is not None
     assert all((folder / image).is_file() for image in poses.image if image)
     assert poses.q is not None
-    for visit in visits:
-        assert np.abs(poses.q[poses.names.index(visit.name)] - visit.q).max() < 0.01
+    for waypoint in waypoints:
+        assert np.abs(poses.q[poses.names.index(waypoint.name)] - waypoint.q).max() < 0.01
 
 
 @pytest.mark.parametrize("batch", range(DAYS // BATCH))
@@ -149,10 +149,10 @@ def test_after_any_bad_day_the_arm_stands_and_the_recording_is_whole(batch: int,
     for seed in range(BATCH * batch, BATCH * (batch + 1)):
         day = Day(seed)
         cell = cells[day.kind]
-        visits = bench.poses(cell, POSES)
-        visits = both_ways(visits[:2], 0.05) if day.both_ways else visits
+        waypoints = bench.poses(cell, POSES)
+        waypoints = both_ways(waypoints[:2], 0.05) if day.both_ways else waypoints
         folder = tmp_path / f"recording-{seed}"
-        said = run(day, cell, folder, visits)
+        said = run(day, cell, folder, waypoints)
         stopped += bool(said)
-        go_on(cell, folder, visits)
+        go_on(cell, folder, waypoints)
     assert stopped > BATCH // 4

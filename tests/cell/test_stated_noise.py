@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from robolaser.cell.quantization_noise import reading_rad, with_noise
+from robolaser.cell.quantization_noise import quantization_rad, with_noise
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 
@@ -49,4 +49,4 @@ def test_only_joints_that_turn_have_a_noise_in_radians() -> None:
     rail = Robot.from_urdf(urdf[:first] + 'type="prismatic"' + urdf[first + len('type="revolute"') :], flange="flange")
     step = np.where(rail.prismatic, 0.5, 1e-3)
     assert rail.prismatic.sum() == 1
-    assert reading_rad(step, rail) == pytest.approx(1e-3 / np.sqrt(12))
+    assert quantization_rad(step, rail) == pytest.approx(1e-3 / np.sqrt(12))

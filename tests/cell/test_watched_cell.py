@@ -10,7 +10,7 @@ import pytest
 import robolaser
 from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.serving import Emulated
+from robolaser.emulator.serving import EmulatorProcess
 from robolaser.vision.board import find_board
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
@@ -26,14 +26,14 @@ def cell(tmp_path: Path) -> Path:
     return folder
 
 
-def record(cell: Path, out: Path, emulated: Emulated, *more: str) -> int:
+def record(cell: Path, out: Path, emulated: EmulatorProcess, *more: str) -> int:
     where = ["--port", emulated.arm, "--camera", str(emulated.camera)]
     return main(["record", str(cell), "--output", str(out), *where, "--move", *more])
 
 
 def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world, out = cell / "world.toml", tmp_path / "out"
-    with Emulated(cell, world=world, hurry=HURRY, faults=["camera_gone@60"]) as emulated:
+    with EmulatorProcess(cell, world=world, time_scale=HURRY, faults=["camera_gone@60"]) as emulated:
         assert record(cell, out, emulated, "--plan", "2", "--repeats", "2") == 1
     said = capsys.readouterr().err
     assert "gives no more images" in said
@@ -41,7 +41,7 @@ def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsy
     begun = robolaser.load(out)
     said = (cell / "cell.toml").read_text()
     (cell / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
-    with Emulated(cell, world=world, hurry=2 * HURRY) as emulated:
+    with EmulatorProcess(cell, world=world, time_scale=2 * HURRY) as emulated:
         assert record(cell, out, emulated, "--resume") == 0
     dataset = robolaser.load(out)
     poses = dataset.poses

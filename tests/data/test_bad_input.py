@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.writing import save

@@ -9,6 +9,8 @@ from scipy.stats import kstest
 
 import robolaser
 from robolaser.arrays import Array
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
@@ -125,6 +127,17 @@ def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[Averag
 def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_calibrate_and_diagnose_say_the_same_error_on_new_poses(kind: str) -> None:
+    noise = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, joint_rad=1e-5)
+    points = {"stripe": 8, "point": 3, "socket": 5}[kind]
+    dataset = simulate(find_robot("ur5"), kind=kind, poses=40, points=points, noise=noise, seed=5).dataset
+    calibrated = calibrate(dataset, Plan(weights="noise", seed=1))
+    gap = examine(dataset, [], seed=1).gap.calibrated_m
+    assert calibrated.held_out is not None
+    assert gap == pytest.approx(rms(calibrated.held_out), rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,14 @@
-"""Cells whose departures the effect library did not make."""
+"""Cells whose faults the effect library did not make."""
 
 from functools import cache
 
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.geometry.robots import find_robot
-from robolaser.trials.making import World, make
+from robolaser.trials.making import BlindDataset, make
 
 
 @cache
-def world(robot: str, kind: str, seed: int) -> World:
+def world(robot: str, kind: str, seed: int) -> BlindDataset:
     """A blind world."""
     return make(find_robot(robot), kind, seed=seed)
 

@@ -4,19 +4,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import Eye, Photograph, Scene, Sheet, photograph
+from robolaser.emulator.rendering import CameraModel, LaserSheet, Photograph, Scene, photograph
 
 TRUTH = {
     "f": 8e-3, "s_u": 7.4e-6, "s_v": 7.3e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14,
     "theta": float(np.radians(25.0)), "w": 0.01, "phi": -0.02, "psi": 0.03, "t_x": 0.07, "t_y": 0.0, "t_z": -0.06,
 }  # fmt: skip
 LENS_ERROR = (0.0, 0.0, 4e-4, -3e-4, 0.02)
-SHEET = Sheet(TRUTH["b"], TRUTH["theta"])
+SHEET = LaserSheet(TRUTH["b"], TRUTH["theta"])
 MIDDLE = np.array([0.4, 0.0, 0.0])
 
 
-def eye(stripe_axis: str = "v") -> Eye:
-    return Eye(TRUTH, stripe_axis=stripe_axis, lens_error=LENS_ERROR)
+def eye(stripe_axis: str = "v") -> CameraModel:
+    return CameraModel(TRUTH, stripe_axis=stripe_axis, lens_error=LENS_ERROR)
 
 
 def near(x: float, y: float, z: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import serial
 from emulated_cell import cell_folder, world_file
 
-from robolaser.emulator.serving import Emulated
+from robolaser.emulator.serving import EmulatorProcess
 
 
 def ask(port: serial.SerialBase, line: str) -> str:
@@ -19,7 +19,7 @@ def ask(port: serial.SerialBase, line: str) -> str:
 def test_the_camera_sees_the_board_the_laser_and_that_the_arm_moved(tmp_path: Path) -> None:
     folder = cell_folder(tmp_path)
     with (
-        Emulated(folder, world=world_file(folder), hurry=20) as emulated,
+        EmulatorProcess(folder, world=world_file(folder), time_scale=20) as emulated,
         serial.serial_for_url(emulated.arm, 9600, timeout=2) as port,
     ):
         camera = cv2.VideoCapture(emulated.camera, cv2.CAP_FFMPEG)

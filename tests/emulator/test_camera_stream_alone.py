@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from robolaser.emulator.camera_server import CameraServer
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.snapshot import Moment
-from robolaser.emulator.stream import Stream
-from robolaser.errors import CameraPortTaken
+from robolaser.emulator.snapshot import Snapshot
+from robolaser.errors import CameraError
 
 SHAPE = (480, 640)
 HEADER = len(b"P5\n640 480\n255\n")
@@ -33,8 +33,8 @@ class Numbered:
         return SimpleNamespace(image=np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8))
 
 
-def moment(*path: float, heard: int = 0) -> Moment:
-    return Moment([np.array([angle]) for angle in path], lit=False, now_s=0.0, heard=heard)
+def snapshot(*path: float, heard: int = 0) -> Snapshot:
+    return Snapshot([np.array([angle]) for angle in path], lit=False, now_s=0.0, heard=heard)
 
 
 @pytest.fixture
@@ -43,13 +43,13 @@ def world() -> Numbered:
 
 
 @pytest.fixture
-def stream(world: Numbered) -> Iterator[Stream]:
-    made = Stream(world, moment(0.0), [read_fault("camera_gone@9")], np.random.default_rng(1), 0)
+def stream(world: Numbered) -> Iterator[CameraServer]:
+    made = CameraServer(world, snapshot(0.0), [read_fault("camera_gone@9")], np.random.default_rng(1), 0)
     yield made
     made.close()
 
 
-def watch(stream: Stream) -> socket.socket:
+def watch(stream: CameraServer) -> socket.socket:
     host, port = stream.address.removeprefix("tcp://").split(":")
     return socket.create_connection((host, int(port)), timeout=3)
 
@@ -61,22 +61,22 @@ def grey(client: socket.socket) -> int:
     return frame[-1]
 
 
-def test_the_world_follows_every_turn_though_no_one_watches(stream: Stream, world: Numbered) -> None:
+def test_the_world_follows_every_turn_though_no_one_watches(stream: CameraServer, world: Numbered) -> None:
     path = [0.1, 0.2, 0.3, 0.2, 0.1, 0.0, 0.1]
     for angle in path:
-        stream.tell(moment(angle, angle + 0.05))
+        stream.tell(snapshot(angle, angle + 0.05))
     time.sleep(0.3)
     assert [angle for angle in world.went if angle in path][-len(path) :] == path
     assert world.drawn == 1
 
 
-def test_frames_come_one_after_the_other(stream: Stream) -> None:
+def test_frames_come_one_after_the_other(stream: CameraServer) -> None:
     with watch(stream) as client:
         seen = [grey(client) for _ in range(5)]
     assert np.all(np.diff(seen) >= 1)
 
 
-def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: Stream, world: Numbered) -> None:
+def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: CameraServer, world: Numbered) -> None:
     with watch(stream) as client:
         grey(client)
         time.sleep(1.2)
@@ -85,16 +85,16 @@ def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: Stream, w
     assert np.diff(waiting).max() > 1
 
 
-def test_several_clients_watch_at_once(stream: Stream) -> None:
+def test_several_clients_watch_at_once(stream: CameraServer) -> None:
     with watch(stream) as one, watch(stream) as other:
         assert grey(one) > 0
         assert grey(other) > 0
 
 
-def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: Stream) -> None:
+def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: CameraServer) -> None:
     with watch(stream) as client:
         grey(client)
-        stream.tell(moment(0.0, heard=9))
+        stream.tell(snapshot(0.0, heard=9))
         client.settimeout(3)
         while client.recv(FRAME):
             pass
@@ -102,26 +102,26 @@ def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: Stream) 
         assert client.recv(1) == b""
 
 
-def test_an_unplugged_camera_is_told_nothing_more(stream: Stream) -> None:
-    stream.tell(moment(0.0, heard=9))
+def test_an_unplugged_camera_is_told_nothing_more(stream: CameraServer) -> None:
+    stream.tell(snapshot(0.0, heard=9))
     time.sleep(0.2)
     for _ in range(50):
-        stream.tell(moment(0.0))
-    assert len(stream._moments) == 0
+        stream.tell(snapshot(0.0))
+    assert len(stream._snapshots) == 0
 
 
-def test_what_breaks_while_it_draws_is_heard(stream: Stream, world: Numbered) -> None:
+def test_what_breaks_while_it_draws_is_heard(stream: CameraServer, world: Numbered) -> None:
     def breaks(motor: np.ndarray) -> None:
         raise ZeroDivisionError
 
     world.follow = breaks  # type: ignore[method-assign]
-    stream.tell(moment(0.1))
+    stream.tell(snapshot(0.1))
     time.sleep(0.2)
     with pytest.raises(ZeroDivisionError):
-        stream.tell(moment(0.2))
+        stream.tell(snapshot(0.2))
 
 
-def test_a_port_that_is_taken_is_named(stream: Stream, world: Numbered) -> None:
+def test_a_port_that_is_taken_is_named(stream: CameraServer, world: Numbered) -> None:
     port = int(stream.address.rpartition(":")[2])
-    with pytest.raises(CameraPortTaken, match=f"port {port}.*--camera-port"):
-        Stream(world, moment(0.0), [], np.random.default_rng(1), port)
+    with pytest.raises(CameraError, match=f"port {port}.*--camera-port"):
+        CameraServer(world, snapshot(0.0), [], np.random.default_rng(1), port)

@@ -8,24 +8,24 @@ import pytest
 from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.acl import FASTEST_RAD_S, Acl
-from robolaser.emulator.controller import Blow
-from robolaser.emulator.running import controller_of
+from robolaser.emulator.acl import FASTEST_RAD_S, AclController
+from robolaser.emulator.controller import ArmFault
+from robolaser.emulator.emulated_cell import controller_of
 
 REFERENCE = np.array([0, 0, 0, -np.pi / 2, 0])
 DIRECTION = np.array([1, -1, 1, 1, -1])
 
 
-class Terminal:
+class PtyLine:
     """Someone at the keyboard, with a clock of their own."""
 
-    def __init__(self, acl: Acl) -> None:
+    def __init__(self, acl: AclController) -> None:
         self.acl = acl
         self.now_s = 0.0
 
     def type(self, line: str) -> str:
         """What the screen shows of a line and its answer."""
-        return self.acl.hear(line.encode() + b"\r", self.now_s).decode()
+        return self.acl.receive(line.encode() + b"\r", self.now_s).decode()
 
     def answer(self, line: str) -> list[str]:
         """The lines between echo and prompt."""
@@ -38,7 +38,7 @@ class Terminal:
     def wait(self, seconds: float) -> str:
         """What appears meanwhile."""
         self.now_s += seconds
-        return self.acl.speak(self.now_s).decode()
+        return self.acl.poll(self.now_s).decode()
 
     def par(self, number: int) -> int:
         return int(self.type(f"SHOW PAR {number}").split()[-2])
@@ -58,22 +58,22 @@ class Terminal:
 
 
 @pytest.fixture
-def terminal(tmp_path: Path) -> Terminal:
+def terminal(tmp_path: Path) -> PtyLine:
     acl = controller_of(load_cell(cell_folder(tmp_path)))
-    assert isinstance(acl, Acl)
-    return Terminal(acl)
+    assert isinstance(acl, AclController)
+    return PtyLine(acl)
 
 
 @pytest.fixture
-def ready(terminal: Terminal) -> Terminal:
+def ready(terminal: PtyLine) -> PtyLine:
     terminal.type("DEFP P")
     terminal.type("HERE P")
     return terminal
 
 
-def test_every_key_comes_back_until_noecho(terminal: Terminal) -> None:
-    assert terminal.acl.hear(b"LIS", 0.0) == b"LIS"
-    assert terminal.acl.hear(b"\x08", 0.0) == b"\x08"
+def test_every_key_comes_back_until_noecho(terminal: PtyLine) -> None:
+    assert terminal.acl.receive(b"LIS", 0.0) == b"LIS"
+    assert terminal.acl.receive(b"\x08", 0.0) == b"\x08"
     assert terminal.type("STPV POSITION").startswith("STPV POSITION\r\r\n1:")
     terminal.type("NOECHO")
     assert terminal.type("SPEED 20") == "\r\nO.K.\r\n>"
@@ -81,7 +81,7 @@ def test_every_key_comes_back_until_noecho(terminal: Terminal) -> None:
     assert terminal.type("speed 20") == "speed 20\r\r\nO.K.\r\n>"
 
 
-def test_an_empty_line_gives_a_prompt(terminal: Terminal) -> None:
+def test_an_empty_line_gives_a_prompt(terminal: PtyLine) -> None:
     assert terminal.type("") == "\r\r\n>"
 
 
@@ -98,7 +98,7 @@ def test_an_empty_line_gives_a_prompt(terminal: Terminal) -> None:
         ("SPEED 101", "312"),
     ],
 )
-def test_what_cannot_be_done_is_refused_with_stars(terminal: Terminal, line: str, error: str) -> None:
+def test_what_cannot_be_done_is_refused_with_stars(terminal: PtyLine, line: str, error: str) -> None:
     terminal.type("DEFP P")
     shown = terminal.type(line)
     assert "\r\n*** " in shown
@@ -110,25 +110,25 @@ def test_what_cannot_be_done_is_refused_with_stars(terminal: Terminal, line: str
     ("line", "error"),
     [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312"), ("SETPVC P Q 1", "312"), ("SETPVC P Z 90000", "317")],
 )
-def test_numbers_that_mean_no_place_are_refused(ready: Terminal, line: str, error: str) -> None:
+def test_numbers_that_mean_no_place_are_refused(ready: PtyLine, line: str, error: str) -> None:
     before = ready.counts("P")
     assert f"*** ERROR {error}" in ready.type(line)
     assert np.array_equal(ready.counts("P"), before)
 
 
-def test_counts_and_parameters_give_the_angles_that_the_encoders_see(ready: Terminal) -> None:
+def test_counts_and_parameters_give_the_angles_that_the_encoders_see(ready: PtyLine) -> None:
     ready.go(np.array([1000, -2000, 1500, 800, -700]))
     for _ in range(6):
         assert np.allclose(ready.angles(), ready.acl.motor(ready.now_s), atol=0.51 * (np.pi / 2) / 19200)
         ready.wait(0.7)
 
 
-def test_some_reference_counts_are_not_zero_and_some_encoders_turn_the_other_way(terminal: Terminal) -> None:
+def test_some_reference_counts_are_not_zero_and_some_encoders_turn_the_other_way(terminal: PtyLine) -> None:
     assert any(terminal.par(52 + i) for i in range(5))
     assert {np.sign(terminal.par(33 + i)) for i in range(5)} == {-1, 1}
 
 
-def test_move_gives_its_prompt_at_once_and_arrives_later(ready: Terminal) -> None:
+def test_move_gives_its_prompt_at_once_and_arrives_later(ready: PtyLine) -> None:
     goal = np.array([2000, 1000, -500, 0, 300])
     assert ready.go(goal, "400").endswith("O.K.\r\n>")
     assert np.array_equal(ready.counts(), np.zeros(5))
@@ -140,14 +140,14 @@ def test_move_gives_its_prompt_at_once_and_arrives_later(ready: Terminal) -> Non
     assert np.array_equal(ready.counts(), goal)
 
 
-def test_moved_gives_its_prompt_when_it_is_there(ready: Terminal) -> None:
+def test_moved_gives_its_prompt_when_it_is_there(ready: PtyLine) -> None:
     ready.type("SETPV P 1 1000")
     assert not ready.type("MOVED P 300").endswith(">")
     assert ready.wait(2.9) == ""
     assert ready.wait(0.2).endswith(">")
 
 
-def test_movements_queue_up(ready: Terminal) -> None:
+def test_movements_queue_up(ready: PtyLine) -> None:
     ready.go(np.array([1000, 0, 0, 0, 0]), "200")
     ready.go(np.array([0, 1000, 0, 0, 0]), "200")
     ready.wait(2.0)
@@ -156,7 +156,7 @@ def test_movements_queue_up(ready: Terminal) -> None:
     assert np.array_equal(ready.counts(), [0, 1000, 0, 0, 0])
 
 
-def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: Terminal) -> None:
+def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: PtyLine) -> None:
     ready.go(np.array([20000, 0, 0, 0, 0]), "1")
     at = []
     for _ in range(300):
@@ -166,7 +166,7 @@ def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: Term
     assert ready.counts()[0] == 20000
 
 
-def test_half_the_speed_takes_twice_the_time(ready: Terminal) -> None:
+def test_half_the_speed_takes_twice_the_time(ready: PtyLine) -> None:
     taken = []
     for speed, goal in ((80, 4000), (40, 0)):
         ready.type(f"SPEED {speed}")
@@ -178,18 +178,18 @@ def test_half_the_speed_takes_twice_the_time(ready: Terminal) -> None:
     assert taken[1] == pytest.approx(2 * taken[0], rel=0.05)
 
 
-def test_ctrl_a_stops_the_arm_and_empties_the_queue(ready: Terminal) -> None:
+def test_ctrl_a_stops_the_arm_and_empties_the_queue(ready: PtyLine) -> None:
     ready.go(np.array([3000, 0, 0, 0, 0]), "300")
     ready.go(np.array([0, 3000, 0, 0, 0]), "300")
     ready.wait(1.0)
-    ready.acl.hear(b"\x01", ready.now_s)
+    ready.acl.receive(b"\x01", ready.now_s)
     stopped = ready.counts()
     assert 0 < stopped[0] < 3000
     ready.wait(60.0)
     assert np.array_equal(ready.counts(), stopped)
 
 
-def test_beyond_its_limits_an_axis_does_not_go(ready: Terminal) -> None:
+def test_beyond_its_limits_an_axis_does_not_go(ready: PtyLine) -> None:
     ready.go(np.array([40000, 0, 0, 0, 0]))
     assert "*** OUT OF RANGE axis 1" in ready.wait(0.1)
     ready.wait(60.0)
@@ -199,11 +199,15 @@ def test_beyond_its_limits_an_axis_does_not_go(ready: Terminal) -> None:
     assert "O.K." in ready.go(np.zeros(5, int))
 
 
-@pytest.mark.parametrize(("blow", "line"), [(Blow.IMPACT, "IMPACT PROTECTION"), (Blow.THERMIC, "THERMIC OVERLOAD")])
-def test_an_axis_that_gives_up_says_so_stops_the_arm_and_is_disabled(ready: Terminal, blow: Blow, line: str) -> None:
+@pytest.mark.parametrize(
+    ("fault", "line"), [(ArmFault.IMPACT, "IMPACT PROTECTION"), (ArmFault.THERMIC, "THERMIC OVERLOAD")]
+)
+def test_an_axis_that_gives_up_says_so_stops_the_arm_and_is_disabled(
+    ready: PtyLine, fault: ArmFault, line: str
+) -> None:
     ready.go(np.array([3000, 3000, 0, 0, 0]), "400")
     ready.wait(2.0)
-    ready.acl.suffer(blow, 2, ready.now_s)
+    ready.acl.inject(fault, 2, ready.now_s)
     assert ready.wait(0.0) == f"\r\n*** {line} axis 2\r\n"
     stopped = ready.counts()
     ready.wait(60.0)
@@ -215,15 +219,15 @@ def test_an_axis_that_gives_up_says_so_stops_the_arm_and_is_disabled(ready: Term
     assert np.array_equal(ready.counts(), [3000, 3000, 0, 0, 0])
 
 
-def test_a_stalled_axis_stands_while_the_others_go_on(ready: Terminal) -> None:
+def test_a_stalled_axis_stands_while_the_others_go_on(ready: PtyLine) -> None:
     ready.go(np.array([3000, 3000, 0, 0, 0]), "400")
     ready.wait(2.0)
-    ready.acl.suffer(Blow.STALL, 2, ready.now_s)
+    ready.acl.inject(ArmFault.STALL, 2, ready.now_s)
     assert ready.wait(60.0) == ""
     assert np.allclose(ready.counts(), [3000, 1500, 0, 0, 0], atol=1)
 
 
-def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: Terminal) -> None:
+def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: PtyLine) -> None:
     ready.go(np.array([3000, -3000, 2000, 1000, 500]))
     ready.wait(60.0)
     assert ready.type("HOME").endswith("\r\n>")
@@ -236,28 +240,28 @@ def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: Terminal) -> N
     assert np.array_equal(ready.counts(), np.zeros(5))
 
 
-def test_an_axis_that_does_not_find_its_home_is_named(ready: Terminal) -> None:
-    ready.acl.suffer(Blow.HOMELESS, 3, 0.0)
+def test_an_axis_that_does_not_find_its_home_is_named(ready: PtyLine) -> None:
+    ready.acl.inject(ArmFault.HOMELESS, 3, 0.0)
     ready.type("HOME")
     assert ready.wait(200.0) == "\r\n*** HOME FAILURE AXIS 3\r\n"
 
 
-def test_ctrl_a_ends_homing(ready: Terminal) -> None:
+def test_ctrl_a_ends_homing(ready: PtyLine) -> None:
     ready.type("HOME")
     ready.wait(10.0)
-    ready.acl.hear(b"\x01", ready.now_s)
+    ready.acl.receive(b"\x01", ready.now_s)
     stopped = ready.counts()
     assert ready.wait(200.0) == ""
     assert np.array_equal(ready.counts(), stopped)
 
 
-def test_the_power_comes_back_without_positions_home_and_outputs(ready: Terminal) -> None:
+def test_the_power_comes_back_without_positions_home_and_outputs(ready: PtyLine) -> None:
     ready.type("SET OUT[1]=1")
     ready.go(np.array([3000, 0, 0, 0, 0]))
     ready.type("NOECHO")
     ready.wait(60.0)
     before = ready.acl.motor(ready.now_s)
-    ready.acl.suffer(Blow.REBOOT, 1, ready.now_s)
+    ready.acl.inject(ArmFault.REBOOT, 1, ready.now_s)
     assert ready.wait(0.0) == "\r\n>_"
     assert np.array_equal(ready.acl.motor(ready.now_s), before)
     assert np.array_equal(ready.counts(), np.zeros(5))
@@ -268,7 +272,7 @@ def test_the_power_comes_back_without_positions_home_and_outputs(ready: Terminal
     assert np.allclose(ready.angles(), ready.acl.motor(ready.now_s), atol=1e-4)
 
 
-def test_outputs_switch(terminal: Terminal) -> None:
+def test_outputs_switch(terminal: PtyLine) -> None:
     assert terminal.answer("SET OUT[1]=1") == ["O.K."]
     terminal.type("set out[3] = 1")
     assert terminal.acl.outputs(0.0) == {1, 3}
@@ -276,7 +280,7 @@ def test_outputs_switch(terminal: Terminal) -> None:
     assert terminal.acl.outputs(0.0) == {3}
 
 
-def test_a_position_is_deleted_only_after_yes(ready: Terminal) -> None:
+def test_a_position_is_deleted_only_after_yes(ready: PtyLine) -> None:
     assert ready.type("DELP P").endswith("DELETE POINT? (YES/NO)\r\n")
     ready.type("NO")
     assert len(ready.counts("P")) == 5
@@ -285,14 +289,14 @@ def test_a_position_is_deleted_only_after_yes(ready: Terminal) -> None:
     assert "UNDEFINED" in ready.type("LISTPV P")
 
 
-def test_motors_off_nothing_moves(ready: Terminal) -> None:
+def test_motors_off_nothing_moves(ready: PtyLine) -> None:
     ready.type("COFF")
     assert "304" in ready.type("MOVE P")
     ready.type("CON")
     assert "O.K." in ready.type("MOVE P")
 
 
-def test_a_cartesian_change_moves_only_that_coordinate(ready: Terminal) -> None:
+def test_a_cartesian_change_moves_only_that_coordinate(ready: PtyLine) -> None:
     def shown() -> dict[str, int]:
         found = re.findall(r"([XYZPR])\s*:\s*(-?\d+)", ready.type("LISTPV P"))
         return {name: int(value) for name, value in found}

@@ -8,21 +8,21 @@ import pytest
 from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.camera_faults import Spoilt
+from robolaser.emulator.camera_faults import FaultyCamera
+from robolaser.emulator.emulated_cell import EmulatedCell, controller_of
 from robolaser.emulator.faults import KINDS, Fault, read_fault
-from robolaser.emulator.faulty import Faulty
-from robolaser.emulator.running import Running, controller_of
-from robolaser.errors import AxisMissing, FaultSenseless, FaultUnknown
+from robolaser.emulator.faulty import FaultyController
+from robolaser.errors import UsageError
 
 ASK = b"LISTPV POSITION\r"
 
 
 @pytest.fixture
-def arm(tmp_path: Path) -> Callable[..., Faulty]:
+def arm(tmp_path: Path) -> Callable[..., FaultyController]:
     cell = load_cell(cell_folder(tmp_path))
 
-    def make(*faults: str, seed: int = 1) -> Faulty:
-        return Faulty(controller_of(cell), [read_fault(text) for text in faults], np.random.default_rng(seed))
+    def make(*faults: str, seed: int = 1) -> FaultyController:
+        return FaultyController(controller_of(cell), [read_fault(text) for text in faults], np.random.default_rng(seed))
 
     return make
 
@@ -46,130 +46,132 @@ def test_amount_and_moment_are_read_as_written() -> None:
 @pytest.mark.parametrize("text", ["lost:2", "impact:0", "stall:1.5", "late:", "late@5s", "late@", "", "camera_size:0",
                                   "late@12-3", "lost@>9s-3s"])  # fmt: skip
 def test_nonsense_is_refused_with_an_example(text: str) -> None:
-    with pytest.raises(FaultSenseless, match=r"For example: lost:0\.1"):
+    with pytest.raises(UsageError, match=r"For example: lost:0\.1"):
         read_fault(text)
 
 
 def test_an_unknown_fault_is_refused_with_the_likeliest_meant() -> None:
-    with pytest.raises(FaultUnknown, match="Did you mean 'garbage'"):
+    with pytest.raises(UsageError, match="Did you mean 'garbage'"):
         read_fault("garbege")
 
 
 def test_an_axis_that_is_not_there_cannot_fail(tmp_path: Path) -> None:
-    with pytest.raises(AxisMissing, match="axes 1 to 5"):
-        Running(cell_folder(tmp_path), faults=["stall:6"])
+    with pytest.raises(UsageError, match="axes 1 to 5"):
+        EmulatedCell(cell_folder(tmp_path), faults=["stall:6"])
 
 
 def test_servos_have_no_home_to_miss(tmp_path: Path) -> None:
-    with pytest.raises(FaultSenseless, match="search no home"):
-        Running(cell_folder(tmp_path, "lss"), faults=["homing:2"])
+    with pytest.raises(UsageError, match="search no home"):
+        EmulatedCell(cell_folder(tmp_path, "lss"), faults=["homing:2"])
 
 
-def test_faults_that_are_not_there_change_nothing(arm: Callable[..., Faulty]) -> None:
-    assert arm("lost@9", "garbage@>5s", "late@9", "flood@9").hear(ASK, 0.0) == arm().hear(ASK, 0.0)
+def test_faults_that_are_not_there_change_nothing(arm: Callable[..., FaultyController]) -> None:
+    assert arm("lost@9", "garbage@>5s", "late@9", "flood@9").receive(ASK, 0.0) == arm().receive(ASK, 0.0)
 
 
-def test_a_fault_begins_with_the_command_that_was_named(arm: Callable[..., Faulty]) -> None:
+def test_a_fault_begins_with_the_command_that_was_named(arm: Callable[..., FaultyController]) -> None:
     one = arm("silent@3-4")
-    answered = [bool(one.hear(ASK, float(i))) for i in range(6)]
+    answered = [bool(one.receive(ASK, float(i))) for i in range(6)]
     assert answered == [True, True, False, False, True, True]
 
 
-def test_a_fault_begins_at_the_second_that_was_named(arm: Callable[..., Faulty]) -> None:
+def test_a_fault_begins_at_the_second_that_was_named(arm: Callable[..., FaultyController]) -> None:
     one = arm("silent@>2s-4s")
-    assert [bool(one.hear(ASK, t)) for t in (1.9, 2.1, 3.9, 4.1)] == [True, False, False, True]
+    assert [bool(one.receive(ASK, t)) for t in (1.9, 2.1, 3.9, 4.1)] == [True, False, False, True]
 
 
-def test_the_same_seed_loses_the_same_bytes(arm: Callable[..., Faulty]) -> None:
-    first, again, other = (arm("lost:0.2", "garbage:0.1", seed=seed).hear(ASK, 0.0) for seed in (4, 4, 5))
+def test_the_same_seed_loses_the_same_bytes(arm: Callable[..., FaultyController]) -> None:
+    first, again, other = (arm("lost:0.2", "garbage:0.1", seed=seed).receive(ASK, 0.0) for seed in (4, 4, 5))
     assert first == again != other
 
 
-def test_lost_bytes_are_missing_and_garbage_is_between_the_rest(arm: Callable[..., Faulty]) -> None:
-    whole = arm().hear(ASK * 20, 0.0)
-    lost = arm("lost:0.1").hear(ASK * 20, 0.0)
-    strewn = arm("garbage:0.1").hear(ASK * 20, 0.0)
+def test_lost_bytes_are_missing_and_garbage_is_between_the_rest(arm: Callable[..., FaultyController]) -> None:
+    whole = arm().receive(ASK * 20, 0.0)
+    lost = arm("lost:0.1").receive(ASK * 20, 0.0)
+    strewn = arm("garbage:0.1").receive(ASK * 20, 0.0)
     assert len(lost) == pytest.approx(0.9 * len(whole), rel=0.02)
     assert len(strewn) == pytest.approx(1.1 * len(whole), rel=0.02)
     left = iter(strewn)
     assert all(byte in left for byte in whole)
 
 
-def test_what_is_misheard_never_came_back_as_an_echo(arm: Callable[..., Faulty]) -> None:
-    heard = arm("misheard:0.5").hear(b"X" * 100, 0.0)
+def test_what_is_misheard_never_came_back_as_an_echo(arm: Callable[..., FaultyController]) -> None:
+    heard = arm("misheard:0.5").receive(b"X" * 100, 0.0)
     assert 20 < len(heard) < 80
 
 
-def test_late_answers_come_after_the_next_question(arm: Callable[..., Faulty]) -> None:
+def test_late_answers_come_after_the_next_question(arm: Callable[..., FaultyController]) -> None:
     one = arm("late:3@2-2")
-    prompt = one.hear(b"\r", 0.0)
-    assert one.hear(ASK, 1.0) == b""
-    assert one.hear(b"\r", 2.0) == b""
-    assert one.speak(3.9) == b""
-    late = one.speak(4.1)
+    prompt = one.receive(b"\r", 0.0)
+    assert one.receive(ASK, 1.0) == b""
+    assert one.receive(b"\r", 2.0) == b""
+    assert one.poll(3.9) == b""
+    late = one.poll(4.1)
     assert late.startswith(ASK)
     assert late.endswith(prompt)
 
 
-def test_a_flood_does_not_end(arm: Callable[..., Faulty]) -> None:
+def test_a_flood_does_not_end(arm: Callable[..., FaultyController]) -> None:
     one = arm("flood:1000@>1s")
-    heard = [len(one.speak(t)) for t in np.arange(0, 10, 0.1)]
+    heard = [len(one.poll(t)) for t in np.arange(0, 10, 0.1)]
     assert sum(heard[:10]) == 0
     assert sum(heard) == pytest.approx(9000, rel=0.05)
     assert all(heard[13:])
 
 
-def test_a_cut_line_neither_hears_nor_speaks_and_the_arm_goes_on(arm: Callable[..., Faulty]) -> None:
+def test_a_cut_line_neither_hears_nor_speaks_and_the_arm_goes_on(arm: Callable[..., FaultyController]) -> None:
     one = arm("cut@5")
     for line in (b"DEFP P\r", b"HERE P\r", b"SETPV P 1 2000\r", b"MOVE P 300\r"):
-        assert one.hear(line, 0.0)
-    assert one.hear(ASK, 1.0) == b""
+        assert one.receive(line, 0.0)
+    assert one.receive(ASK, 1.0) == b""
     assert one.cut(1.0)
     began = one.motor(1.0)
-    assert one.speak(2.0) == one.hear(b"\x01", 2.0) == b""
+    assert one.poll(2.0) == one.receive(b"\x01", 2.0) == b""
     assert not np.array_equal(one.motor(3.0), began)
 
 
 @pytest.mark.parametrize(
     ("fault", "line"), [("impact:2@4", b"IMPACT PROTECTION axis 2"), ("thermic:4@4", b"THERMIC OVERLOAD axis 4")]
 )
-def test_a_blow_strikes_once(arm: Callable[..., Faulty], fault: str, line: bytes) -> None:
+def test_a_blow_strikes_once(arm: Callable[..., FaultyController], fault: str, line: bytes) -> None:
     one = arm(fault)
     for command in (b"DEFP P\r", b"HERE P\r", b"\r"):
-        one.hear(command, 0.0)
-    assert one.speak(0.5) == b""
-    one.hear(b"\r", 1.0)
-    assert line in one.speak(1.0)
-    one.hear(b"CON\r", 2.0)
-    assert b"O.K." in one.hear(b"MOVE P\r", 2.0)
-    assert one.speak(3.0) == b""
+        one.receive(command, 0.0)
+    assert one.poll(0.5) == b""
+    one.receive(b"\r", 1.0)
+    assert line in one.poll(1.0)
+    one.receive(b"CON\r", 2.0)
+    assert b"O.K." in one.receive(b"MOVE P\r", 2.0)
+    assert one.poll(3.0) == b""
 
 
 def test_a_good_camera_sends_what_it_takes() -> None:
     taken = image()
-    assert Spoilt([read_fault("garbage")]).frame(taken, 0.0, 0, 0.0) is taken
+    assert FaultyCamera([read_fault("garbage")]).frame(taken, 0.0, 0, 0.0) is taken
 
 
 def test_a_frozen_camera_repeats_one_frame() -> None:
-    spoilt = Spoilt([read_fault("camera_frozen@2-3")])
+    spoilt = FaultyCamera([read_fault("camera_frozen@2-3")])
     sent = [spoilt.frame(image(i), 0.0, i, 0.0) for i in range(5)]
     assert np.array_equal(sent[3], image(2))
     assert all(np.array_equal(sent[i], image(i)) for i in (0, 1, 2, 4))
 
 
 def test_too_much_light_saturates_and_too_little_is_black() -> None:
-    over, dark = (Spoilt([read_fault(kind)]).frame(image(), 0.0, 0, 0.0) for kind in ("camera_over", "camera_dark"))
+    over, dark = (
+        FaultyCamera([read_fault(kind)]).frame(image(), 0.0, 0, 0.0) for kind in ("camera_over", "camera_dark")
+    )
     assert np.mean(over == 255) > 0.9
     assert dark.max() <= 1
 
 
 def test_frames_of_another_size_are_smaller_or_larger() -> None:
-    sent = [Spoilt([read_fault(f"camera_size:{factor}")]).frame(image(), 0.0, 0, 0.0) for factor in (0.5, 2)]
+    sent = [FaultyCamera([read_fault(f"camera_size:{factor}")]).frame(image(), 0.0, 0, 0.0) for factor in (0.5, 2)]
     assert [frame.shape for frame in sent] == [(12, 16), (48, 64)]
 
 
 def test_late_frames_show_the_past() -> None:
-    spoilt = Spoilt([read_fault("camera_late:1")])
+    spoilt = FaultyCamera([read_fault("camera_late:1")])
     sent = [spoilt.frame(image(i), 0.0, 0, i / 2) for i in range(5)]
     assert sent[0] is None
     assert sent[1] is None
@@ -177,14 +179,14 @@ def test_late_frames_show_the_past() -> None:
 
 
 def test_an_unplugged_camera_is_gone() -> None:
-    spoilt = Spoilt([read_fault("camera_gone@3")])
+    spoilt = FaultyCamera([read_fault("camera_gone@3")])
     assert [spoilt.gone(0.0, heard) for heard in (2, 3)] == [False, True]
 
 
 @pytest.mark.parametrize("kind", ["acl", "lss"])
 def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> None:
     rng = np.random.default_rng(11)
-    one = Faulty(controller_of(load_cell(cell_folder(tmp_path, kind))), [], rng)
+    one = FaultyController(controller_of(load_cell(cell_folder(tmp_path, kind))), [], rng)
     words = [
         b"MOVE P",
         b"SETPV",
@@ -199,8 +201,8 @@ def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> No
     ]
     for now_s in range(400):
         said = [words[i] for i in rng.integers(0, len(words), 3)]
-        one.hear(b" ".join([*said, rng.bytes(3)]) + b"\r", float(now_s))
-        one.speak(float(now_s))
+        one.receive(b" ".join([*said, rng.bytes(3)]) + b"\r", float(now_s))
+        one.poll(float(now_s))
         assert np.all(np.isfinite(one.motor(float(now_s))))
-    answer = one.hear(b"\x01\rSHOW SPEED\r#1QD\r", 1000.0)
+    answer = one.receive(b"\x01\rSHOW SPEED\r#1QD\r", 1000.0)
     assert (b"SPEED 50" if kind == "acl" else b"*1QD") in answer

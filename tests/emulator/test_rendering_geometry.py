@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 from scenes import MIDDLE, SHEET, above, eye, face_up, near, placed, spotless
 
-from robolaser.emulator.rendering import Block, Checkerboard, Floor, Scene, Solid, Sphere
+from robolaser.emulator.rendering import Ball, Checkerboard, Cuboid, Floor, Scene, Solid
 from robolaser.vision.board import find_board
 
-BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
-BLOCK = Block(placed(near(-0.02, -0.03, 0.0), 0, 0, 17), (0.05, 0.04, 0.01))
+BALL = Ball(near(0.012, 0.01, 0.018), 0.018)
+BLOCK = Cuboid(placed(near(-0.02, -0.03, 0.0), 0, 0, 17), (0.05, 0.04, 0.01))
 BOARD = Checkerboard(face_up(near(-0.04, 0.025, 0.0)), 9, 6, 0.010)
 THINGS = Scene((Floor(), BALL, BLOCK))
 
@@ -87,8 +87,8 @@ def test_the_board_is_found_with_the_stripe_across_it() -> None:
     T = above(8, 5, 20)
     true = eye().pixels((BOARD.grid().reshape(-1, 3) - T[:3, 3]) @ T[:3, :3]).reshape(6, 9, 2)
     assert board is not None
-    assert len(board.layings) == 1
-    assert np.nanmedian(np.linalg.norm(board.layings[0] - true, axis=-1)) < 0.1
+    assert len(board.orientations) == 1
+    assert np.nanmedian(np.linalg.norm(board.orientations[0] - true, axis=-1)) < 0.1
 
 
 def test_the_outward_square_at_the_origin_is_dark() -> None:

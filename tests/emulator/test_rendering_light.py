@@ -5,12 +5,12 @@ import pytest
 from scenes import SHEET, above, eye, near, placed, spotless
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import Block, Eye, Floor, Photograph, Scene, Sphere, photograph
+from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, Photograph, Scene, photograph
 
 FLOOR = Scene((Floor(),))
-STEP = Block(placed(near(0.005, 0.0, 0.0)), (0.05, 0.06, 0.02))
+STEP = Cuboid(placed(near(0.005, 0.0, 0.0)), (0.05, 0.06, 0.02))
 STEPPED = Scene((Floor(), STEP))
-BALL = Scene((Floor(), Sphere(near(0.0, 0.0, 0.018), 0.018)))
+BALL = Scene((Floor(), Ball(near(0.0, 0.0, 0.018), 0.018)))
 ENDS = 4  # lines at which the blur meets the image's border
 
 
@@ -129,7 +129,7 @@ def test_brighter_is_noisier() -> None:
 
 
 def test_a_shiny_floor_shows_the_mirror_image_of_the_stripe() -> None:
-    tall = Block(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03))
+    tall = Cuboid(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03))
     turned = (40, 0, 0)
     scene = Scene((Floor(shine=0.4), tall))
     shiny, matt = (spotless(scene, "v", *turned, reflections=reflections) for reflections in (True, False))
@@ -152,7 +152,7 @@ def test_a_shiny_floor_shows_the_mirror_image_of_the_stripe() -> None:
 
 
 def test_a_shiny_side_throws_a_second_line_onto_the_floor() -> None:
-    tall = Block(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03), shine=0.4)
+    tall = Cuboid(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03), shine=0.4)
     shiny, matt = (
         spotless(Scene((Floor(), tall)), "v", 40, 0, 0, reflections=reflections, blur_px=0.0)
         for reflections in (True, False)
@@ -185,7 +185,7 @@ def test_small_eyes_see_the_same_scene_coarsely() -> None:
         "u_0": truth["u_0"] / 2 - 0.25,
         "v_0": truth["v_0"] / 2 - 0.25,
     }
-    small = Eye({**truth, **half}, width_px=320, height_px=240, lens_error=eye().lens_error)
+    small = CameraModel({**truth, **half}, width_px=320, height_px=240, lens_error=eye().lens_error)
     coarse = photograph(
         STEPPED, small, SHEET, above(8, 5, 20), lit=False, rng=np.random.default_rng(0), noise_grey=0.0, ambient=200.0
     )

@@ -12,9 +12,9 @@ import pytest
 import serial
 from emulated_cell import cell_folder
 
-from robolaser.emulator.running import Running
-from robolaser.emulator.serving import Emulated
-from robolaser.errors import EmulatorSilent
+from robolaser.emulator.emulated_cell import EmulatedCell
+from robolaser.emulator.serving import EmulatorProcess
+from robolaser.errors import ArmError
 
 
 def ask(port: serial.SerialBase, line: str) -> str:
@@ -27,7 +27,7 @@ def counts(port: serial.SerialBase) -> str:
 
 
 def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None:
-    with Emulated(cell_folder(tmp_path), hurry=50) as emulated:
+    with EmulatorProcess(cell_folder(tmp_path), time_scale=50) as emulated:
         assert emulated.camera is None
         with serial.serial_for_url(emulated.arm, 9600, timeout=2) as port:
             for line in ("DEFP P", "HERE P", "SETPV P 1 2000", "MOVE P 300"):
@@ -40,7 +40,7 @@ def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None
 
 
 def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
-    with Emulated(cell_folder(tmp_path)) as emulated:
+    with EmulatorProcess(cell_folder(tmp_path)) as emulated:
         with serial.Serial(emulated.arm, 19200, timeout=0.3) as port:
             port.write(b"LISTPV POSITION\r")
             assert not port.read(200).isascii()
@@ -51,7 +51,7 @@ def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
 
 def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
     with (
-        Emulated(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
+        EmulatorProcess(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
         serial.Serial(emulated.arm, 9600, timeout=2) as port,
     ):
         assert counts(port).startswith("1:0 ")
@@ -61,7 +61,7 @@ def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
 
 
 def test_bytes_come_at_the_speed_of_the_line(tmp_path: Path) -> None:
-    with Emulated(cell_folder(tmp_path)) as emulated, serial.Serial(emulated.arm, 9600, timeout=2) as port:
+    with EmulatorProcess(cell_folder(tmp_path)) as emulated, serial.Serial(emulated.arm, 9600, timeout=2) as port:
         began = time.monotonic()
         answer = ask(port, "LISTPV POSITION")
         assert time.monotonic() - began > 0.8 * len(answer) / 960
@@ -69,7 +69,7 @@ def test_bytes_come_at_the_speed_of_the_line(tmp_path: Path) -> None:
 
 def test_a_servo_arm_answers_too(tmp_path: Path) -> None:
     with (
-        Emulated(cell_folder(tmp_path, "lss"), hurry=50) as emulated,
+        EmulatorProcess(cell_folder(tmp_path, "lss"), time_scale=50) as emulated,
         serial.serial_for_url(emulated.arm, 115200, timeout=2) as port,
     ):
         port.write(b"#3D100T2000\r")
@@ -79,7 +79,7 @@ def test_a_servo_arm_answers_too(tmp_path: Path) -> None:
 
 
 def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
-    running = Running(cell_folder(tmp_path), hurry=50, over_socket=True)
+    running = EmulatedCell(cell_folder(tmp_path), time_scale=50, over_socket=True)
     try:
         for _ in range(2):
             with serial.serial_for_url(running.arm, timeout=0.01) as port:
@@ -119,6 +119,6 @@ def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
 
 @pytest.mark.parametrize(("fault", "said"), [("lost:9", "more than 1"), ("flod", "Did you mean 'flood'")])
 def test_what_it_cannot_emulate_it_says_in_one_sentence(tmp_path: Path, fault: str, said: str) -> None:
-    with pytest.raises(EmulatorSilent, match=said) as refused, Emulated(cell_folder(tmp_path), faults=[fault]):
+    with pytest.raises(ArmError, match=said) as refused, EmulatorProcess(cell_folder(tmp_path), faults=[fault]):
         pass
     assert "Traceback" not in str(refused.value)

@@ -10,9 +10,8 @@ from robolaser.arrays import Array
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import describe
-from robolaser.emulator.physics import DEPARTURES, Departure
-from robolaser.emulator.physics.backlash import Play
-from robolaser.emulator.world import World, load_world
+from robolaser.emulator.world import EmulatedWorld, load_world
+from robolaser.emulator.world.faults import WORLD_FAULTS, TrackedBacklash, WorldFault
 from robolaser.errors import RobolaserError
 from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
@@ -30,7 +29,7 @@ def description() -> Dataset:
     return describe(CELL)
 
 
-def world(description: Dataset, tmp_path: Path, *lines: str) -> World:
+def world(description: Dataset, tmp_path: Path, *lines: str) -> EmulatedWorld:
     """A world that has what the lines say, and nothing else."""
     path = tmp_path / "world.toml"
     path.write_text("\n".join(['format = "robolaser-world/1"', *lines]), encoding="utf-8")
@@ -41,11 +40,11 @@ def effect(name: str, where: str, size: float) -> str:
     return f'[[effect]]\nname = "{name}"\nwhere = "{where}"\nsize = {size}\n'
 
 
-def place(kind: type[Departure]) -> str:
+def place(kind: WorldFault) -> str:
     return "joint_3" if kind.on_joints else "laser"
 
 
-def went(world: World, *path: Array) -> Array:
+def went(world: EmulatedWorld, *path: Array) -> Array:
     for q in path:
         world.follow(q)
     return world.q
@@ -63,27 +62,26 @@ def test_without_departures_the_arm_stands_where_its_model_says(description: Dat
     np.testing.assert_allclose(here.T_base_flange, T_base_flange, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", DEPARTURES, ids=lambda kind: kind.name)
-def test_a_departure_of_no_size_changes_nothing(kind: type[Departure], description: Dataset, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", WORLD_FAULTS)
+def test_a_fault_of_no_size_changes_nothing(name: str, description: Dataset, tmp_path: Path) -> None:
     plain = world(description, tmp_path, "[floor]")
-    bent = world(description, tmp_path, "[floor]", effect(kind.name, place(kind), 0.0))
+    bent = world(description, tmp_path, "[floor]", effect(name, place(WORLD_FAULTS[name]), 0.0))
     np.testing.assert_array_equal(went(plain, Q, Q + 0.1), went(bent, Q, Q + 0.1))
     assert bent.sheet == plain.sheet
 
 
-@pytest.mark.parametrize("kind", DEPARTURES, ids=lambda kind: kind.name)
-def test_a_departure_of_some_size_changes_one_joint_or_the_light(
-    kind: type[Departure], description: Dataset, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("name", WORLD_FAULTS)
+def test_a_fault_of_some_size_changes_one_joint_or_the_light(name: str, description: Dataset, tmp_path: Path) -> None:
     plain = world(description, tmp_path, "[floor]")
-    bent = world(description, tmp_path, "[floor]", effect(kind.name, place(kind), 0.002))
+    bent = world(description, tmp_path, "[floor]", effect(name, place(WORLD_FAULTS[name]), 0.002))
     moved = np.abs(went(bent, Q, Q + 0.1) - went(plain, Q, Q + 0.1)) > 1e-6
-    assert moved.tolist() == [False, False, kind.on_joints, False, False]
-    assert (bent.sheet != plain.sheet) == (not kind.on_joints)
+    assert moved.tolist() == [False, False, WORLD_FAULTS[name].on_joints, False, False]
+    assert (bent.sheet != plain.sheet) == (not WORLD_FAULTS[name].on_joints)
 
 
-def test_names_of_departures_differ() -> None:
-    assert len({kind.name for kind in DEPARTURES}) == len(DEPARTURES)
+def test_each_bears_the_name_of_the_effect_that_it_makes() -> None:
+    for name, kind in WORLD_FAULTS.items():
+        assert kind.make(place(kind), 0.0, **kind.parameters).effect == name
 
 
 @pytest.mark.parametrize("engagement", [0.0, 0.01])
@@ -105,13 +103,13 @@ def test_within_the_play_the_link_rests(description: Dataset, tmp_path: Path) ->
 
 @pytest.mark.parametrize("engagement", [0.0, 0.003])
 def test_small_steps_bring_the_link_where_one_stride_does(engagement: float) -> None:
-    play = Play("joint_2", PLAY, engagement)
+    play = TrackedBacklash("joint_2", PLAY, engagement, lag=0.0005)
     for start, end in ((0.0, 0.001), (0.0, 0.1), (0.1, 0.0985)):
         path = np.linspace(start, end, 50)
-        hanging = 0.0005
+        in_steps = play
         for last, motor in pairwise(path):
-            hanging = play.follow(motor, last, hanging)
-        assert hanging == pytest.approx(play.follow(end, start, 0.0005))
+            in_steps = in_steps.moved(motor - last)
+        assert in_steps.lag == pytest.approx(play.moved(end - start).lag)
 
 
 def test_a_stretched_arm_sinks_by_what_pinocchio_says_it_weighs(description: Dataset, tmp_path: Path) -> None:

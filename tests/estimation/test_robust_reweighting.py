@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Noise
 from robolaser.errors import UsageError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.options import Plan
+from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Noise
 from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.problem import Problem

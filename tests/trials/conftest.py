@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from robolaser.geometry.robots import find_robot
-from robolaser.trials.building import Built, Ranges, build
+from robolaser.trials.building import BlankTrial, Ranges, build
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))
 
 
 @pytest.fixture(scope="session")
-def built() -> Built:
+def built() -> BlankTrial:
     return build(find_robot("scorbot_er7"), SMALL, np.random.default_rng(4), moving=True)

@@ -9,9 +9,9 @@ import robolaser
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import KINDS, make
-from robolaser.trials.resampling import model_of, stepped
+from robolaser.trials.resampling import reference_of, stepped
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS, UNMODELLED
 from robolaser.trials.trial import deal
-from robolaser.trials.worlds.families import FAMILIES, GROSS, STRANGERS
 
 SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))
 
@@ -36,19 +36,19 @@ def test_another_seed_makes_another(worlds):
 def test_kinds_hold_what_they_say(worlds):
     named = {kind: [effect for effect, _ in world.truth["effects"]] for kind, world in worlds.items()}
     assert named["none"] == []
-    assert named["outliers"] == [GROSS]
-    assert set(named["unknown"]) & set(STRANGERS)
+    assert named["outliers"] == [OUTLIERS]
+    assert set(named["unknown"]) & set(UNMODELLED)
     for kind, number in (("single", 1), ("pair", 2), ("triple", 3)):
-        known = [name for name in named[kind] if name != GROSS]
+        known = [name for name in named[kind] if name != OUTLIERS]
         assert len(known) == number
-        assert not set(known) & set(STRANGERS)
+        assert not set(known) & set(UNMODELLED)
 
 
 def test_no_data_set_gives_away_what_it_hides(worlds, tmp_path):
     for kind, world in worlds.items():
         robolaser.save(world.dataset, tmp_path / kind)
         text = (tmp_path / kind / "dataset.toml").read_text() + (tmp_path / kind / "poses.csv").read_text()
-        assert not [effect for effect in FAMILIES if effect in text]
+        assert not [effect for effect in FAULT_MODELS if effect in text]
 
 
 def test_the_package_reads_what_was_made_without_a_warning(worlds, tmp_path):
@@ -64,7 +64,7 @@ def test_truth_is_plain_json(worlds):
 
 def test_a_world_like_a_data_set_keeps_its_poses_and_its_noise(worlds):
     model = worlds["none"].dataset
-    like = make(model_of(model, seed=1), "outliers", seed=3)
+    like = make(reference_of(model, seed=1), "outliers", seed=3)
     np.testing.assert_array_equal(like.dataset.poses.q, model.poses.q)
     assert like.dataset.noise.target_m == model.noise.target_m
     assert like.truth["robot"] == model.robot.name

@@ -5,7 +5,7 @@ from copy import deepcopy
 import pytest
 
 from robolaser.trials.outcome import outcome
-from robolaser.trials.score import share, tally
+from robolaser.trials.score import compile_score, share
 
 GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
 
@@ -40,7 +40,7 @@ def seen(each, diagnosis):
     return outcome({"each": each}, diagnosis)
 
 
-GROSS = true("outliers", "image", 9e4)
+OUTLIERS = true("outliers", "image", 9e4)
 BACKLASH = true("backlash", "joint_3")
 
 
@@ -50,10 +50,10 @@ BACKLASH = true("backlash", "joint_3")
         ([], said(verdict="no_gap"), "none", True),
         ([], said(found()), "none", False),
         ([], said(verdict="unexplained"), "none", False),
-        ([GROSS], said(found("outliers", "image"), verdict="no_gap"), "outliers", True),
-        ([GROSS], said(found("outliers", "image"), found()), "outliers", False),
+        ([OUTLIERS], said(found("outliers", "image"), verdict="no_gap"), "outliers", True),
+        ([OUTLIERS], said(found("outliers", "image"), found()), "outliers", False),
         ([true()], said(found()), "one", True),
-        ([true(), GROSS], said(found("outliers", "image"), found()), "one", True),
+        ([true(), OUTLIERS], said(found("outliers", "image"), found()), "one", True),
         ([true()], said(found(where="joint_3")), "one", False),
         ([true()], said(found(), found("laser_roll", "laser")), "one", False),
         ([true()], said(found("laser_roll", "laser", alike=[("joint_offset", "joint_2")])), "one", False),
@@ -114,7 +114,7 @@ def test_wilsons_interval_holds_the_share_and_knows_that_few_prove_little():
 
 @pytest.fixture
 def scored():
-    return tally(
+    return compile_score(
         {
             "a": seen([], said(verdict="no_gap")),
             "b": seen([true()], said(found(probability=0.97))),
@@ -140,12 +140,12 @@ def test_every_stated_probability_falls_into_one_bin(scored):
 
 def test_the_order_of_data_sets_does_not_change_the_score():
     outcomes = {"a": seen([], said(verdict="no_gap")), "b": seen([true()], said(found()))}
-    forth, back = tally(outcomes), tally(dict(reversed(outcomes.items())))
+    forth, back = compile_score(outcomes), compile_score(dict(reversed(outcomes.items())))
     assert {**forth, "each": 0} == {**back, "each": 0}
 
 
 def test_scoring_changes_neither_truth_nor_diagnosis():
-    each, diagnosis = [true(), GROSS], said(found())
+    each, diagnosis = [true(), OUTLIERS], said(found())
     kept = deepcopy((each, diagnosis))
     seen(each, diagnosis)
     assert (each, diagnosis) == kept

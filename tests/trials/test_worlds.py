@@ -7,37 +7,37 @@ import pytest
 
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.trials.judging import Judge
+from robolaser.trials.detectability import Detectability
 from robolaser.trials.reading import exact, read
-from robolaser.trials.worlds.families import FAMILIES, GROSS, KNOWN, STRANGERS
-from robolaser.trials.worlds.families.lost_motion import LostMotion
-from robolaser.trials.worlds.light import Light
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models.joints import LostMotion
+from robolaser.trials.synthetic.light import Light
 
 LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
 """Departures whose form is the library's own: what the library fits of them must be everything."""
 
 
-@pytest.fixture(params=FAMILIES.values(), ids=FAMILIES.keys())
-def departure(request, built):
-    family, rng = request.param, np.random.default_rng(2)
+@pytest.fixture(params=FAULT_MODELS.values(), ids=FAULT_MODELS.keys())
+def fault(request, built):
+    fault_model, rng = request.param, np.random.default_rng(2)
     run = built.cell.run
-    return family.drawn(family.places(run)[-1], np.sqrt(np.prod(family.sizes)), run, rng)
+    return fault_model.sample(fault_model.locations(run)[-1], np.sqrt(np.prod(fault_model.sizes)), run, rng)
 
 
-def judge(built, *departures):
+def detectability(built, *faults):
     noise = built.noise
-    return Judge(exact(built, departures), dict(built.cell.eye.truth), noise.pixel_px, noise.target_m)
+    return Detectability(exact(built, faults), dict(built.cell.eye.truth), noise.pixel_px, noise.target_m)
 
 
 def test_every_effect_of_the_contract_has_a_world_and_some_have_no_effect():
     library = {kind.name for kind in EFFECTS}
-    assert not set(STRANGERS) & library
-    assert not set(STRANGERS) & set(KNOWN)
-    assert library <= {*KNOWN, GROSS}
+    assert not set(UNMODELLED) & library
+    assert not set(UNMODELLED) & set(MODELLED)
+    assert library <= {*MODELLED, OUTLIERS}
 
 
 def test_two_chains_that_share_no_code_agree_to_rounding(built):
-    assert judge(built).misfit < 1e-6
+    assert detectability(built).misfit < 1e-6
 
 
 def test_the_arm_stands_where_the_package_says(built):
@@ -46,33 +46,33 @@ def test_the_arm_stands_where_the_package_says(built):
     np.testing.assert_allclose(run.arm.torques(run.q, 0.0), robot.gravity_torques(run.q), atol=1e-9)
 
 
-def test_of_no_size_nothing_bends(departure, built):
-    plain, bent = built.cell.seen(()), built.cell.seen((replace(departure, size=0.0),))
+def test_of_no_size_nothing_bends(fault, built):
+    plain, bent = built.cell.seen(()), built.cell.seen((replace(fault, size=0.0),))
     np.testing.assert_allclose(bent.pixel, plain.pixel, rtol=0, atol=1e-7)
     np.testing.assert_allclose(bent.xyz, plain.xyz, rtol=0, atol=1e-10)
 
 
-def test_of_usual_size_the_data_show_it(departure, built):
+def test_of_usual_size_the_data_show_it(fault, built):
     rng = [np.random.default_rng(1) for _ in range(2)]
-    plain, bent = read(built, (), rng[0]), read(built, (departure,), rng[1])
+    plain, bent = read(built, (), rng[0]), read(built, (fault,), rng[1])
     if len(plain.points) == len(bent.points):
         moved = np.abs(plain.points.pixel - bent.points.pixel).max() + np.abs(plain.points.xyz - bent.points.xyz).max()
         assert moved > 1e-5
 
 
-def test_points_stay_in_their_columns_whatever_departs(departure, built):
-    if departure.effect in (GROSS, "stripe_bias"):
+def test_points_stay_in_their_columns_whatever_is_wrong(fault, built):
+    if fault.effect in (OUTLIERS, "stripe_bias"):
         pytest.skip("it moves what is read, not what is seen")
-    seen = built.cell.seen((departure,)).pixel
+    seen = built.cell.seen((fault,)).pixel
     shown = np.isfinite(seen[:, 0])
     np.testing.assert_allclose(seen[shown, 0], built.cell.at[shown], atol=1e-5)
 
 
 @pytest.mark.parametrize("effect", LINEAR)
 def test_the_library_explains_what_has_its_own_form(effect, built):
-    family, run = FAMILIES[effect], built.cell.run
-    where = family.places(run)[min(1, len(family.places(run)) - 1)]
-    judged = judge(built, family.drawn(where, family.sizes[1], run, np.random.default_rng(3)))
+    fault_model, run = FAULT_MODELS[effect], built.cell.run
+    where = fault_model.locations(run)[min(1, len(fault_model.locations(run)) - 1)]
+    judged = detectability(built, fault_model.sample(where, fault_model.sizes[1], run, np.random.default_rng(3)))
     kind = next(kind for kind in EFFECTS if kind.name == effect)
     assert judged.misfit > 100
     assert judged.left_by(CandidateEffect(kind, where)) < 1.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robolaser.emulator.rendering import Block, Eye, Floor, Scene, Sheet, Sphere, photograph
+from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, LaserSheet, Scene, photograph
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
 
@@ -34,15 +34,15 @@ def looking_down(tilt_deg=(0.0, 0.0, 0.0)):
 def things(shine):
     on_table = np.eye(4)
     on_table[1, 3] = 0.03
-    sphere = Sphere(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
-    return Scene((Floor(0.0, 0.4, shine=shine), sphere, Block(on_table, (0.03, 0.03, 0.01), shine=shine)))
+    sphere = Ball(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
+    return Scene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
 
 
 FLAT = Scene((Floor(0.0, 0.4),))
 
 
 def pictured(scene, *, lit=True, power=260.0, tilt=(0.0, 0.0, 0.0), seed=1, **light):
-    eye, sheet = Eye(BUILT, stripe_axis="u"), Sheet(BUILT["b"], BUILT["theta"], power=power)
+    eye, sheet = CameraModel(BUILT, stripe_axis="u"), LaserSheet(BUILT["b"], BUILT["theta"], power=power)
     return photograph(scene, eye, sheet, looking_down(tilt), lit=lit, rng=np.random.default_rng(seed), **light)
 
 

@@ -1,30 +1,30 @@
-"""Pictures of a scene that is not there, and the truth behind every pixel of them.
+"""Rendered images of a scene, and the truth behind every pixel.
 
 For tests and demonstrations: what reads pictures must not know how they were drawn. `photograph` takes one.
 """
 
-from robolaser.emulator.rendering.block import Block
-from robolaser.emulator.rendering.camera import Eye
+from robolaser.emulator.rendering.camera import CameraModel
 from robolaser.emulator.rendering.checkerboard import Checkerboard
+from robolaser.emulator.rendering.cuboid import Cuboid
 from robolaser.emulator.rendering.floor import Floor
-from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
 from robolaser.emulator.rendering.photograph import Photograph, photograph
 from robolaser.emulator.rendering.scene import Scene
 from robolaser.emulator.rendering.solid import Solid
-from robolaser.emulator.rendering.sphere import Sphere
-from robolaser.emulator.rendering.truth import Stripe, Truth
+from robolaser.emulator.rendering.sphere import Ball
+from robolaser.emulator.rendering.truth import StripeTruth, Truth
 
 __all__ = [
-    "Block",
+    "Ball",
+    "CameraModel",
     "Checkerboard",
-    "Eye",
+    "Cuboid",
     "Floor",
+    "LaserSheet",
     "Photograph",
     "Scene",
-    "Sheet",
     "Solid",
-    "Sphere",
-    "Stripe",
+    "StripeTruth",
     "Truth",
     "photograph",
 ]

@@ -9,14 +9,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.vectors import unit
-from robolaser.trials.worlds.scanner import Eye as Built
+from robolaser.trials.synthetic.scanner import ScannerOptics
 
 TURNS = 30  # of the fixed point that takes the lens's distortion off: far below a millionth of a pixel
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Eye:
+class CameraModel:
     """The camera of a stripe scanner.
 
     Attributes:
@@ -83,8 +83,8 @@ class Eye:
         return np.gradient(self.all_rays, axis=1), np.gradient(self.all_rays, axis=0)
 
     @cached_property
-    def _built(self) -> Built:
-        return Built(self.truth, self.bracket_quat, self.angles, self.stripe_axis)
+    def _built(self) -> ScannerOptics:
+        return ScannerOptics(self.truth, self.bracket_quat, self.angles, self.stripe_axis)
 
 
 def _undistorted(u: Array, v: Array, lens: Array) -> tuple[Array, Array]:

@@ -3,20 +3,20 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
 from robolaser.emulator.rendering.scene import AWAY_M
+from robolaser.emulator.rendering.scene_view import Hits, SceneView
 from robolaser.emulator.rendering.shading import DARKEST_GREY, thrown
 from robolaser.emulator.rendering.solid import Face
 from robolaser.emulator.rendering.vectors import dot, unit
-from robolaser.emulator.rendering.view import Hits, View
 
 
-def second_lines(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
+def reflected_lines(view: SceneView, sheet: LaserSheet, hits: Hits, breadth: float) -> Array:
     """Grey of the projector's light that comes by a mirror, for what rays of some breadth [rad] met, (n,)."""
     return shown(view, sheet, hits, breadth) + cast_back(view, sheet, hits, breadth)
 
 
-def shown(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
+def shown(view: SceneView, sheet: LaserSheet, hits: Hits, breadth: float) -> Array:
     """Grey of stripes elsewhere that shiny surfaces show, (n,)."""
     out = np.zeros(len(hits.distance))
     shine = view.scene.shine
@@ -40,7 +40,7 @@ def shown(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     return out
 
 
-def cast_back(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
+def cast_back(view: SceneView, sheet: LaserSheet, hits: Hits, breadth: float) -> Array:
     """Grey of the light that shiny faces throw from the projector onto other surfaces, (n,)."""
     out = np.zeros(len(hits.distance))
     for i, solid in enumerate(view.scene.solids):
@@ -51,7 +51,7 @@ def cast_back(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     return out
 
 
-def _cast_back_by(face: Face, view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
+def _cast_back_by(face: Face, view: SceneView, sheet: LaserSheet, hits: Hits, breadth: float) -> Array:
     out = np.zeros(len(hits.distance))
     point, source = view.outside(hits.seen), view.outside(sheet.source)
     height, height_of_source = (point - face.middle) @ face.normal, float((source - face.middle) @ face.normal)

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Bools
-from robolaser.emulator.rendering.camera import Eye
-from robolaser.emulator.rendering.light import Sheet
-from robolaser.emulator.rendering.radiance_image import Painting, paint
+from robolaser.emulator.rendering.camera import CameraModel
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
+from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
 from robolaser.emulator.rendering.scene import Scene
+from robolaser.emulator.rendering.scene_view import SceneView
 from robolaser.emulator.rendering.truth import Truth
-from robolaser.emulator.rendering.view import View
 
 MIDDLE_GREY = 128.0
 GRAIN_PX = 0.7  # of the speckle
@@ -34,8 +34,8 @@ class Photograph:
 
 def photograph(
     scene: Scene,
-    eye: Eye,
-    sheet: Sheet,
+    eye: CameraModel,
+    sheet: LaserSheet,
     T_base_camera: Array,
     *,
     lit: bool,
@@ -63,14 +63,16 @@ def photograph(
         reflections: Whether shiny solids show the stripe on others, and throw it there.
         blur_px: Standard deviation of the lens's blur [px].
     """
-    painting = paint(View(scene, eye, T_base_camera), sheet, lit=lit, reflections=reflections, blur_px=blur_px)
+    radiance = render_radiance(
+        SceneView(scene, eye, T_base_camera), sheet, lit=lit, reflections=reflections, blur_px=blur_px
+    )
     return expose(
-        painting, rng=rng, grain=rng, exposure=exposure, ambient=ambient, noise_grey=noise_grey, speckle=speckle
+        radiance, rng=rng, grain=rng, exposure=exposure, ambient=ambient, noise_grey=noise_grey, speckle=speckle
     )
 
 
 def expose(
-    painting: Painting,
+    radiance: RadianceImage,
     *,
     rng: np.random.Generator,
     grain: np.random.Generator,
@@ -80,18 +82,18 @@ def expose(
     speckle: float = SPECKLE,
 ) -> Photograph:
     """Take a picture of light; `grain` is where the speckle comes from, which stays while nothing moves."""
-    shape = painting.room.shape
-    grey = exposure * (ambient * painting.room + painting.laser)
+    shape = radiance.room.shape
+    grey = exposure * (ambient * radiance.room + radiance.laser)
     seen = grey.astype(np.float32)
-    if painting.lit and speckle:
-        box = _around(painting.laser > DARKEST_GREY)
-        laser = exposure * painting.laser[box]
+    if radiance.lit and speckle:
+        box = _around(radiance.laser > DARKEST_GREY)
+        laser = exposure * radiance.laser[box]
         seen[box] += laser * (_speckled(laser.shape, speckle, grain) - 1.0)
     if noise_grey:
         spread = np.sqrt((0.5 * noise_grey**2 / MIDDLE_GREY) * (seen + MIDDLE_GREY))
         seen = seen + spread * rng.standard_normal(shape, dtype=np.float32)
     image = np.clip(np.rint(seen), 0, 255).astype(np.uint8)
-    return Photograph(image, Truth(painting.view, painting.sheet, painting.lit, grey))
+    return Photograph(image, Truth(radiance.view, radiance.sheet, radiance.lit, grey))
 
 
 def _around(lit: Bools) -> tuple[slice, slice]:

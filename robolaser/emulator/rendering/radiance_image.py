@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.emulator.rendering import shading
-from robolaser.emulator.rendering.inter_reflections import second_lines
-from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.inter_reflections import reflected_lines
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
+from robolaser.emulator.rendering.scene_view import Hits, SceneView
 from robolaser.emulator.rendering.vectors import unit
-from robolaser.emulator.rendering.view import Hits, View
 
 FINE = 2  # rays a pixel, along u and along v, where something changes within it
 REACH = 4.5  # standard deviations of the sheet, beyond which it is dark
@@ -21,7 +21,7 @@ COARSE = 4  # pixels between the rays that look for second lines
 
 @final
 @dataclass(frozen=True, eq=False)
-class Painting:
+class RadianceImage:
     """Light without chance.
 
     Attributes:
@@ -32,14 +32,16 @@ class Painting:
         laser: Light of the projector [grey], (height, width).
     """
 
-    view: View
-    sheet: Sheet
+    view: SceneView
+    sheet: LaserSheet
     lit: bool
     room: Array
     laser: Array
 
 
-def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur_px: float = 0.6) -> Painting:
+def render_radiance(
+    view: SceneView, sheet: LaserSheet, *, lit: bool, reflections: bool = True, blur_px: float = 0.6
+) -> RadianceImage:
     """Gather the light of every pixel, with more rays where something changes within one.
 
     Args:
@@ -58,15 +60,15 @@ def paint(view: View, sheet: Sheet, *, lit: bool, reflections: bool = True, blur
         rows = _near_the_sheet(view, sheet)
         mirrors = reflections and bool((view.scene.shine > 0).any())
         if mirrors:
-            rows = np.union1d(rows, _near_second_lines(view, sheet))
+            rows = np.union1d(rows, _near_reflected_lines(view, sheet))
         fine = _finely(view, rows)
         light = shading.of_the_laser(view, sheet, fine, breadth / FINE)
         if mirrors:
-            light += second_lines(view, sheet, fine, breadth / FINE)
+            light += reflected_lines(view, sheet, fine, breadth / FINE)
         laser[rows] = _of_pixels(light)
     shape = view.eye.height_px, view.eye.width_px
     falling = room.reshape(shape) * _falling_off(shape)
-    return Painting(view, sheet, lit, _blurred(falling, blur_px), _blurred(laser.reshape(shape), blur_px))
+    return RadianceImage(view, sheet, lit, _blurred(falling, blur_px), _blurred(laser.reshape(shape), blur_px))
 
 
 def _of_pixels(light: Array) -> Array:
@@ -75,7 +77,7 @@ def _of_pixels(light: Array) -> Array:
     return mean
 
 
-def _outlines(view: View) -> Ints:
+def _outlines(view: SceneView) -> Ints:
     """Pixels beside which another solid shows."""
     solid = view.all.solid.reshape(view.eye.height_px, view.eye.width_px)
     rim = np.zeros(solid.shape, dtype=np.bool_)
@@ -89,7 +91,7 @@ def _outlines(view: View) -> Ints:
     return np.flatnonzero(rim)
 
 
-def _near_the_sheet(view: View, sheet: Sheet) -> Ints:
+def _near_the_sheet(view: SceneView, sheet: LaserSheet) -> Ints:
     """Pixels that the stripe may reach."""
     distance = view.all.distance
     with np.errstate(invalid="ignore"):
@@ -98,16 +100,16 @@ def _near_the_sheet(view: View, sheet: Sheet) -> Ints:
         return np.flatnonzero(np.abs(off) < reach)
 
 
-def _near_second_lines(view: View, sheet: Sheet) -> Ints:
+def _near_reflected_lines(view: SceneView, sheet: LaserSheet) -> Ints:
     """Pixels around what a coarse grid of rays finds by mirrors."""
     shape = view.eye.height_px, view.eye.width_px
     rows = np.arange(shape[0] * shape[1]).reshape(shape)[::COARSE, ::COARSE].ravel()
     found = np.zeros(shape, dtype=np.uint8)
-    found.ravel()[rows] = second_lines(view, sheet, view.all.take(rows), view.eye.pixel_rad) > 0
+    found.ravel()[rows] = reflected_lines(view, sheet, view.all.take(rows), view.eye.pixel_rad) > 0
     return np.flatnonzero(cv2.dilate(found, np.ones((2 * COARSE + 3, 2 * COARSE + 3), np.uint8)))
 
 
-def _finely(view: View, rows: Ints) -> Hits:
+def _finely(view: SceneView, rows: Ints) -> Hits:
     """What rays through the parts of pixels meet, part by part, (n * FINE²)."""
     part = (np.arange(FINE) + 0.5) / FINE - 0.5
     right, down = (grid.ravel()[:, None] for grid in np.meshgrid(part, part))

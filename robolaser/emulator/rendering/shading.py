@@ -3,10 +3,10 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering.light import Sheet
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
+from robolaser.emulator.rendering.scene_view import Hits, SceneView
 from robolaser.emulator.rendering.solid import Solid
 from robolaser.emulator.rendering.vectors import dot, unit
-from robolaser.emulator.rendering.view import Hits, View
 
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
 """Where most of the room's light comes from, in the base frame."""
@@ -18,7 +18,7 @@ DARKEST_GREY = 0.02
 """Laser light below this is none."""
 
 
-def of_the_room(view: View, hits: Hits, breadth: float) -> Array:
+def of_the_room(view: SceneView, hits: Hits, breadth: float) -> Array:
     """Share of white paper's grey under the lamp, for what rays of some breadth [rad] met, (n,)."""
     share = np.zeros(len(hits.distance))
     for i, solid in enumerate(view.scene.solids):
@@ -28,7 +28,7 @@ def of_the_room(view: View, hits: Hits, breadth: float) -> Array:
     return share
 
 
-def of_the_laser(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
+def of_the_laser(view: SceneView, sheet: LaserSheet, hits: Hits, breadth: float) -> Array:
     """Grey of what rays met in the projector's direct light, (n,)."""
     out = np.zeros(len(hits.distance))
     rows = np.flatnonzero(hits.solid >= 0)
@@ -39,13 +39,13 @@ def of_the_laser(view: View, sheet: Sheet, hits: Hits, breadth: float) -> Array:
     return out
 
 
-def _where_met(view: View, solid: Solid, hits: Hits, breadth: float) -> tuple[Array, Array]:
+def _where_met(view: SceneView, solid: Solid, hits: Hits, breadth: float) -> tuple[Array, Array]:
     """Normal and albedo of a solid where rays met it, (n, 3) and (n,)."""
     point = view.outside(hits.seen)
     return solid.normal(point), solid.albedo(point, view.place, breadth)
 
 
-def thrown(view: View, sheet: Sheet, point: Array, hits: Hits, towards: Array, breadth: float) -> Array:
+def thrown(view: SceneView, sheet: LaserSheet, point: Array, hits: Hits, towards: Array, breadth: float) -> Array:
     """Share of the projector's light that is thrown towards an eye: to all sides, and as a glint.
 
     Args:

@@ -13,7 +13,7 @@ from robolaser.emulator.rendering.vectors import dot
 
 @final
 @dataclass(frozen=True)
-class Sphere(Solid):
+class Ball(Solid):
     """A ball.
 
     Attributes:

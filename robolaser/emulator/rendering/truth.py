@@ -7,8 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.emulator.rendering.light import Sheet
-from robolaser.emulator.rendering.view import View
+from robolaser.emulator.rendering.laser_sheet import LaserSheet
+from robolaser.emulator.rendering.scene_view import SceneView
 
 STEPS = 12
 ON_SHEET_M = 1e-7  # a ten-thousandth of a pixel
@@ -16,7 +16,7 @@ ON_SHEET_M = 1e-7  # a ten-thousandth of a pixel
 
 @final
 @dataclass(frozen=True)
-class Stripe:
+class StripeTruth:
     """Middles of the direct stripe in each line of pixels (l): rows for stripe axis "v", columns for "u".
 
     A line has more than one (k) where steps lie side by side; what is missing is NaN, and -1 for a solid.
@@ -44,8 +44,8 @@ class Truth:
         grey: The image without noise, speckle and the sensor's end of range, (height, width).
     """
 
-    view: View
-    sheet: Sheet
+    view: SceneView
+    sheet: LaserSheet
     lit: bool
     grey: Array
 
@@ -67,7 +67,7 @@ class Truth:
         return point.reshape(*self.grey.shape, 3)
 
     @cached_property
-    def stripe(self) -> Stripe:
+    def stripe(self) -> StripeTruth:
         """Where the middle of the light meets what the camera sees, nothing between it and the projector."""
         pixel, point, solid = self._crossings()
         across = 0 if self.view.eye.stripe_axis == "v" else 1
@@ -76,7 +76,7 @@ class Truth:
         line, at, point, solid = line[order], at[order], point[order], solid[order]
         place = np.arange(len(line)) - np.searchsorted(line, line)
         shape = self.grey.shape[across], int(place.max(initial=0)) + 1
-        stripe = Stripe(np.full(shape, np.nan), np.full((*shape, 3), np.nan), np.full(shape, -1))
+        stripe = StripeTruth(np.full(shape, np.nan), np.full((*shape, 3), np.nan), np.full(shape, -1))
         stripe.at[line, place], stripe.point[line, place], stripe.solid[line, place] = at, point, solid
         return stripe
 

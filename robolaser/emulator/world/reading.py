@@ -1,7 +1,7 @@
 """WORLD.toml: what a cell truly is, and what lies in it."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, final
 
@@ -13,11 +13,12 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Board, Dataset, Positive
 from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotation
 from robolaser.data.toml_schema import read_toml, typed, wrong
-from robolaser.emulator.physics import DEPARTURES, Departure
-from robolaser.emulator.rendering import Block, Checkerboard, Eye, Floor, Scene, Sheet, Solid, Sphere
-from robolaser.emulator.world.world import Sensor, World
-from robolaser.errors import BoardNotDrawn, DepartureNowhere, DepartureUnknown, NoScannerToEmulate, WorldKeyUnknown
-from robolaser.trials.worlds.arm import Arm
+from robolaser.emulator.rendering import Ball, CameraModel, Checkerboard, Cuboid, Floor, LaserSheet, Scene, Solid
+from robolaser.emulator.world.faults import WORLD_FAULTS
+from robolaser.emulator.world.world import EmulatedWorld, ImageSensor
+from robolaser.errors import DataError, near
+from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.fault_model import FaultModel
 
 FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
@@ -37,10 +38,10 @@ Quaternion = tuple[float, float, float, float]
 class LightTable:
     """`[light]`."""
 
-    power_grey: Positive = Sheet.power
-    width_m: Positive = Sheet.width_m
-    distance_m: Positive = Sheet.distance_m
-    speckle: NotNegative = Sensor.speckle
+    power_grey: Positive = LaserSheet.power
+    width_m: Positive = LaserSheet.width_m
+    distance_m: Positive = LaserSheet.distance_m
+    speckle: NotNegative = ImageSensor.speckle
 
 
 @final
@@ -48,10 +49,10 @@ class LightTable:
 class CameraTable:
     """`[camera]`."""
 
-    ambient_grey: NotNegative = Sensor.ambient_grey
-    noise_grey: NotNegative = Sensor.noise_grey
-    blur_px: NotNegative = Sensor.blur_px
-    exposure: Positive = Sensor.exposure
+    ambient_grey: NotNegative = ImageSensor.ambient_grey
+    noise_grey: NotNegative = ImageSensor.noise_grey
+    blur_px: NotNegative = ImageSensor.blur_px
+    exposure: Positive = ImageSensor.exposure
     lens_error: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -87,7 +88,7 @@ class BlockTable:
     origin_m: Vector
     size_m: tuple[Positive, Positive, Positive]
     quat: Quaternion = UPWARD
-    tone: NotNegative = Block.tone
+    tone: NotNegative = Cuboid.tone
     shine: NotNegative = 0.0
 
 
@@ -98,7 +99,7 @@ class SphereTable:
 
     centre_m: Vector
     radius_m: Positive
-    tone: NotNegative = Sphere.tone
+    tone: NotNegative = Ball.tone
     shine: NotNegative = 0.0
 
 
@@ -118,7 +119,7 @@ class WorldFile:
     effect: tuple[dict[str, Any], ...] = ()
 
 
-def load_world(path: str | Path, description: Dataset) -> World:
+def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     """Read and check a world.
 
     Args:
@@ -134,9 +135,13 @@ def load_world(path: str | Path, description: Dataset) -> World:
     read = typed(contents, WorldFile, file=path.name)
     robot, size = description.robot, description.image_px
     if robot is None or size is None:
-        raise NoScannerToEmulate(path.name)
+        raise DataError(
+            f"{path.name} describes a world for a camera on an arm, but dataset.toml has no [robot], or its sensor is"
+            " no stripe scanner with an [image]. Emulate this cell without --world.",
+            file=path,
+        )
     truth = _truth(path.name, read.truth, description)
-    eye = Eye(
+    eye = CameraModel(
         truth,
         description.bracket_quat,
         description.angles,
@@ -145,20 +150,20 @@ def load_world(path: str | Path, description: Dataset) -> World:
         lens_error=read.camera.lens_error,
     )
     light, camera = read.light, read.camera
-    sheet = Sheet(
+    sheet = LaserSheet(
         truth["b"], truth["theta"], power=light.power_grey, width_m=light.width_m, distance_m=light.distance_m
     )
-    sensor = Sensor(camera.ambient_grey, camera.noise_grey, light.speckle, camera.blur_px, camera.exposure)
+    sensor = ImageSensor(camera.ambient_grey, camera.noise_grey, light.speckle, camera.blur_px, camera.exposure)
     scene = Scene(tuple(_solids(path.name, read, description.board)))
-    arm = Arm(robot)
-    return World(arm, eye, sheet, scene, sensor, _departures(path.name, read.effect, arm))
+    arm = PinocchioArm(robot)
+    return EmulatedWorld(arm, eye, sheet, scene, sensor, _faults(path.name, read.effect, arm))
 
 
 def _truth(file: str, stated: Mapping[str, float], description: Dataset) -> dict[str, float]:
     """The paper's fourteen: as stated, else as drawn."""
     for name in stated:
         if name not in SCANNER:
-            raise WorldKeyUnknown(file, "truth", name, SCANNER)
+            raise _unknown_key(file, "truth", name, SCANNER)
     drawn = {name: item.nominal for name, item in description.parameters.items()}
     truth = {name: stated.get(name, drawn.get(name)) for name in SCANNER}
     for name, value in truth.items():
@@ -172,13 +177,18 @@ def _solids(file: str, read: WorldFile, drawn: Board | None) -> Iterable[Solid]:
         yield Floor(read.floor.height_m, read.floor.tone, read.floor.shine)
     for block in read.block:
         T_base_block = _placement(file, "[[block]] quat", block.origin_m, block.quat)
-        yield Block(T_base_block, block.size_m, block.tone, block.shine)
+        yield Cuboid(T_base_block, block.size_m, block.tone, block.shine)
     for sphere in read.sphere:
-        yield Sphere(np.array(sphere.centre_m), sphere.radius_m, sphere.tone, sphere.shine)
+        yield Ball(np.array(sphere.centre_m), sphere.radius_m, sphere.tone, sphere.shine)
     if read.board is not None:
         board = read.board
         if drawn is None:
-            raise BoardNotDrawn(file)
+            raise DataError(
+                f"{file} has a [board], but dataset.toml has none, so its corners and squares are not known: add"
+                " [board] with columns, rows and square_m there.",
+                file=file,
+                column="board",
+            )
         yield Checkerboard(
             _placement(file, "[board] quat", board.origin_m, board.quat),
             drawn.columns,
@@ -191,26 +201,32 @@ def _solids(file: str, read: WorldFile, drawn: Board | None) -> Iterable[Solid]:
         )
 
 
-def _departures(file: str, stated: Iterable[Mapping[str, Any]], arm: Arm) -> list[Departure]:
-    known = {kind.name: kind for kind in DEPARTURES}
-    departures = []
+def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: PinocchioArm) -> list[FaultModel]:
+    faults = []
     for number, effect in enumerate(stated):
         name, where = effect.get("name"), effect.get("where")
-        if not isinstance(name, str) or name not in known:
-            raise DepartureUnknown(file, str(name), known)
-        kind = known[name]
-        places = arm.joints if kind.on_joints else ("laser",)
-        if not isinstance(where, str) or where not in places:
-            raise DepartureNowhere(file, name, str(where), places)
-        shapes = [one.name for one in fields(kind) if one.name not in OF_EFFECTS]
-        for key in sorted(effect.keys() - {*OF_EFFECTS, *shapes}):
-            raise WorldKeyUnknown(file, "[effect]", key, [*OF_EFFECTS, *shapes])
-        sizes = {key: effect.get(key) for key in ("size", *(key for key in shapes if key in effect))}
-        for key, value in sizes.items():
+        if not isinstance(name, str) or name not in WORLD_FAULTS:
+            raise _wrong_effect(file, "name", f"an emulated world cannot have '{name}'.{near(str(name), WORLD_FAULTS)}")
+        kind = WORLD_FAULTS[name]
+        locations = arm.joints if kind.on_joints else ("laser",)
+        if not isinstance(where, str) or where not in locations:
+            raise _wrong_effect(file, "where", f"{name} cannot sit at '{where}'.{near(str(where), locations)}")
+        for key in sorted(effect.keys() - {*OF_EFFECTS, *kind.parameters}):
+            raise _unknown_key(file, "[effect]", key, [*OF_EFFECTS, *kind.parameters])
+        values = {"size": effect.get("size"), **{key: effect.get(key, usual) for key, usual in kind.parameters.items()}}
+        for key, value in values.items():
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise wrong(file, ("effect", number, key), value, "a finite number")
-        departures.append(kind(where, **{key: float(value) for key, value in sizes.items()}))  # type: ignore[arg-type]
-    return departures
+        faults.append(kind.make(where, **{key: float(value) for key, value in values.items()}))
+    return faults
+
+
+def _wrong_effect(file: str, key: str, reason: str) -> DataError:
+    return DataError(f"{file}, [[effect]] {key}: {reason}", file=file, column=key)
+
+
+def _unknown_key(file: str, section: str, key: str, known: Iterable[str]) -> DataError:
+    return DataError(f"{file}, [{section}] {key}: there is no such key.{near(key, known)}", file=file, column=key)
 
 
 def _placement(file: str, key: str, origin_m: Vector, quat: Quaternion) -> Array:

@@ -9,19 +9,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.physics import Departure
-from robolaser.emulator.rendering import Checkerboard, Eye, Photograph, Scene, Sheet
+from robolaser.emulator.rendering import CameraModel, Checkerboard, LaserSheet, Photograph, Scene
 from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_GREY, expose
-from robolaser.emulator.rendering.radiance_image import Painting, paint
-from robolaser.emulator.rendering.view import View
-from robolaser.trials.worlds.arm import Arm
+from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
+from robolaser.emulator.rendering.scene_view import SceneView
+from robolaser.emulator.world.faults import TrackedBacklash
+from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.run import SyntheticRun
 
 SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which speckle stays the same
 
 
 @final
 @dataclass(frozen=True)
-class Sensor:
+class ImageSensor:
     """What the camera makes of light.
 
     Attributes:
@@ -40,7 +42,7 @@ class Sensor:
 
 
 @final
-class World:
+class EmulatedWorld:
     """A world, as it stands; play in the gears remembers the way it came.
 
     Args:
@@ -49,21 +51,27 @@ class World:
         sheet: The light as drawn, with the true base and angle.
         scene: Solids in the base frame.
         sensor: What the camera makes of light.
-        departures: In what the cell is not what its model says, in the order in which they act.
+        faults: In what the cell is not what its model says, in the order in which they act.
     """
 
     def __init__(
-        self, arm: Arm, eye: Eye, sheet: Sheet, scene: Scene, sensor: Sensor, departures: Sequence[Departure] = ()
+        self,
+        arm: PinocchioArm,
+        eye: CameraModel,
+        sheet: LaserSheet,
+        scene: Scene,
+        sensor: ImageSensor,
+        faults: Sequence[FaultModel] = (),
     ) -> None:
         self.arm, self.eye, self.scene, self.sensor = arm, eye, scene, sensor
-        self.departures = tuple(departures)
-        for departure in self.departures:
-            sheet = departure.light(sheet)
-        self.sheet = sheet
-        self._columns = [self._column(departure) for departure in self.departures]
+        self.faults = tuple(faults)
         self._motor: Array | None = None
-        self._hanging = [0.0] * len(self.departures)
-        self._painted: dict[bool, tuple[bytes, Painting]] = {}
+        run = self._run(np.zeros(arm.count))
+        surface = sheet.surface
+        for fault in self.faults:
+            surface = fault.light(surface, run)
+        self.sheet = sheet.on(surface)
+        self._rendered: dict[bool, tuple[bytes, RadianceImage]] = {}
 
     def follow(self, motor: Array) -> None:
         """Go on to where the encoders are now, straight from where they were, (j,) [rad].
@@ -72,18 +80,22 @@ class World:
         """
         motor = np.asarray(motor, dtype=np.float64)
         if self._motor is not None and not np.array_equal(motor, self._motor):
-            for i, (departure, column) in enumerate(zip(self.departures, self._columns, strict=True)):
-                now, last = float(motor[column]), float(self._motor[column])
-                self._hanging[i] = departure.follow(now, last, self._hanging[i])
+            moves, run = motor - self._motor, self._run(motor)
+            self.faults = tuple(
+                fault.moved(float(moves[run.column(fault.where)])) if isinstance(fault, TrackedBacklash) else fault
+                for fault in self.faults
+            )
         self._motor = motor.copy()
 
     @property
     def q(self) -> Array:
         """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
-        q = np.zeros(self.arm.count) if self._motor is None else self._motor
-        for departure, column, hanging in zip(self.departures, self._columns, self._hanging, strict=True):
-            q = departure.joints(q, column, hanging, self.arm)
-        return q
+        run = self._run(np.zeros(self.arm.count) if self._motor is None else self._motor)
+        q = run.q
+        for fault in self.faults:
+            q = fault.joints(q, run)
+        one: Array = q[0]
+        return one
 
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
@@ -106,11 +118,11 @@ class World:
             exposure: Factor on all light, besides the sensor's own.
         """
         T = self.T_base_camera
-        painting = self._paint(T, lit=lit)
+        radiance = self._render(T, lit=lit)
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
         sensor = self.sensor
         return expose(
-            painting,
+            radiance,
             rng=rng,
             grain=grain,
             exposure=exposure * sensor.exposure,
@@ -122,7 +134,7 @@ class World:
     def truth(self) -> dict[str, float]:
         """The true numbers, by the names that a calibration and a diagnosis give them, SI.
 
-        The scanner's fourteen; the board's placement, `target.x` to `target.psi`, if there is one; each departure as
+        The scanner's fourteen; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
         `NAME:WHERE`.
         """
         target: Mapping[str, float] = {}
@@ -132,15 +144,17 @@ class World:
             turns = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ")
             names = ("x", "y", "z", "w", "phi", "psi")
             target = {f"target.{name}": float(value) for name, value in zip(names, [*T[:3, 3], *turns], strict=True)}
-        departures = {f"{departure.name}:{departure.where}": departure.size for departure in self.departures}
-        return {**self.eye.truth, **target, **departures}
+        faults = {f"{fault.effect}:{fault.where}": fault.size for fault in self.faults}
+        return {**self.eye.truth, **target, **faults}
 
-    def _paint(self, T_base_camera: Array, *, lit: bool) -> Painting:
+    def _render(self, T_base_camera: Array, *, lit: bool) -> RadianceImage:
         place = T_base_camera.tobytes()
-        if lit not in self._painted or self._painted[lit][0] != place:
-            view = View(self.scene, self.eye, T_base_camera)
-            self._painted[lit] = place, paint(view, self.sheet, lit=lit, blur_px=self.sensor.blur_px)
-        return self._painted[lit][1]
+        if lit not in self._rendered or self._rendered[lit][0] != place:
+            view = SceneView(self.scene, self.eye, T_base_camera)
+            self._rendered[lit] = place, render_radiance(view, self.sheet, lit=lit, blur_px=self.sensor.blur_px)
+        return self._rendered[lit][1]
 
-    def _column(self, departure: Departure) -> int:
-        return self.arm.columns[self.arm.joints.index(departure.where)] if departure.on_joints else 0
+    def _run(self, motor: Array) -> SyntheticRun:
+        """What a fault may depend on, at rest at one configuration."""
+        q = motor[None]
+        return SyntheticRun(self.arm, q, np.zeros_like(q), np.zeros(1), np.zeros(3), radius=1.0, payload_kg=0.0)

@@ -59,14 +59,12 @@ class Run:
     @property
     def robot(self) -> Robot:
         """The nominal arm."""
-        assert self.dataset.robot is not None  # effects that read it need joint angles
-        return self.dataset.robot
+        return self.dataset.arm[0]
 
     @property
     def q(self) -> Array:
         """Joint values as read, (n, j) [rad or m]."""
-        assert self.poses.q is not None  # as above
-        return self.poses.q
+        return self.dataset.arm[1]
 
     @property
     def qd(self) -> Array:
@@ -133,8 +131,7 @@ class Run:
     @cached_property
     def target(self) -> TargetPlane:
         """The plane of the target points, in the frame that they are given in."""
-        assert self.points.xyz is not None  # effects that read it need a flat target
-        return plane_of(self.points.xyz)
+        return plane_of(self.points["xyz"])
 
     @cached_property
     def tilt(self) -> Array:

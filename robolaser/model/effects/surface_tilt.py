@@ -20,17 +20,15 @@ def surface_tilt(dataset: Dataset, T_base_flange: Array, target: TargetPlane) ->
     placed, its pose is the rigid fit of its points to those of the nominal model.
     """
     points, unperturbed = dataset.points, Perturbation()
-    assert points.pixel is not None  # a flat target is seen by a camera
-    assert points.xyz is not None
     nominal = {name: np.array([item.nominal]) for name, item in dataset.parameters.items()}
-    image = scanner_geometry.in_image(points.pixel[None], nominal, unperturbed)
+    image = scanner_geometry.in_image(points["pixel"][None], nominal, unperturbed)
     ray = rays(image, nominal["f"], dataset.stripe_axis)
     T_base_camera = (T_base_flange @ scanner_geometry.mount(dataset, nominal, unperturbed)[0])[points.pose]
     normal = target.axes[:, 2]
     if not dataset.placed:
         shown = apply(T_base_camera, intersect(ray, laser_plane(nominal))[0])
         finite = np.isfinite(shown).all(axis=1)
-        normal = rigid_fit(points.xyz[finite], shown[finite])[:3, :3] @ normal
+        normal = rigid_fit(points["xyz"][finite], shown[finite])[:3, :3] @ normal
     in_camera = np.einsum("mba,b->ma", T_base_camera[:, :3, :3], normal)
     back = -ray[0] / np.linalg.norm(ray[0], axis=-1, keepdims=True)
     in_camera *= np.sign((in_camera * back).sum(axis=-1, keepdims=True))

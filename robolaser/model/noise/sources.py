@@ -57,9 +57,7 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
 
 def _joint_effect(model: Model, values: Values) -> Array:
     """Move of each row with each joint of the chain, (m, k, j), by central differences."""
-    robot, poses, perturb = model.dataset.robot, model.dataset.poses, model.perturb(values)
-    assert robot is not None
-    assert poses.q is not None
+    (robot, q), poses, perturb = model.dataset.arm, model.dataset.poses, model.perturb(values)
 
     def residuals(poses: Poses) -> Array:
         shaken = Model(replace(model.dataset, poses=poses), model.effects)
@@ -67,9 +65,8 @@ def _joint_effect(model: Model, values: Values) -> Array:
         return e
 
     def slopes() -> Iterator[Array]:
-        assert poses.q is not None
         for shift in JOINT_STEP * np.eye(len(robot.joints))[list(robot.chain)]:
-            up, down = (residuals(replace(poses, q=poses.q + way * shift)) for way in (1, -1))
+            up, down = (residuals(replace(poses, q=q + way * shift)) for way in (1, -1))
             yield (up - down) / (2 * JOINT_STEP)
 
     return np.stack(list(slopes()), axis=-1)

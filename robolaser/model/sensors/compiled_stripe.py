@@ -34,14 +34,12 @@ class Chain:
 
     def __init__(self, dataset: Dataset) -> None:
         points = dataset.points
-        assert points.pixel is not None  # the sensor has seen to both
-        assert points.xyz is not None
-        self._pixel, self._pose = points.pixel[None], points.pose
+        self._pixel, self._pose = points["pixel"][None], points.pose
         self._along_u = dataset.stripe_axis == "u"
         self._bracket, self._zyz = from_quaternion(np.array(dataset.bracket_quat)), dataset.angles == "zyz"
         self._image = self._along_axes(self._pixel)
         self._runs = runs_of(points.pose)
-        self._xyz = points.xyz[None]
+        self._xyz = points["xyz"][None]
         self._last: tuple[Array, Array] | None = None
 
     @property

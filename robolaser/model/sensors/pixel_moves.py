@@ -1,22 +1,19 @@
 """How a stripe's residuals move with their pixels."""
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
-
-if TYPE_CHECKING:
-    from robolaser.model.sensors.stripe import Stripe
 
 PIXEL_STEP_PX = 0.25  # far above rounding, far below the lens's curvature
 
 
-def pixel_moves(sensor: "Stripe", values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
     """Move of each residual with its own pixel's u and v, one candidate, (m, 3, 2) [m/px].
 
     Where points come from images of a board, the known place of a row is its very pixel carried to the board by the
@@ -26,8 +23,7 @@ def pixel_moves(sensor: "Stripe", values: Values, T_base_flange: Array, perturb:
     the target's frame where the parameters place it, else the plane through all target points.
     """
     dataset = sensor.dataset
-    pixel = dataset.points.pixel
-    assert pixel is not None  # the sensor sees to it
+    pixel = dataset.points["pixel"]
 
     def slopes(of_pixel: Callable[[Array], Array]) -> Iterator[Array]:
         for shift in PIXEL_STEP_PX * np.eye(2):

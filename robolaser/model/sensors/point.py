@@ -35,8 +35,7 @@ class Point(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        assert dataset.points.xyz is not None  # the folder's reader sees to it
-        self._measured = dataset.points.xyz[None]
+        self._measured = dataset.points["xyz"][None]
         self._tools = tuple(dict.fromkeys(dataset.points.names))
         self._tool = dataset.points.number
 

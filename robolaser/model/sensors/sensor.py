@@ -1,7 +1,7 @@
 """What a sensor is: its parameters, its rows of residuals, their unit and their errors."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -93,6 +93,24 @@ class Sensor(ABC):
             perturb: The effects of the model.
         """
 
+    @property
+    def conditionally_linear(self) -> tuple[str, ...]:
+        """Free parameters that `solve_conditional` finds from the other free ones."""
+        return ()
+
+    def solve_conditional(
+        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+    ) -> Values:
+        """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
+
+        Args:
+            values: All parameters; those to be found are where the model is linearized.
+            T_base_flange: (c or 1, n, 4, 4).
+            perturb: The effects of the model.
+            bounds: All parameters by name.
+        """
+        return self.initialize(values, T_base_flange, perturb)
+
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured or known less predicted, (c, m, k) [`format.unit`]; not finite at the model's poles.
@@ -155,6 +173,14 @@ class Sensor(ABC):
         """
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
+
+    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
+        """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""
+        return None
+
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Points that the readings place in the base frame by themselves, (c, m, 3) [m]; None where they place none."""
+        return None
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""

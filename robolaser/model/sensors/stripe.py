@@ -1,6 +1,6 @@
 """A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, final
 
@@ -18,8 +18,9 @@ from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
 from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
+from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
+from robolaser.parameters import Parameter, Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
 SEEN_ALONG = 5  # points of the stripe that stand for all of them
@@ -50,10 +51,8 @@ class Stripe(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        assert dataset.points.pixel is not None  # the folder's reader sees to both
-        assert dataset.points.xyz is not None
-        self._pixel = dataset.points.pixel[None]
-        self._xyz = dataset.points.xyz[None]
+        self._pixel = dataset.points["pixel"][None]
+        self._xyz = dataset.points["xyz"][None]
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -74,6 +73,17 @@ class Stripe(Sensor):
             "bracket_quat": list(dataset.bracket_quat),
             "angles": dataset.angles,
         }
+
+    @property
+    def conditionally_linear(self) -> tuple[str, ...]:
+        """The baseline and the hand-eye: with them points grow, turn and shift."""
+        return SIMILARITY
+
+    def solve_conditional(
+        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+    ) -> Values:
+        """A similarity from seen to known points, and T_base_target in turn with it, within the bounds."""
+        return solve_similarity(self, values, T_base_flange, perturb, bounds)
 
     @property
     def fixed(self) -> tuple[str, ...]:

@@ -44,13 +44,12 @@ class ErrorAnalysis:
     @cached_property
     def fitted_m(self) -> Array:
         """Residuals at the points' places, (m, j) [m]."""
-        return self.calibration.model.in_metres(self.calibration.x, self.calibration.residuals)
+        return self.calibration.errors_m
 
     @cached_property
     def held_out_m(self) -> Array | None:
         """The same on poses left out of the fit."""
-        held_out = self.calibration.held_out
-        return None if held_out is None else self.calibration.model.in_metres(self.calibration.x, held_out)
+        return self.calibration.held_out
 
     @cached_property
     def fitted_mm(self) -> Array:

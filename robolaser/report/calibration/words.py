@@ -37,12 +37,14 @@ def judgement(analysis: ErrorAnalysis) -> str:
     calibration, noise = analysis.calibration, analysis.noise_m
     error = calibration.held_out_rms_m
     said = []
-    if noise is None:
+    if calibration.setup_warning is not None:
+        said.append(calibration.setup_warning)
+    elif noise is None:
         said.append("State what is known of it under `[noise]` in `dataset.toml`, and this report can tell them apart.")
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:
-        said.append(calibration.setup_warning or _against_noise(*excess(analysis, noise), error / noise))
+        said.append(_against_noise(*excess(analysis, noise), error / noise))
     if error is not None and error > OVERFITTED * calibration.rms_m:
         said.append(
             f"New poses err {times(error / calibration.rms_m)} times as much as fitted ones:"

@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, rigid_fit
-from robolaser.model.sensors import Stripe, sensor_class
+from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.carry_over import carried_over, scanner_in
@@ -157,7 +157,7 @@ def nominal(dataset: Dataset) -> CellModel:
     Raises:
         DataError: A stripe scanner lacks one of its fourteen parameters.
     """
-    if sensor_class(dataset.kind) is not Stripe:
+    if not sensor_class(dataset.kind).has_laser_plane():
         return CellModel("nominal", dataset, None, None)
     missing = [name for name in SCANNER if name not in dataset.parameters]
     if missing:

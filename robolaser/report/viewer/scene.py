@@ -68,8 +68,7 @@ def fixed_shapes(model: CellModel, others: tuple[CellModel, ...]) -> tuple[Shape
 def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
     shapes: list[Shape] = []
     if len(frames.joints):
-        robot = dataset.robot
-        assert robot is not None  # it has joints
+        robot, _ = dataset.arm
         places = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
         links = [
             tube(start, end, radius) for start, end in pairwise(places) if np.linalg.norm(end - start) > 0.1 * radius

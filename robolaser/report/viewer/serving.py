@@ -102,11 +102,9 @@ class ViewerApp:
         return locked
 
     def _slider(self, joint: int) -> Any:
-        robot, poses = self._current.dataset.robot, self._current.dataset.poses
-        assert robot is not None  # whose joint it is
-        assert poses.q is not None
+        robot, q = self._current.dataset.arm
         unit, factor = self._unit(joint)
-        own = factor * poses.q[:, joint]
+        own = factor * q[:, joint]
         low, high = (
             float(np.clip(factor * end, -WIDEST, WIDEST) if unit == "°" else factor * end)
             for end in (robot.lower[joint], robot.upper[joint])
@@ -119,8 +117,7 @@ class ViewerApp:
         return slider
 
     def _unit(self, joint: int) -> tuple[str, float]:
-        robot = self._current.dataset.robot
-        assert robot is not None  # as above
+        robot, _ = self._current.dataset.arm
         return ("mm", 1e3) if robot.prismatic[joint] else ("°", 180.0 / np.pi)
 
     def _switch_model(self) -> None:
@@ -131,11 +128,10 @@ class ViewerApp:
     def _go_to_pose(self) -> None:
         """Show a pose of the data set."""
         self._pose = min(int(self._number.value), len(self._current.dataset.poses) - 1)
-        q = self._current.dataset.poses.q
         self._name.value = self._current.dataset.poses.names[self._pose]
         with self._deaf_to_sliders():
             for joint, slider in enumerate(self._sliders):
-                assert q is not None  # there are sliders, so there are joints
+                _, q = self._current.dataset.arm
                 slider.value = round(float(self._unit(joint)[1] * q[self._pose, joint]), 1)
         self._show_moving()
 

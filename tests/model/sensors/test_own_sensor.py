@@ -1,10 +1,13 @@
 """A sensor of the user's own in one file: a camera that sees the corners of a board, its rows two pixels each."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import ClassVar, Literal
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.data.writing import save
+from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -21,6 +25,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import SIX, Sensor, motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
+from robolaser.report.calibration.error_analysis import ErrorAnalysis
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1")
 
@@ -152,8 +157,29 @@ def test_it_is_saved_loaded_and_calibrated_as_any_other(mount: str, tmp_path: Pa
     dataset = robolaser.load(tmp_path / "cell")
     assert dataset.options == made.options
     result = robolaser.calibrate(dataset)
-    parameters = as_json(result)["parameters"]
+    entries = as_json(result)
+    jsonschema.validate(entries, json.loads(files("robolaser").joinpath("schemas/calibration.schema.json").read_text()))
+    (rows,) = entries["rows"]
+    assert (rows["sensor"], rows["rows"], rows["unit"]) == ("board_camera", len(dataset.points), "px")
+    assert rows["rms"] == pytest.approx(np.sqrt(2) * PIXEL_PX, rel=0.1)
+    assert rows["rms"] < rows["held_out_rms"] < 1.5 * rows["rms"]
+    assert entries["objective_m2"] is None
+    there = result.model.in_metres(result.x, result.held_out_rows)
+    assert entries["held_out_rms_m"] == pytest.approx(np.sqrt(np.square(there).sum(axis=1).mean()))
+    assert np.sqrt(np.mean(ErrorAnalysis(result).held_out_mm ** 2)) == pytest.approx(1e3 * entries["held_out_rms_m"])
+    parameters = entries["parameters"]
     for name, value in truth.items():
         assert parameters[name]["value"] == pytest.approx(value, abs=5 * parameters[name]["std"])
     assert parameters["fx"]["unit"] == "px"
     assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(PIXEL_PX, rel=0.1)
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_it_is_diagnosed_as_any_other(mount: str) -> None:
+    nothing = examine(board_cell(mount)[0], seed=0)
+    assert nothing.verdict == "no_gap"
+    assert nothing.gap.after_m == pytest.approx(nothing.gap.noise_floor_m, rel=0.15)
+    found = examine(board_cell(mount, poses=40, offset=5e-3)[0], seed=0)
+    assert found.verdict == "explained"
+    assert [str(one.candidate_effect) for one in found.findings] == ["joint_offset at shoulder_lift_joint"]
+    assert found.findings[0].parameters["offset"].value == pytest.approx(5e-3, rel=0.1)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.sensors.stripe import Stripe
 from robolaser.report.calibration.charts.points import magnification
 from robolaser.report.calibration.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
@@ -14,13 +13,14 @@ DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
 
 
 def image(analysis: ErrorAnalysis) -> Chart | None:
-    """Errors over the pixel plane: lines across the view, colour along it. Stripe scanners only."""
+    """Errors over the pixel plane: lines across the view, colour along it. For cameras on the flange."""
     dataset = analysis.calibration.model.dataset
-    sensor, pixel = analysis.calibration.model.sensor, dataset.points.pixel
-    if not isinstance(sensor, Stripe) or pixel is None or dataset.image_px is None:
+    mount = analysis.calibration.model.sensor.mount(analysis.values, analysis.perturb)
+    pixel = dataset.points.pixel
+    if mount is None or pixel is None or dataset.image_px is None:
         return None
     width, height = dataset.image_px
-    across_mm, depth_mm = _in_view(analysis, sensor)
+    across_mm, depth_mm = _in_view(analysis, mount)
     rows = some_rows(analysis.fitted_mm, MOST)
     factor = magnification(float(np.percentile(np.linalg.norm(across_mm, axis=-1), 95)), float(width))
     limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
@@ -57,10 +57,10 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     )
 
 
-def _in_view(analysis: ErrorAnalysis, sensor: Stripe) -> tuple[Array, Array]:
+def _in_view(analysis: ErrorAnalysis, mount: Array) -> tuple[Array, Array]:
     """Errors of estimated points across the view, along image u and v, (m, 2), and along it, (m,) [mm]."""
     model, values, perturb = analysis.calibration.model, analysis.values, analysis.perturb
-    R = (model.flange(values, perturb) @ sensor.mount(values, perturb))[0, :, :3, :3]
+    R = (model.flange(values, perturb) @ mount)[0, :, :3, :3]
     errors = -1e3 * analysis.fitted_m
     x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)

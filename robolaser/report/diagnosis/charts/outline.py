@@ -11,7 +11,6 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import motion, vector
-from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Values
 from robolaser.report.calibration.error_analysis import known_points
 
@@ -80,9 +79,9 @@ def typical(model: Model) -> int:
 
 def _camera(model: Model, values: Values, T_base_flange: Array, pose: int) -> Array | None:
     """T_base_camera of a camera on the flange, (4, 4)."""
-    if isinstance(model.sensor, Stripe):
-        mount = model.sensor.mount(values, model.perturb(values))[0]
-        T_flange_camera = mount[pose if len(mount) > 1 else 0]
+    mount = model.sensor.mount(values, model.perturb(values))
+    if mount is not None:
+        T_flange_camera = mount[0, pose if mount.shape[1] > 1 else 0]
     elif "hand_eye.x" in values:
         T_flange_camera = motion(values, "hand_eye")[0]
     else:
@@ -93,12 +92,12 @@ def _camera(model: Model, values: Values, T_base_flange: Array, pose: int) -> Ar
 
 def _light(model: Model, values: Values, T_base_camera: Array, pose: int) -> Array:
     """Where the laser plane meets the camera's x axis, and where the stripe falls in a pose, (1 + k, 3)."""
-    if not isinstance(model.sensor, Stripe):
-        return np.empty((0, 3))
     perturb = model.perturb(values)
-    rows = model.dataset.points.pose == pose
-    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)[0, rows]
-    return np.concatenate([apply(T_base_camera, np.array([[float(values["b"][0]), 0.0, 0.0]])), seen])
+    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)
+    if seen is None or not model.sensor.has_laser_plane():
+        return np.empty((0, 3))
+    projector = apply(T_base_camera, np.array([[float(values["b"][0]), 0.0, 0.0]]))
+    return np.concatenate([projector, seen[0, model.dataset.points.pose == pose]])
 
 
 def _on_flange(values: Values, T_base_flange: Array) -> Array:

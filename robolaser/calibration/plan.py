@@ -1,0 +1,32 @@
+"""The plan of a calibration: its options with their defaults."""
+
+from dataclasses import dataclass
+from typing import final
+
+GENERATIONS = 500
+"""From the last of these generations on, local refinement of any of its members ends in the same optimum."""
+
+
+@final
+@dataclass(frozen=True)
+class Plan:
+    """The options of a calibration.
+
+    Attributes:
+        algorithm: Name of the global search; by default `screening` for a stripe scanner and none (`gauss-newton`)
+            for trackers and sockets, whose parameters start from a closed form.
+        polish: Whether Gauss-Newton steps follow the search.
+        weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
+        loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale taken from the residuals.
+        effects: `EFFECT[:WHERE]` each.
+        seed: Seed of the search.
+        generations: Number of generations, for searches that have any.
+    """
+
+    algorithm: str | None = None
+    polish: bool = True
+    weights: str = "plain"
+    loss: str = "square"
+    effects: tuple[str, ...] = ()
+    seed: int = 1
+    generations: int = GENERATIONS

@@ -1,0 +1,77 @@
+"""Failures of an arm that a recording tells apart, and the sentences that several files say."""
+
+from typing import final
+
+from robolaser.errors import ArmError, DataError, LineLost
+
+
+@final
+class AnswerUnclear(ArmError):
+    """A device answers, but not to the question."""
+
+
+@final
+class ArmRefused(ArmError):
+    """The controller rejects a command."""
+
+
+@final
+class ArmAlarm(ArmError):
+    """The controller or a servo reports trouble unasked."""
+
+
+@final
+class ArmRestarted(ArmError):
+    """The controller was off in between."""
+
+
+@final
+class LineFlooded(ArmError):
+    """A device talks without end."""
+
+
+@final
+class NotSettled(ArmError):
+    """The arm does not stand still."""
+
+
+def line_lost(port: str, reason: str) -> LineLost:
+    """The error of a line that is silent or gone."""
+    return LineLost(
+        f"The line to the arm on {port} is lost: {reason}."
+        " Check plug, power and that [arm] baud and flow in cell.toml are the controller's."
+    )
+
+
+def unclear(port: str, command: str, answer: str, tries: int) -> AnswerUnclear:
+    """The error of a command whose answers cannot be understood."""
+    return AnswerUnclear(
+        f"The arm on {port} answered '{command}' {tries} times with what cannot be understood, at last"
+        f" {answer[-60:]!r}. Check [arm] kind and baud in cell.toml, and the cable's shield."
+    )
+
+
+def refused(port: str, command: str, answer: str, meaning: str) -> ArmRefused:
+    """The error of a command that was understood and rejected."""
+    why = f": {meaning}" if meaning else ""
+    return ArmRefused(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
+
+
+def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:
+    """The error of an arm in trouble."""
+    return ArmAlarm(f"The arm on {port} reports '{message}' ({joint}). {advice}")
+
+
+def not_settled(when: str, joint: str, moved: str) -> NotSettled:
+    """The error of an arm that moves when it should rest."""
+    return NotSettled(f"{when}, {joint} moved by {moved}. Wait until the arm rests, and let no other program move it.")
+
+
+def joints_differ(kind: str, joints: int, most: int) -> DataError:
+    """The error of a robot with more joints than its controller moves, or none at all."""
+    return DataError(
+        f"cell.toml, [arm] kind '{kind}' moves up to {most} joints, but dataset.toml, [robot] joints lists"
+        f" {joints}. List the joints that this controller moves, base first.",
+        file="dataset.toml",
+        column="joints",
+    )

@@ -1,0 +1,156 @@
+"""Motions: one is over when the arm is read to rest at its goal, not when the controller says so."""
+
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, NotSettled, not_settled
+from robolaser.cell.joint_text import joint_text
+from robolaser.cell.motion_time import seconds_for, time_to_show
+from robolaser.errors import ArmError
+from robolaser.geometry.kinematics import Robot
+
+POLL_S = 0.05
+ALIKE_S = 0.1
+"""Two readings so far apart in time that agree are a rest, and no disturbed line says the same wrong thing twice."""
+STEPS = 2.5
+"""Of the encoder: how near is there."""
+NEAR = np.deg2rad(0.1)
+"""How near to its goal an arm rests at least, however fine its encoders: servos let go a little [rad or m]."""
+STRAY = np.deg2rad(3.0)
+"""How far a joint may be off the straight way: they overshoot, and do not gain speed all alike [rad or m]."""
+PATIENCE = 2.0
+PATIENCE_S = 4.0
+"""A motion may take this many times as long as it was given, and so much longer."""
+STILL_S = 3.0
+"""A joint that has not moved for so long, and should have, will not arrive."""
+STOPPING_S = 1.0
+"""An arm that still moves so long after it was told to stop did not hear it."""
+STOPS = 5
+TINY = 1e-12
+
+
+@final
+class Mover:
+    """Moves one arm from configuration to configuration and monitors it."""
+
+    def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock) -> None:
+        self._arm = arm
+        self._robot = robot
+        self._speed = speed
+        self._clock = clock
+        self.near = np.maximum(STEPS * arm.step, NEAR)
+
+    def resting(self, when: str, patience_s: float = STILL_S) -> Array:
+        """Where the arm stands, as two readings in a row say, (j,).
+
+        Raises:
+            NotSettled: It moves.
+        """
+        began = self._clock.now()
+        before = self._arm.read()
+        while True:
+            self._clock.wait(ALIKE_S)
+            now = self._arm.read()
+            moved = np.abs(now - before)
+            if (moved <= STEPS * self._arm.step).all():
+                return now
+            if self._clock.now() - began > patience_s:
+                worst = int(np.argmax(moved))
+                raise not_settled(when, self._robot.joints[worst], joint_text(self._robot, worst, float(moved[worst])))
+            before = now
+
+    def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
+        """Go straight, joint by joint, to a goal, and wait until the arm rests there.
+
+        Args:
+            goal: (j,).
+            place: What messages call it.
+            start: Where it rests now, (j,).
+
+        Returns:
+            Where it rests, as read, (j,).
+
+        Raises:
+            ArmError: It rests elsewhere, does not come to rest, or is on another path than the straight one.
+        """
+        seconds = seconds_for(goal - start, self._speed)
+        self._arm.start_move(goal, seconds)
+        began = alike = self._clock.now()
+        before, last, moved, astray = start, start, np.full(len(goal), began), 0
+        still_s = STILL_S + seconds * self._unseen(goal - start)
+        while True:
+            if not astray:
+                self._clock.wait(POLL_S)
+            self._arm.poll_faults()
+            q = self._arm.read()
+            now = self._clock.now()
+            moving = np.abs(q - before) > STEPS * self._arm.step
+            there = np.abs(q - goal) <= self.near
+            if moving.any():
+                alike = now
+            elif now - alike >= ALIKE_S and there.all():
+                return q
+            before, moved = np.where(moving, q, before), np.where(moving, now, moved)
+            off = self._off(q, last, start, goal)
+            astray, last = astray + 1 if (off > STRAY).any() else 0, q
+            if astray > 1:  # one reading alone may be the line's fault
+                joint = int(np.argmax(off))
+                at, away, begin, end = self._shown(joint, q, off, start, goal)
+                raise ArmError(
+                    f"On the way to {place}, {self._robot.joints[joint]} is at {at}, {away} off the straight way from"
+                    f" {begin} to {end} that was checked: it sticks, does not keep step with the others, or goes"
+                    " elsewhere. Look for what holds it, and check [arm] direction and reference_rad in cell.toml, and"
+                    " the line."
+                )
+            if (~there & (now - moved > still_s)).any():
+                raise self._not_arrived(place, q, np.where(now - moved > still_s, goal, q), "stands still")
+            if now - began > PATIENCE * seconds + PATIENCE_S:
+                raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
+
+    def halt(self) -> Array:
+        """Stop the arm and see that it stands, (j,).
+
+        Raises:
+            NotSettled: It does not stop.
+            RobolaserError: The line does not let it be stopped.
+        """
+        trouble: NotSettled | ArmAlarm | AnswerUnclear | None = None
+        for _ in range(STOPS):
+            self._arm.stop()
+            try:
+                return self.resting("After it was told to stop", STOPPING_S)
+            except (NotSettled, ArmAlarm, AnswerUnclear) as error:  # what it reports now is no news
+                trouble = error
+        assert trouble is not None
+        raise trouble
+
+    def _off(self, q: Array, last: Array, start: Array, goal: Array) -> Array:
+        """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,).
+
+        Joints that are read one after the other seem off by no more than they move from one reading to the next.
+        """
+        way = goal - start
+        share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
+        apart = 0.0 if self._arm.synchronous_read else np.abs(q - last)
+        off: Array = np.abs(q - start - share * way) - apart
+        return off
+
+    def _unseen(self, way: Array) -> Array:
+        """Share of a motion's time in which each joint has not gone far enough to be seen moving, (j,)."""
+        least = STEPS * self._arm.step / np.maximum(np.abs(way), TINY)
+        return time_to_show(np.minimum(least, 1.0))
+
+    def _shown(self, joint: int, *postures: Array) -> tuple[str, ...]:
+        return tuple(joint_text(self._robot, joint, float(q[joint])) for q in postures)
+
+    def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
+        joint = int(np.argmax(np.abs(q - goal) / self.near))
+        stands, wanted = self._shown(joint, q, goal)
+        return ArmError(
+            f"On the way to {place}, {self._robot.joints[joint]} {reason} at {stands}, not {wanted}."
+            " Look for what holds it, and whether its motors are on."
+        )

@@ -1,0 +1,29 @@
+"""How fast a motion is, and how long it takes."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+PEAK = 1.875
+"""Highest speed over mean speed of the smoothest motions usual (a polynomial of fifth degree)."""
+LEAST_S = 0.5
+
+
+def seconds_for(way: Array, speed: float) -> float:
+    """Time for a motion so that no joint ever exceeds a speed [s].
+
+    Args:
+        way: Differences of joint values, (j,) [rad or m].
+        speed: [rad/s or m/s].
+    """
+    return max(LEAST_S, PEAK * float(np.abs(way).max(initial=0.0)) / speed)
+
+
+def time_to_show(share: Array) -> Array:
+    """Share of a motion's time that goes by, at most, until a share of its way has been gone.
+
+    Args:
+        share: (j,); from one half on it is half the time or more.
+    """
+    late: Array = np.cbrt(share / 4.0)  # up to there 10 t³ - 15 t⁴ + 6 t⁵, the smoothest, is no less than 4 t³
+    return late

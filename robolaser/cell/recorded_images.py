@@ -1,0 +1,77 @@
+"""A camera made of recorded images: each shot is the next of them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, final
+
+import cv2
+
+from robolaser.cell.camera import Camera, Image, Warn, cannot_open, check_image, grey, no_more_images
+from robolaser.data.image_list import images_of_poses
+from robolaser.data.loading import load
+
+ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+
+
+@final
+class RecordedImages(Camera):
+    """A recording, a folder of images, a film, or numbered images such as "shot_%04d.png".
+
+    A recording's shots come in the order in which they were taken, a folder's images by name.
+    """
+
+    def __init__(self, source: Path, size: tuple[int, int], warn: Warn) -> None:
+        self._source = source
+        self._size = size
+        self._warn = warn
+        self._pictures = _of_folder(source) if source.is_dir() else _of_film(source)
+
+    def shot(self, settle_s: float) -> Image:
+        """An image of what is there from now on."""
+        image = next(self._pictures, None)
+        if image is None:
+            raise no_more_images(self._source, "all its pictures were taken")
+        check_image(self._source, image, self._size, self._warn)
+        return image
+
+    def close(self) -> None:
+        """Close it."""
+        self._pictures = iter(())
+
+
+def _of_folder(folder: Path) -> Iterator[Image]:
+    if (folder / "poses.csv").is_file():
+        names = _shots(folder)
+    else:
+        names = sorted(str(file.name) for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
+    if not names:
+        raise cannot_open(folder, "there is no image in it")
+
+    def pictures() -> Iterator[Image]:
+        for name in names:
+            frame: Any = cv2.imread(str(folder / name), cv2.IMREAD_UNCHANGED)
+            if frame is None:
+                raise no_more_images(folder, f"{name} cannot be read")
+            yield grey(folder, frame)
+
+    return pictures()
+
+
+def _shots(folder: Path) -> list[str]:
+    """Images of a recording: of each pose all with the laser on, then the one without."""
+    return [str(file.relative_to(folder)) for shots in images_of_poses(load(folder)) for file in shots.files]
+
+
+def _of_film(source: Path) -> Iterator[Image]:
+    capture: Any = cv2.VideoCapture(str(source))
+    if not capture.isOpened():
+        raise cannot_open(source, "it is neither a folder nor a film or numbered images")
+
+    def pictures() -> Iterator[Image]:
+        while True:
+            there, frame = capture.read()
+            if not there:
+                return
+            yield grey(source, frame)
+
+    return pictures()

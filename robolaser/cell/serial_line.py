@@ -1,0 +1,165 @@
+"""A serial line: bytes out, text in, and how long silence may last."""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, Self, TypeVar, final
+
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import LineFlooded, line_lost
+from robolaser.data.cell_config import ArmLine
+from robolaser.errors import ArmError
+
+Connected = TypeVar("Connected")
+
+TICK_S = 0.02
+"""Longest that one look for bytes takes."""
+WRITE_S = 1.0
+"""Longest that a device may hold back what is sent to it."""
+MOST = 16_384
+"""Characters that may come without an answer among them; the longest answer has some hundred."""
+LONGEST_S = 6.0
+"""How long a device may send without an answer; the longest takes a quarter of a second at 9600 baud."""
+
+
+class Transport(Protocol):
+    """What pyserial opens, as far as it is used here."""
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that have come."""
+
+    def read(self, size: int) -> bytes:
+        """So many bytes, or fewer where they do not come within a tick."""
+
+    def write(self, data: bytes) -> int | None:
+        """Send."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+@final
+class SerialLine:
+    """Text from and to a device.
+
+    Raises (every method): LineLost where the port is gone, LineFlooded where the device talks without end.
+    """
+
+    def __init__(self, wire: Transport, port: str, clock: Clock) -> None:
+        self.port = port
+        self.clock = clock
+        self._transport = wire
+        self._heard = ""
+
+    @classmethod
+    def open(cls, arm: ArmLine, clock: Clock) -> Self:
+        """Open a port or any URL that pyserial knows, 8 bits, no parity, one stop bit.
+
+        Raises:
+            ArmError: It cannot be opened.
+        """
+        import serial  # noqa: PLC0415 - importing devices opens nothing, and loads nothing either
+
+        try:
+            wire: Any = serial.serial_for_url(
+                arm.port,
+                baudrate=arm.baud,
+                xonxoff=arm.flow == "xonxoff",
+                timeout=TICK_S,
+                write_timeout=WRITE_S,
+                exclusive=True if "://" not in arm.port else None,
+            )
+        except (OSError, ValueError) as error:
+            raise _cannot_open(arm.port, _reason(error), _ports()) from None
+        return cls(wire, arm.port, clock)
+
+    def send(self, data: str) -> None:
+        """Send text."""
+        try:
+            self._transport.write(data.encode("ascii"))
+        except (OSError, TypeError) as error:  # a port closed under pyserial's feet is a TypeError
+            raise line_lost(self.port, _reason(error)) from None
+
+    def discard(self) -> str:
+        """Discard all that has come until now, and return it."""
+        dropped, self._heard = self._heard, ""
+        while new := self._look(wait=0):
+            dropped += new
+            if len(dropped) > MOST:
+                raise self._flooded(len(dropped))
+        return dropped
+
+    def until(self, pattern: "re.Pattern[str]", quiet_s: float) -> tuple[str, "re.Match[str] | None"]:
+        """Listen until the text matches, or nothing has come for a while, or only other things for long.
+
+        Returns:
+            What came up to the end of the match, and the match; all that came and None, where nothing matched.
+        """
+        began = last = self.clock.now()
+        while True:
+            found = pattern.search(self._heard)
+            if found:
+                text, self._heard = self._heard[: found.end()], self._heard[found.end() :]
+                return text, found
+            if len(self._heard) > MOST:
+                raise self._flooded(len(self._heard))
+            new = self._look(wait=1)
+            self._heard += new
+            if new:
+                last = self.clock.now()
+            if self.clock.now() > min(last + quiet_s, began + LONGEST_S):
+                text, self._heard = self._heard, ""
+                return text, None
+
+    def close(self) -> None:
+        """Close the port."""
+        self._transport.close()
+
+    def _flooded(self, received: int) -> LineFlooded:
+        return LineFlooded(
+            f"The arm on {self.port} talks without end: {received} bytes and no answer among them."
+            " Stop what runs in the controller and check [arm] baud in cell.toml."
+        )
+
+    def _look(self, *, wait: int) -> str:
+        try:
+            data = self._transport.read(wait) if wait else b""
+            waiting = self._transport.in_waiting
+            if waiting:
+                data += self._transport.read(waiting)
+        except (OSError, TypeError) as error:
+            raise line_lost(self.port, _reason(error)) from None
+        return data.decode("ascii", errors="replace")
+
+
+def _reason(error: Exception) -> str:
+    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).rstrip(".")
+
+
+def _cannot_open(port: str, reason: str, present: Sequence[str]) -> ArmError:
+    found = f"This machine has: {', '.join(present)}." if present else "No serial port is to be seen on this machine."
+    return ArmError(
+        f"Cannot open port {port}: {reason}. {found} Check the cable, that no other program holds the port and that"
+        " you may use it (on Linux: group dialout), and name it in cell.toml, [arm] port, or with --port."
+    )
+
+
+def _ports() -> Sequence[str]:
+    from serial.tools.list_ports import comports  # noqa: PLC0415
+
+    return sorted(port.device for port in comports() if port.hwid != "n/a")
+
+
+def connect(begin: Callable[[SerialLine], Connected], arm: ArmLine, clock: Clock) -> Connected:
+    """Open a port and begin a protocol on it; where that fails, the port is closed again.
+
+    Raises:
+        ArmError: It cannot be opened.
+        RobolaserError: The protocol cannot begin.
+    """
+    line = SerialLine.open(arm, clock)
+    try:
+        return begin(line)
+    except BaseException:
+        line.close()
+        raise

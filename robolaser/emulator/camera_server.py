@@ -1,0 +1,139 @@
+"""The camera: a server that sends what it sees, picture after picture, to whoever connects."""
+
+import socket
+import socketserver
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import final
+
+import cv2
+import numpy as np
+
+from robolaser.emulator.camera_faults import FaultyCamera
+from robolaser.emulator.faults import Fault
+from robolaser.emulator.snapshot import Snapshot
+from robolaser.emulator.world import EmulatedWorld
+from robolaser.errors import CameraError
+
+FRAMES_A_S = 15.0
+BUFFER_BYTES = 65536
+"""What waits at most in the system for a slow client: a fraction of a frame."""
+
+
+@final
+class CameraServer:
+    """A camera in a world. One thread draws, one for each client sends; a client that is slow misses frames."""
+
+    def __init__(
+        self, world: EmulatedWorld, begin: Snapshot, faults: Sequence[Fault], rng: np.random.Generator, port: int
+    ) -> None:
+        self._world, self._rng = world, rng
+        self._spoilt = FaultyCamera(faults)
+        self._snapshots: deque[Snapshot] = deque([begin])
+        self._frame, self._count = b"", 0
+        self._fresh = threading.Condition()
+        self._watched = 0
+        self._ended = False
+        self._broken: Exception | None = None
+        self._draw(begin)
+        self._server = _server(port, self._send_frames)
+        self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
+        self._threads = [
+            threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True),
+            threading.Thread(target=self._watch, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def tell(self, snapshot: Snapshot) -> None:
+        """Say how the arm went on.
+
+        Raises:
+            Exception: Whatever broke while it drew.
+        """
+        if self._broken is not None:
+            raise self._broken
+        if not self._ended:
+            self._snapshots.append(snapshot)
+
+    def close(self) -> None:
+        """Stop, and let go of everyone."""
+        self._end()
+        self._server.shutdown()
+        for thread in self._threads:
+            thread.join()
+        self._server.server_close()
+
+    def _send_frames(self, client: socket.socket) -> None:
+        with self._fresh:
+            sent = self._count
+            self._watched += 1
+        try:
+            while not self._ended:
+                with self._fresh:
+                    while self._count == sent and not self._ended:
+                        self._fresh.wait()
+                    frame, sent = self._frame, self._count
+                client.sendall(frame)
+        except OSError:
+            return
+        finally:
+            with self._fresh:
+                self._watched -= 1
+
+    def _watch(self) -> None:
+        try:
+            self._go_on()
+        except Exception as error:  # the one who tells of the arm must hear of it
+            self._broken = error
+            self._end()
+
+    def _end(self) -> None:
+        with self._fresh:
+            self._ended = True
+            self._fresh.notify_all()
+
+    def _go_on(self) -> None:
+        snapshot = self._snapshots[-1]
+        while not self._ended:
+            began = time.monotonic()
+            while self._snapshots:
+                snapshot = self._snapshots.popleft()
+                for motor in snapshot.path:
+                    self._world.follow(motor)
+            if self._spoilt.gone(snapshot.now_s, snapshot.heard):
+                self._end()
+            elif self._watched:
+                self._draw(snapshot)
+            time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
+
+    def _draw(self, snapshot: Snapshot) -> None:
+        for motor in snapshot.path[-1:]:
+            self._world.follow(motor)
+        image = self._world.photograph(self._rng, lit=snapshot.lit).image
+        spoilt = self._spoilt.frame(image, snapshot.now_s, snapshot.heard, time.monotonic())
+        if spoilt is None:
+            return
+        frame = cv2.imencode(".pgm", spoilt)[1].tobytes()
+        with self._fresh:
+            self._frame, self._count = frame, self._count + 1
+            self._fresh.notify_all()
+
+
+def _server(port: int, frames_to: Callable[[socket.socket], None]) -> socketserver.ThreadingTCPServer:
+    class Client(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+            frames_to(self.request)
+
+    try:
+        server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Client)
+    except OSError as error:
+        raise CameraError(
+            f"The camera cannot be served at port {port}: {error.strerror or error}."
+            " Choose another --camera-port, or leave it out for any that is free."
+        ) from None
+    server.daemon_threads = True
+    return server

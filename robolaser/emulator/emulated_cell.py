@@ -1,0 +1,153 @@
+"""An emulated cell that runs: its clock, its arm at the end of a line, and the camera that watches the arm."""
+
+import select
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from robolaser.data.cell_config import Cell, load_cell
+from robolaser.emulator.acl import AclController
+from robolaser.emulator.controller import ArmFault, Controller
+from robolaser.emulator.encoders import Encoders
+from robolaser.emulator.faults import ARM, Fault, not_a_fault, read_fault
+from robolaser.emulator.faulty import FaultyController
+from robolaser.emulator.lss import LssController
+from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
+from robolaser.emulator.snapshot import Snapshot
+from robolaser.errors import DataError, UsageError, near
+
+if TYPE_CHECKING:
+    from robolaser.emulator.camera_server import CameraServer
+
+TICK_S, BUSY_TICK_S = 0.01, 0.002
+"""How long it listens before it looks after everything else, and while it has something to say."""
+LOOKS_A_S, MOST_LOOKS = 50.0, 400
+"""How often, on its own clock, the arm is looked at; how often at most after a long moment."""
+BITS_A_BYTE = 10
+"""Start, eight, stop."""
+HOMELESS = "lss"
+"""The kind whose servos search no home."""
+
+
+def _acl(cell: Cell) -> Controller:
+    return AclController(cell.robot, Encoders(cell.robot, cell.arm.reference_rad, cell.arm.direction))
+
+
+def _lss(cell: Cell) -> Controller:
+    return LssController(cell.robot, cell.arm.ids, cell.arm.reference_rad, cell.arm.direction)
+
+
+CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {"acl": _acl, "lss": _lss}
+
+
+def controller_of(cell: Cell) -> Controller:
+    """The controller that a cell's arm has.
+
+    Raises:
+        DataError: No emulated controller speaks the arm's language.
+    """
+    if cell.arm.kind not in CONTROLLERS:
+        meant = near(cell.arm.kind, CONTROLLERS)
+        raise DataError(
+            f"cell.toml, [arm] kind: no emulated controller speaks '{cell.arm.kind}'.{meant}",
+            file="cell.toml",
+            column="kind",
+        )
+    return CONTROLLERS[cell.arm.kind](cell)
+
+
+@final
+class EmulatedCell:
+    """One emulated cell.
+
+    Attributes:
+        arm: Where the arm's line is.
+        camera: Where the camera is; None: there is none.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        world: Path | None = None,
+        time_scale: float = 1.0,
+        seed: int = 1,
+        faults: Sequence[str] = (),
+        camera_port: int = 0,
+        over_socket: bool = False,
+    ) -> None:
+        cell = load_cell(folder)
+        wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
+        wanted = [read_fault(text) for text in faults]
+        self._controller = FaultyController(controller_of(cell), wanted, wire)
+        _check(wanted, cell.arm.kind, len(cell.robot.joints))
+        self._line: ServedLine = TcpLine() if over_socket else PtyLine(cell.arm.baud, line)
+        self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
+        self._time_scale = time_scale
+        self._told_s = 0.0
+        self._pending = b""
+        self._laser = cell.laser_output
+        self._watched_s = 0.0
+        self.arm = self._line.address
+        self._stream = None
+        if world is not None:
+            self._stream = _watching(
+                world, cell, self._snapshot(0.0), wanted, np.random.default_rng([seed, 2]), camera_port
+            )
+        self.camera = None if self._stream is None else self._stream.address
+        self._began = time.monotonic()
+
+    def turn(self) -> None:
+        """Listen for a moment, answer, and move on."""
+        select.select(self._line.waits_on(), [], [], BUSY_TICK_S if self._pending else TICK_S)
+        now_s = (time.monotonic() - self._began) * self._time_scale
+        if self._controller.cut(now_s):
+            self._line.pull()
+            time.sleep(TICK_S)
+        if self._stream is not None:
+            self._stream.tell(self._snapshot(now_s))
+        said = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
+        self._pending = (self._pending + said)[:MOST_PENDING]
+        self._tell(now_s)
+
+    def close(self) -> None:
+        """Let go of line and camera."""
+        self._line.pull()
+        if self._stream is not None:
+            self._stream.close()
+
+    def _snapshot(self, now_s: float) -> Snapshot:
+        """How the arm went since it was last looked at, in steps so small that gears feel every turn."""
+        steps = max(1, min(round((now_s - self._watched_s) * LOOKS_A_S), MOST_LOOKS))
+        path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
+        self._watched_s = now_s
+        lit = self._laser is None or self._laser in self._controller.outputs(now_s)
+        return Snapshot(path, lit, now_s, self._controller.heard)
+
+    def _tell(self, now_s: float) -> None:
+        """Send what the line carries in the time since it last carried something."""
+        fits = int((now_s - self._told_s) * self._bytes_a_s)
+        if not self._pending or fits:
+            self._told_s = now_s
+        if self._pending and fits:
+            self._pending = self._pending[self._line.give(self._pending[:fits]) :]
+
+
+def _watching(
+    world: Path, cell: Cell, begin: Snapshot, faults: Sequence[Fault], rng: np.random.Generator, port: int
+) -> "CameraServer":
+    from robolaser.emulator.camera_server import CameraServer  # noqa: PLC0415 - an arm without a camera must not pay for light
+    from robolaser.emulator.world import load_world  # noqa: PLC0415
+
+    return CameraServer(load_world(world, cell.description), begin, faults, rng, port)
+
+
+def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
+    for fault in faults:
+        if kind == HOMELESS and fault.kind == ArmFault.HOMELESS.value:
+            raise not_a_fault(fault.kind, f"arms of kind '{kind}' search no home")
+        if fault.kind in ARM and fault.amount > axes:
+            raise UsageError(f"--fault {fault.kind}:{int(fault.amount)}: the arm has axes 1 to {axes}.")

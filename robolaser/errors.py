@@ -1,0 +1,131 @@
+"""Errors that a program may want to catch, and sentences that several files use; messages are for people."""
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class RobolaserError(Exception):
+    """The data, the robot or a file said no; the message is for a person."""
+
+
+class UsageError(RobolaserError):
+    """What was typed has no meaning, whatever the data."""
+
+
+class DataError(RobolaserError):
+    """A file, row or cell is not what the data format asks for.
+
+    Attributes:
+        file: Which file, if it is known.
+        row: Which row of it, counted from 1, the header's.
+        column: Which column or key.
+    """
+
+    def __init__(
+        self, message: str, *, file: str | Path | None = None, row: int | None = None, column: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.file, self.row, self.column = file, row, column
+
+
+class OutputError(RobolaserError):
+    """A result cannot be written, or would overwrite what is there."""
+
+
+class RobotError(RobolaserError):
+    """A robot, its URDF or its joints are not usable."""
+
+
+class EffectError(RobolaserError):
+    """An effect is unknown, has no such location, or cannot be tested with these data."""
+
+
+class EstimationError(RobolaserError):
+    """Parameters cannot be found from these data."""
+
+
+class AlgorithmError(RobolaserError):
+    """An algorithm, an operator or one of their settings is unknown or makes no sense."""
+
+
+class BenchmarkError(RobolaserError):
+    """Algorithms cannot be compared as asked."""
+
+
+class TrialError(RobolaserError):
+    """A blind trial cannot be made, read or scored."""
+
+
+class ImageError(RobolaserError):
+    """An image or a camera's recording cannot be used."""
+
+
+class CameraError(RobolaserError):
+    """A camera cannot be reached, or gives no usable image."""
+
+
+class PlanError(RobolaserError):
+    """A motion plan is not safe, or does not fit the cell."""
+
+
+class ArmError(RobolaserError):
+    """An arm refuses, raises an alarm, or is not where it should be."""
+
+
+class LineLost(ArmError):
+    """The line to the arm is silent or gone."""
+
+
+class ScanError(RobolaserError):
+    """A point cloud cannot be made or measured."""
+
+
+class DependencyMissing(RobolaserError):
+    """An optional package is not installed."""
+
+
+class PluginError(RobolaserError):
+    """An installed package announces something that cannot be used."""
+
+
+class Interrupted(RobolaserError):
+    """It was stopped, by the user or by a failure; what was done so far is kept where the message says."""
+
+
+def near(name: str, known: Iterable[str], most: int | None = None) -> str:
+    """Name the likeliest meant and what there is: " Did you mean 'tool0'? There are: base, tool0.".
+
+    Args:
+        name: What was written.
+        known: What could have been.
+        most: How many are listed, the nearest; None: all.
+    """
+    names = list(known)
+    few = names if most is None or len(names) <= most else difflib.get_close_matches(name[:100], names, most, 0.0)
+    more = f", and {len(names) - len(few)} more" if len(few) < len(names) else ""
+    return f"{meant(name[:100], names)} There are: {', '.join(few) if few else 'none'}{more}."
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Name the likeliest meant, if there is one: " Did you mean 'tool0'?"."""
+    names = {known_name.casefold(): known_name for known_name in known}
+    close = difflib.get_close_matches(name.casefold(), names, n=1)
+    return f" Did you mean '{names[close[0]]}'?" if close else ""
+
+
+def unreadable(path: Path, reason: str) -> DataError:
+    """The error of a file that is missing or not what it should be."""
+    return DataError(f"Cannot read {path}: {reason}.", file=path)
+
+
+def unwritable(path: Path, reason: str) -> OutputError:
+    """The error of a file that the disk or its rights refuse."""
+    return OutputError(
+        f"Cannot write {path}: {reason}. What was there before is unchanged; make room or choose another folder."
+    )
+
+
+def output_exists(path: Path) -> OutputError:
+    """The error of a result that would be overwritten."""
+    return OutputError(f"{path} holds a result already. Choose another --output, or overwrite it with --force.")

@@ -1,0 +1,110 @@
+"""How detectable a fault is in a cell's data, and which effects of the library are its aliases."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
+from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.sources import error_sources
+
+DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
+AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
+WORTH_A_FIT = 40.0  # times what a rival may leave: what one linear step must promise
+TOL = 1e-5
+AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
+
+
+@final
+@dataclass(frozen=True)
+class Detectability:
+    """One fault's noise-free data, and the fit of the ordinary parameters to it.
+
+    Attributes:
+        dataset: One row a point, without noise.
+        truth: The ordinary parameters.
+        pixel_px: Noise of a row's pixel, repeats averaged.
+        target_m: Noise of a target point.
+    """
+
+    dataset: Dataset
+    truth: dict[str, float]
+    pixel_px: float
+    target_m: float
+
+    @cached_property
+    def _model(self) -> Model:
+        return Model(self.dataset)
+
+    @cached_property
+    def _start(self) -> Array:
+        model = self._model
+        return model.fix_gauge(np.array([self.truth[name] for name in model.parameters.names]))
+
+    @cached_property
+    def _noise(self) -> NoiseModel:
+        sources = error_sources(self._model, self._start)
+        sigmas = {source.name: 0.0 for source in sources} | {"pixel": self.pixel_px, "target": self.target_m}
+        return NoiseModel(sources, sigmas)
+
+    @cached_property
+    def _fit(self) -> tuple[Array, float]:
+        end = solve(Problem.of(self._model, self._noise), self._start[None], tol=TOL)
+        return end.x[0], float(end.cost[0])
+
+    @property
+    def misfit(self) -> float:
+        """Squared whitened misfit that is left once the ordinary parameters are fitted."""
+        return self._fit[1]
+
+    @property
+    def floor_m(self) -> float:
+        """Root-mean-square 3-D error that the noise alone makes."""
+        return float(np.sqrt(np.trace(self._noise.covariances, axis1=1, axis2=2).mean()))
+
+    def left_by(self, candidate_effect: CandidateEffect) -> float:
+        """What is left once one effect of the library is fitted together with the ordinary parameters."""
+        x, cost = self._fit
+        model = Model(self.dataset, (candidate_effect,))
+        problem = Problem.of(model, self._noise)
+        start = np.concatenate([x, candidate_effect.parameters.nominal])
+        ordinary = len(x)
+        J = self._whitened(jacobian_matrix(model, start))[:, ~problem.fixed]
+        r = self._noise.whiten(self._model.residuals(x[None]))[0]
+        step, *_ = np.linalg.lstsq(J / _lengths(J), -r, rcond=1e-10)
+        promised = float(np.square(r + J / _lengths(J) @ step).sum())
+        if promised > max(WORTH_A_FIT * AS_WELL, 0.3 * cost):
+            return promised
+        moved = start.copy()
+        moved[~problem.fixed] += step / _lengths(J)
+        moved[:ordinary] = x
+        return min(cost, float(solve(problem, moved[None], tol=TOL).cost[0]))
+
+    def rivals(self, effect: str, where: str) -> list[list[str]]:
+        """What of the library, with no more parameters than the true effect, explains it as well."""
+        sizes = {kind.name: len(kind.amplitudes()) for kind in EFFECTS}
+        most = max(AT_LEAST, sizes.get(effect, 0))
+        return [
+            [kind.name, place]
+            for kind in EFFECTS
+            if sizes[kind.name] <= most
+            for place in kind.locations(self.dataset)
+            if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
+        ]
+
+    def _whitened(self, J: Array) -> Array:
+        return self._noise.whiten(np.ascontiguousarray(J.T)).T
+
+
+def _lengths(J: Array) -> Array:
+    lengths: Array = np.linalg.norm(J, axis=0)
+    return np.where(lengths > 0, lengths, 1.0)

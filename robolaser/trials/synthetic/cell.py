@@ -1,0 +1,124 @@
+"""A true cell: an arm, a scanner and a stepped target, and what the scanner reads there with given faults."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.scanner import ScannerOptics
+
+
+@final
+@dataclass(frozen=True)
+class Target:
+    """Flat steps, all facing one way.
+
+    Attributes:
+        middle: (3,) in the base frame [m].
+        axes: Two in the steps and their normal, as rows, (3, 3).
+    """
+
+    middle: Array
+    axes: Array
+
+    def inside(self, point: Array) -> Array:
+        """Points of the base frame as two coordinates in the steps and a height, (m, 3)."""
+        inside: Array = (point - self.middle) @ self.axes.T
+        return inside
+
+    def outside(self, inside: Array) -> Array:
+        """And back."""
+        point: Array = inside @ self.axes + self.middle
+        return point
+
+
+@final
+@dataclass(frozen=True)
+class Readings:
+    """What a run gives without chance (m).
+
+    Attributes:
+        pixel: (m, 2) [px]; NaN where the light does not meet the target.
+        xyz: Target points as the target's drawing has them, (m, 3) in the base frame [m].
+    """
+
+    pixel: Array
+    xyz: Array
+
+
+@final
+@dataclass(frozen=True)
+class SyntheticCell:
+    """Where everything truly is, save the faults.
+
+    Attributes:
+        run: Of the arm.
+        eye: The scanner.
+        target: Below it.
+        pose: Number of each point's pose, (m,).
+        at: Pixel coordinate along the stripe at which each point is read, (m,) [px].
+        level: Height of the step that it lies on, (m,) [m].
+    """
+
+    run: SyntheticRun
+    eye: ScannerOptics
+    target: Target
+    pose: Ints
+    at: Array
+    level: Array
+
+    def seen(self, faults: Sequence[FaultModel]) -> Readings:
+        """Go the chain forwards, from the joints to the pixels."""
+        run, n = self.run, len(self.run.q)
+        q, links = run.q, np.tile(run.arm.links, (n, 1, 1, 1))
+        for fault in faults:
+            q, links = fault.joints(q, run), fault.links(links, run)
+        T_base_flange = run.arm.forward(q, links)
+        mount, light, lens = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
+        for fault in faults:
+            T_base_flange = fault.flange(T_base_flange, run)
+            mount = fault.mount(mount, run)
+            light, lens = fault.light(light, run), fault.lens(lens)
+        T = (T_base_flange @ mount)[self.pose]
+        R, t = T[:, :3, :3], T[:, :3, 3]
+
+        def inside(point: Array) -> Array:
+            return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
+
+        def height(along: Array) -> Array:
+            total: Array = sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
+            return total
+
+        def above(point: Array) -> Array:
+            place = inside(point)
+            free: Array = place[:, 2] - self.level - height(place[:, :2])
+            return free
+
+        lit = light.of_rows(self.pose)
+        point, pixel = self.eye.meet(self.at, lit, lens, above, self._guess(lit.normals, R, t))
+        normal = self.target.axes[2] @ R
+        tilt = np.arctan2(normal[:, 0], -normal[:, 2])
+        across = 1 if self.eye.stripe_axis == "u" else 0
+        pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)
+        along = inside(point)[:, :2]
+        for fault in faults:
+            along = fault.printed(along, run)
+        return Readings(pixel, self.target.outside(np.column_stack([along, self.level])))
+
+    def _guess(self, normals: Array, R: Array, t: Array) -> Array:
+        """Where a pinhole camera's column, a flat sheet and a flat step meet: three planes."""
+        truth, u = self.eye.truth, self.eye.stripe_axis == "u"
+        pitch, centre = ("s_u", "u_0") if u else ("s_v", "v_0")
+        slope = (self.at - truth[centre]) * truth[pitch] / truth["f"]
+        zero, one = np.zeros_like(slope), np.ones_like(slope)
+        column = np.stack([zero, one, slope if u else -slope], axis=-1)
+        facing = self.target.axes[2] @ R
+        planes = np.stack([column, normals, facing], axis=1)
+        level = self.level - (t - self.target.middle) @ self.target.axes[2]
+        sheet = truth["b"] * np.cos(truth["theta"]) * one
+        point: Array = np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
+        return point

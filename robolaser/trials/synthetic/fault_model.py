@@ -1,0 +1,89 @@
+"""What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs."""
+
+from abc import ABC
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.run import SyntheticRun
+
+
+@dataclass(frozen=True)
+class FaultModel(ABC):
+    """One fault of one cell. A stage that a subclass does not override keeps its value.
+
+    Attributes:
+        where: The location that the truth names.
+        size: Its principal number in SI units; its other numbers are its form.
+    """
+
+    effect: ClassVar[str]
+    """Its name in the truth, the effect library's where that has such an effect."""
+    sizes: ClassVar[tuple[float, float]]
+    """Usual in industry, least and most."""
+    signed: ClassVar[bool] = False
+    """Whether a sampled size may be negative."""
+    location: ClassVar[str | None] = None
+    """Where it always sits; None: at a joint."""
+
+    where: str
+    size: float
+
+    @classmethod
+    def sample(cls, where: str, size: float, run: SyntheticRun, rng: np.random.Generator) -> Self:
+        """A fault of this size whose sign and form are random."""
+        sign = float(rng.choice([-1.0, 1.0])) if cls.signed else 1.0
+        return cls(where, size * sign, *cls.sample_form(where, run, rng))
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Values of the fields that follow the size."""
+        return ()
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """Where it can sit: at its location, or at every joint that moves the flange."""
+        return run.arm.joints if cls.location is None else (cls.location,)
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """True joint angles, (n, j)."""
+        return q
+
+    def links(self, links: Array, run: SyntheticRun) -> Array:
+        """True placements of the joints, (n, j, 4, 4)."""
+        return links
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """True pose of the flange, (n, 4, 4)."""
+        return T_base_flange
+
+    def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
+        """True pose of the camera on the flange, (n, 4, 4)."""
+        return T_flange_camera
+
+    def lens(self, terms: Array) -> Array:
+        """OpenCV's k1 k2 p1 p2 k3, (5,)."""
+        return terms
+
+    def light(self, light: Light, run: SyntheticRun) -> Light:
+        """The light as it truly spreads at each pose."""
+        return light
+
+    def stripe(self, tilt: Array) -> Array:
+        """Error of the stripe's centre, (m,) [px], by the surface's tilt [rad]."""
+        return np.zeros_like(tilt)
+
+    def height(self, along: Array, run: SyntheticRun) -> Array:
+        """How far the target stands out, (m,) [m], at points in it, (m, 2) [m] from its middle."""
+        return np.zeros(len(along))
+
+    def printed(self, along: Array, run: SyntheticRun) -> Array:
+        """What the target's drawing says of points in it, (m, 2) [m] from its middle."""
+        return along
+
+    def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
+        """Pixels as read, (rows, 2) [px]; `shot` numbers each row's point."""
+        return pixel

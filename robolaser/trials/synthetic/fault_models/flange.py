@@ -1,0 +1,37 @@
+"""Faults between the base and the target."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.run import SyntheticRun
+
+
+@final
+@dataclass(frozen=True)
+class BumpedBase(FaultModel):
+    """Somebody bumps into the base or the target during the run: from one pose on, everything stands elsewhere."""
+
+    effect: ClassVar[str] = "base_shift"
+    sizes: ClassVar[tuple[float, float]] = (2e-4, 1.5e-3)
+    location: ClassVar[str | None] = "base"
+
+    moment: float
+    way: tuple[float, ...]
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """When, as a share of the run, and which way."""
+        return rng.uniform(0.2, 0.8), tuple(rng.uniform(-1.0, 1.0, 6).tolist())
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """Moved by up to `size` [m] and turned by up to as many radians, about the target."""
+        way = self.size * np.array(self.way)
+        bump = np.eye(4)
+        bump[:3, :3] = Rotation.from_rotvec(way[3:]).as_matrix()
+        bump[:3, 3] = way[:3] + run.middle - bump[:3, :3] @ run.middle
+        return np.where((run.share > self.moment)[:, None, None], bump @ T_base_flange, T_base_flange)

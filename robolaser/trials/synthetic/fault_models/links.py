@@ -1,0 +1,70 @@
+"""Faults of links: not made as drawn, or growing while the motors warm them."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.run import SyntheticRun
+
+LEAST_LENGTH_M = 0.05
+
+
+@final
+@dataclass(frozen=True)
+class LinkError(FaultModel):
+    """The joint sits elsewhere on the link before it, in some of six directions."""
+
+    effect: ClassVar[str] = "link_geometry"
+    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
+
+    way: tuple[float, ...]
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Which way; the largest component is one, some are zero."""
+        way = rng.uniform(-1.0, 1.0, 6)
+        way[rng.permutation(6)[: rng.integers(0, 6)]] = 0.0
+        return (tuple((way / np.abs(way).max()).tolist()),)
+
+    def links(self, links: Array, run: SyntheticRun) -> Array:
+        """Shifted by up to `size` [m] and turned by up to as many radians."""
+        links = links.copy()
+        column = run.column(self.where)
+        way = self.size * np.array(self.way)
+        links[:, column, :3, 3] += links[:, column, :3, :3] @ way[:3]
+        links[:, column, :3, :3] = links[:, column, :3, :3] @ Rotation.from_rotvec(way[3:]).as_matrix()
+        return links
+
+
+@final
+@dataclass(frozen=True)
+class LinkGrowth(FaultModel):
+    """The link before a joint grows as it warms up, towards an end, with an unknown time constant."""
+
+    effect: ClassVar[str] = "thermal_drift"
+    sizes: ClassVar[tuple[float, float]] = (1e-4, 1.2e-3)
+
+    tau: float
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Time constant, as a share of the run."""
+        return (float(np.exp(rng.uniform(np.log(0.1), np.log(1.0)))),)
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """Joints that a link of some length carries; the link to the first belongs to the base."""
+        lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
+        return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
+
+    def links(self, links: Array, run: SyntheticRun) -> Array:
+        """Longer by `size` [m] once warm."""
+        links = links.copy()
+        along = links[:, run.column(self.where), :3, 3]
+        grown = run.warmed(self.tau) / run.warmed(self.tau).max()
+        along += self.size * grown[:, None] * along / np.linalg.norm(along, axis=1, keepdims=True)
+        return links

@@ -1,0 +1,53 @@
+"""A run of the cell: where the arm was told to stand, when, how fast it passed, and above which target."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.trials.synthetic.arm import PinocchioArm
+
+
+@final
+@dataclass(frozen=True)
+class SyntheticRun:
+    """What a fault may depend on.
+
+    Attributes:
+        arm: The arm as drawn.
+        q: Joint angles as read, (n, j) [rad or m].
+        qd: Velocities at the reading, (n, j) [rad/s or m/s].
+        time: Of each pose, (n,) [s].
+        middle: Of the target, (3,) in the base frame [m].
+        radius: Of the part of the target that is looked at [m].
+        payload_kg: What the flange carries; the URDF does not know of it.
+    """
+
+    arm: PinocchioArm
+    q: Array
+    qd: Array
+    time: Array
+    middle: Array
+    radius: float
+    payload_kg: float
+
+    @property
+    def share(self) -> Array:
+        """How far the run is, 0 to 1, (n,)."""
+        share: Array = (self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time)))
+        return share
+
+    @property
+    def order(self) -> Ints:
+        """The poses as they came, (n,)."""
+        return np.argsort(self.time, kind="stable")
+
+    def column(self, joint: str) -> int:
+        """The column of a joint in q."""
+        return self.arm.columns[self.arm.joints.index(joint)]
+
+    def warmed(self, tau: float) -> Array:
+        """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
+        warmed: Array = 1.0 - np.exp(-self.share / tau)
+        return warmed

@@ -1,0 +1,95 @@
+"""A camera beside a line projector: which pixel of a given column sees the light on a given surface."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import final
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.trials.synthetic.light import Light
+
+STEP_M = 1e-6  # of the differences that Newton's method rests on
+STEPS = 9
+
+
+@final
+@dataclass(frozen=True)
+class ScannerOptics:
+    """A stripe scanner as it was built.
+
+    Attributes:
+        truth: The paper's fourteen numbers, SI.
+        bracket_quat: Turn of the camera on the flange (x, y, z, w), before the small angles.
+        angles: "xyz" or "zyz".
+        stripe_axis: "u" or "v".
+    """
+
+    truth: Mapping[str, float]
+    bracket_quat: tuple[float, float, float, float]
+    angles: str
+    stripe_axis: str
+
+    @property
+    def mount(self) -> Array:
+        """T_flange_camera, (4, 4)."""
+        turns = [self.truth[name] for name in ("w", "phi", "psi")]
+        T = np.eye(4)
+        turn = Rotation.from_euler(self.angles.upper(), turns)
+        T[:3, :3] = (Rotation.from_quat(self.bracket_quat) * turn).as_matrix()
+        T[:3, 3] = [self.truth[f"t_{axis}"] for axis in "xyz"]
+        return T
+
+    def light(self, poses: int) -> Light:
+        """A flat sheet that never changes."""
+        flat = np.zeros(poses)
+        return Light(self.truth["b"], np.full(poses, self.truth["theta"]), flat, flat)
+
+    @property
+    def lens(self) -> Array:
+        """OpenCV's k1 k2 p1 p2 k3, (5,), of a lens whose inverse is 1 + k r²: the series, turned round."""
+        k = self.truth["k"] * self.truth["f"] ** 2
+        return np.array([-k, 3 * k**2, 0.0, 0.0, -12 * k**3])
+
+    def pixels(self, point: Array, lens: Array) -> Array:
+        """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px]."""
+        x, y, z = point.T
+        seen = np.stack([-y, x, z] if self.stripe_axis == "u" else [x, y, z], axis=-1)
+        f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
+        K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
+        shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
+        pixels: Array = np.asarray(shown, dtype=np.float64).reshape(-1, 2)
+        return pixels
+
+    def meet(
+        self, at: Array, light: Light, lens: Array, surface: Callable[[Array], Array], start: Array
+    ) -> tuple[Array, Array]:
+        """Find where the light meets a surface in given columns of the image, by Newton's method in space.
+
+        Args:
+            at: Pixel coordinate along the stripe, (m,) [px].
+            light: Of each row (m).
+            lens: As OpenCV takes it, (5,).
+            surface: How far points of the camera frame are above the surface, (m, 3) -> (m,) [m].
+            start: A guess, (m, 3) [m].
+
+        Returns:
+            Points in the camera frame, (m, 3) [m], and their pixels, (m, 2) [px]; NaN where there is none.
+        """
+        along = 0 if self.stripe_axis == "u" else 1
+        pitch = self.truth[("s_u", "s_v")[along]] / self.truth["f"]
+
+        def off(point: Array) -> Array:
+            column = (self.pixels(point, lens)[:, along] - at) * pitch * np.abs(point[:, 2])
+            return np.stack([column, light.off(point), surface(point)], axis=-1)
+
+        point = start
+        for _ in range(STEPS):
+            here = off(point)
+            slopes = np.stack([(off(point + STEP_M * axis) - here) / STEP_M for axis in np.eye(3)], axis=-1)
+            point = point - np.linalg.solve(slopes, here[..., None])[..., 0]
+        lost = ~(np.abs(off(point)).max(axis=1) < 1e-10) | (point[:, 2] <= 0)
+        point = np.where(lost[:, None], np.nan, point)
+        return point, np.where(lost[:, None], np.nan, self.pixels(np.where(lost[:, None], start, point), lens))
