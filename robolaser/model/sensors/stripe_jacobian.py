@@ -30,17 +30,15 @@ def stripe_jacobian(dataset: Dataset, values: Values, T_base_flange: Array, pert
         placed by its six, (c, m, 3, 14 or 20); a view of an array (c, 14 or 20, m, 3).
     """
     points = dataset.points
-    assert points.pixel is not None  # the sensor has seen to both
-    assert points.xyz is not None
     angles = tuple(values[name] for name in ("w", "phi", "psi"))
     bracket = from_quaternion(np.array(dataset.bracket_quat))
     R_flange_camera = bracket @ from_angles(*angles, order=dataset.angles)
     axes = angle_axes(*angles, order=dataset.angles) @ bracket.T @ R_flange_camera
-    in_camera = _in_camera(perturb(Stage.PIXELS, points.pixel[None]), values, dataset.stripe_axis, axes)
+    in_camera = _in_camera(perturb(Stage.PIXELS, points["pixel"][None]), values, dataset.stripe_axis, axes)
     R_base_flange = T_base_flange[:, :, :3, :3]
     R_base_camera = R_base_flange @ R_flange_camera[:, None]
 
-    known = perturb(Stage.TARGET, points.xyz[None])
+    known = perturb(Stage.TARGET, points["xyz"][None])
     c, m = common_length(in_camera[0], R_base_camera, known), len(points)
     J = np.empty((c, 14 if dataset.placed else 20, m, 3))
     turn = np.ascontiguousarray(np.moveaxis(R_base_camera, 1, -1))[..., points.pose]  # (c, 3, 3, m)
