@@ -157,7 +157,7 @@ ALGORITHMS: Mapping[str, NamedAlgorithm] = {algorithm.name: algorithm for algori
 """Our global searches by name."""
 
 SCREENING = "screening"
-"""The default: random candidates of the closed-form reduction, the best of them sent downhill until they agree."""
+"""The default: random candidates of the whole box, the best of them refined until enough end at one optimum."""
 POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
 

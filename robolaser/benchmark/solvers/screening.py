@@ -21,7 +21,7 @@ class Screening(Solver):
 
     called: ClassVar[str] = SCREENING
     settings: ClassVar[tuple[Setting, ...]] = ()
-    title = "robolaser's default: the best of random candidates sent downhill until they agree"
+    title = "robolaser's default: the best of random candidates refined until enough end at one optimum"
 
     def __init__(self, name: str = called) -> None:
         self.name = name
