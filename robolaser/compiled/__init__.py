@@ -8,10 +8,4 @@ they are compiled: that happens in another process, once for each version of the
 from robolaser.compiled.loops import Loops, compiles
 from robolaser.compiled.threads import cores, share_out
 
-
-def available() -> bool:
-    """Whether loops may be compiled."""
-    return compiles() != "0"
-
-
-__all__ = ["Loops", "available", "compiles", "cores", "share_out"]
+__all__ = ["Loops", "compiles", "cores", "share_out"]
