@@ -91,7 +91,8 @@ def _compare(before: dict[str, dict], after: dict[str, dict]) -> None:
             ratios[command].append(now["cpu_s"] / was["cpu_s"])
             if was.get("exit") != now.get("exit"):
                 lines.append(
-                    f"{command} exits with {now.get('exit', 0)}, was {was.get('exit', 0)}: {now.get('says') or was.get('says')}"
+                    f"{command} exits with {now.get('exit', 0)}, was {was.get('exit', 0)}:"
+                    f" {now.get('says') or was.get('says')}"
                 )
                 continue
             if was.get("exit"):
