@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
@@ -25,7 +25,11 @@ STARTS = 4
 """Candidates of a round that go downhill."""
 AGREEING = 3
 """Descents that must end at the same lowest cost before it counts as found."""
-FEWEST_ROUNDS, MOST_ROUNDS = 2, 50
+FIRST_ROUND = 2
+"""Times as many of both in the first round, whose descents run together."""
+MOST_ROUNDS = 49
+PATIENCE = 2
+"""Times the steps of the agreeing after which a descent that is still above them is given up."""
 SAME = 1e-6
 """Relative difference of cost below which two optima are one."""
 NOTHING_M2 = 1e-18
@@ -79,24 +83,23 @@ def multistart(
         model: Any; many rows are searched on subsampled, see `subsampled`.
         seed: Of the candidates.
         starts: Candidates that go downhill before any are sampled, (k, d); the nominal values by default.
-        progress: Is called after their descents, if there are any, and twice in each round.
+        progress: Is called twice in each round, after the sampling and after the descents.
     """
     rng = np.random.default_rng(seed)
     problem = Problem.of(subsampled(model))
     starts = model.parameters.nominal[None] if starts is None else starts
-    ends, costs, evaluations = _descended(problem, starts)
-    agreeing = 0
-    if len(ends):
-        progress(SoFar(0.0, evaluations, ends[int(np.argmin(costs))]))
+    ends, costs, evaluations, agreeing = np.empty((0, len(problem.scale))), np.empty(0), 0, 0
     for round_number in range(MOST_ROUNDS):
-        x = _sampled(problem, rng)
-        progress(SoFar(round_number / MOST_ROUNDS, evaluations + CANDIDATES, x[0]))
-        more_ends, more_costs, evaluated = _descended(problem, x)
+        times = 1 if round_number else FIRST_ROUND
+        x = _sampled(problem, rng, times)
+        evaluations += times * CANDIDATES
+        progress(SoFar(round_number / MOST_ROUNDS, evaluations, x[0]))
+        more_ends, more_costs, evaluated = _descended(problem, x if round_number else np.vstack([starts, x]))
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
-        evaluations += evaluated + CANDIDATES
+        evaluations += evaluated
         progress(SoFar((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))]))
-        agreeing = int((costs <= costs.min() * (1.0 + SAME) + NOTHING_M2).sum())
-        if agreeing >= AGREEING and round_number + 1 >= FEWEST_ROUNDS and np.isfinite(costs.min()):
+        agreeing = int(_same(costs, costs.min()).sum())
+        if agreeing >= AGREEING and np.isfinite(costs.min()):
             break
     x = ends[int(np.argmin(costs))]
     return Optimum(x, float(model.cost(x[None])[0]), evaluations, len(ends), agreeing)
@@ -112,22 +115,35 @@ def subsampled(model: Model) -> Model:
     return model if few is model.dataset else Model(few, model.effects)
 
 
-def _sampled(problem: Problem, rng: np.random.Generator) -> Array:
-    """The best of a round of random candidates, (STARTS, d).
+def _sampled(problem: Problem, rng: np.random.Generator, times: int) -> Array:
+    """The best of random candidates, (times STARTS, d) of times CANDIDATES.
 
     In half of them effects are at their nominal values. Parameters that the sensor derives from the others start there.
     """
     model, parameters = problem.model, problem.parameters
-    x = problem.lower + rng.random((CANDIDATES, len(parameters))) * (problem.upper - problem.lower)
+    x = problem.lower + rng.random((times * CANDIDATES, len(parameters))) * (problem.upper - problem.lower)
     x[::2, len(parameters) - len(model.effect_parameters) :] = model.effect_parameters.nominal
     values = model.completed(parameters.values(x))
     x = np.stack([values[name] for name in parameters.names], axis=1)
     x = np.clip(x, problem.lower, problem.upper)
-    return np.asarray(x[np.argsort(problem.costs(x), kind="stable")[:STARTS]])
+    return np.asarray(x[np.argsort(problem.costs(x), kind="stable")[: times * STARTS]])
 
 
 def _descended(problem: Problem, starts: Array) -> tuple[Array, Array, int]:
     """Where starts end (k, d), their costs (k,), and the candidates evaluated."""
     starts = np.array([problem.model.fix_gauge(start) for start in starts]).reshape(starts.shape)
-    ends = solve(problem, starts, tol=TOLERANCE)
+    ends = solve(problem, starts, tol=TOLERANCE, hopeless=_hopeless)
     return ends.x, ends.cost, ends.evaluations
+
+
+def _hopeless(costs: Array, converged: Bools, steps: Ints) -> Bools:
+    """Descents (c,) that are above the cost on which enough agree, long after these have ended."""
+    ended = steps[converged & _same(costs, costs.min())]
+    if len(ended) < AGREEING:
+        return np.zeros(len(costs), dtype=bool)
+    return ~_same(costs, costs.min()) & (steps >= PATIENCE * np.sort(ended)[AGREEING - 1])
+
+
+def _same(costs: Array, lowest: float) -> Bools:
+    """Which costs (c,) are as good as the lowest one."""
+    return np.asarray(costs <= lowest * (1.0 + SAME) + NOTHING_M2)

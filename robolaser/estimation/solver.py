@@ -8,6 +8,7 @@ A candidate has converged when the best undamped step within the bounds promises
 share `tol` of it, or by no more than rounding: the distance to go counts, not the length of the last step.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -67,6 +68,7 @@ def solve(
     tol: float = TOLERANCE,
     enough: float = 0.0,
     most_steps: int = MOST_STEPS,
+    hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
 ) -> Solution:
     """Descend from each start to the optimum of its valley.
 
@@ -79,6 +81,8 @@ def solve(
         tol: Share of the cost, see above.
         enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
         most_steps: Stop after so many.
+        hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
+            all that are solved together, (c,) each.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -88,7 +92,7 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps)
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps, hopeless)
         for part in parts
     ]
     if len(ends) == 1:
@@ -124,7 +128,7 @@ class _Descents:
     def _keeps(self) -> bool:
         return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
-    def run(self, most_steps: int) -> Solution:
+    def run(self, most_steps: int, hopeless: Callable[[Array, Bools, Ints], Bools] | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
         if len(active):
@@ -134,6 +138,8 @@ class _Descents:
                 break
             active = self._advance(active)
             active = active[self._iterations[active] < most_steps]
+            if hopeless and len(active):
+                active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
         return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations)
 
     def _of_block(self, block: int, x: Array, which: Ints) -> Array:
