@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 
 EPS = float(np.finfo(np.float64).eps)
 ROUNDING = 100.0 * EPS
 
 
-def bounded_steps(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
+def bounded_steps(
+    A: Array, g: Array, lower: Array, upper: Array, side: Ints | None = None
+) -> tuple[Array, Array, Ints]:
     """Minimise pᵀA p + 2 gᵀp over lower ≤ p ≤ upper, for each of several problems.
 
     Block principal pivoting (Portugal, Júdice, Vicente 1994): variables go to a bound and come back. All that are on
@@ -19,13 +21,15 @@ def bounded_steps(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array
         g: (c, d).
         lower: At most 0, (c, d); equal to `upper` where a variable is fixed.
         upper: At least 0, (c, d).
+        side: Bounds at which the step of a similar problem ends, (c, d), where it is known: -1 lower, 1 upper, 0 none.
 
     Returns:
-        Steps (c, d), and by how much each lowers its function, (c,).
+        Steps (c, d), by how much each lowers its function, (c,), and at which bounds it ends, (c, d).
     """
     d = g.shape[1]
     fixed, size = lower >= upper, np.abs(A)
-    side = np.where((lower >= 0.0) & (g > 0.0), -1, np.where((upper <= 0.0) & (g < 0.0), 1, 0))
+    pressed = np.where((lower >= 0.0) & (g > 0.0), -1, np.where((upper <= 0.0) & (g < 0.0), 1, 0))
+    side = pressed if side is None else np.where(pressed == 0, side, pressed)
     side[fixed] = -1
     steps = np.zeros_like(g)
     left = np.arange(len(g))
@@ -49,7 +53,7 @@ def bounded_steps(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array
             break
     steps = np.clip(steps, lower, upper)
     gain = -np.einsum("ci,ci->c", steps, np.einsum("cij,cj->ci", A, steps) + 2.0 * g)
-    return steps, gain
+    return steps, gain, side
 
 
 def _solved(A: Array, g: Array, step: Array, free: Bools) -> Array:

@@ -190,7 +190,7 @@ def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple
         fits[better], cost[better], gradient[better] = trial[better], costs[better], gradients[better]
         length = np.where(better, 1.0, SHORTER * length)
         room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
-        steps, gains = bounded_steps(A, gradient / unit, *room)
+        steps, gains, _ = bounded_steps(A, gradient / unit, *room)
         unfinished = gains > np.maximum(TOLERANCE * cost, enough)
         if not unfinished.any():
             break

@@ -141,7 +141,7 @@ def _hopeless(costs: Array, converged: Bools, steps: Ints) -> Bools:
     ended = steps[converged & _same(costs, costs.min())]
     if len(ended) < AGREEING:
         return np.zeros(len(costs), dtype=bool)
-    return ~_same(costs, costs.min()) & (steps >= PATIENCE * np.sort(ended)[AGREEING - 1])
+    return np.asarray(~_same(costs, costs.min()) & (steps >= PATIENCE * np.sort(ended)[AGREEING - 1]))
 
 
 def _same(costs: Array, lowest: float) -> Bools:

@@ -41,7 +41,8 @@ class Solution:
     Attributes:
         x: The parameters, (c, d).
         cost: Their cost, (c,); infinite where it is not finite at the start, which is then x.
-        to_go: By how much the best undamped step promises to lower the cost, (c,).
+        to_go: By how much the best undamped step promises to lower the cost, (c,); at least by so much where it has not
+            converged.
         converged: Whether that is no more than the tolerance, or the rounding error, (c,).
         iterations: Steps taken, (c,).
         evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
@@ -116,6 +117,7 @@ class _Descents:
         self._x, self._cost = x.copy(), np.empty(c)
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
         self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
+        self._side = np.zeros((c, d), dtype=np.int64)
         self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
         self._iterations = np.zeros(c, dtype=np.int64)
         self._evaluations = c
@@ -181,23 +183,23 @@ class _Descents:
         A = self._A[active] / unit[:, :, None] / unit[:, None, :]
         g = self._g[active] / unit
         room = (problem.lower - x) / problem.scale * unit, (problem.upper - x) / problem.scale * unit
-        eye = np.eye(A.shape[1])
 
-        both = np.concatenate([np.full(c, LEAST_DAMPING), damping])
-        steps, gains = bounded_steps(
-            np.concatenate([A, A]) + both[:, None, None] * eye, *(np.concatenate([part, part]) for part in (g, *room))
-        )
-        gains += both * np.square(steps).sum(axis=1)
-        to_go, promised, step = gains[:c], gains[c:], steps[c:]
+        step, promised, side = _damped(A, damping, g, *room, self._side[active])
+        self._side[active] = side
         digits = EPS * np.abs(x / problem.scale)
         least = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
         enough = np.maximum(least, self._enough)
+        to_go = promised.copy()  # no more than what the undamped step promises, which matters near the optimum only
+        near = np.flatnonzero(promised <= enough)
+        if len(near):
+            undamped = np.full(len(near), LEAST_DAMPING)
+            to_go[near] = _damped(A[near], undamped, g[near], room[0][near], room[1][near], side[near])[1]
         self._to_go[active] = to_go
         self._converged[active] = (to_go <= enough) | ((promised <= least) & (to_go <= np.sqrt(self._tol) * cost))
         going = (to_go > enough) & (promised > least) & (damping <= MOST_DAMPING)
         if not going.all():
-            active, x, cost, damping, unit, A, g, step, promised, c = (
-                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, promised)),
+            active, x, cost, damping, unit, A, g, step, side, promised, c = (
+                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, side, promised)),
                 int(going.sum()),
             )
             room = room[0][going], room[1][going]
@@ -206,7 +208,7 @@ class _Descents:
 
         if self._J:
             pull = self._pull(active, x, step / unit) / unit
-            bent, _ = bounded_steps(A + damping[:, None, None] * eye, g + 0.5 * pull, *room)
+            bent = _damped(A, damping, g + 0.5 * pull, *room, side)[0]
             near = 2.0 * np.linalg.norm(bent - step, axis=1) <= ACCELERATED * np.linalg.norm(step, axis=1)
             step = np.where(near[:, None], bent, step)
         trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
@@ -245,3 +247,9 @@ class _Descents:
                 pull += (J @ second[..., None])[..., 0]
         self._evaluations += len(active)
         return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
+
+
+def _damped(A: Array, damping: Array, g: Array, lower: Array, upper: Array, side: Ints) -> tuple[Array, Array, Ints]:
+    """The best damped steps (c, d), by how much each lowers the undamped model, (c,), and at which bounds they end."""
+    steps, gains, side = bounded_steps(A + damping[:, None, None] * np.eye(A.shape[1]), g, lower, upper, side)
+    return steps, gains + damping * np.square(steps).sum(axis=1), side

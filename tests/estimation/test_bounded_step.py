@@ -23,7 +23,7 @@ def damped_steps(J, r, lower, upper):
     """Steps for all dampings at once, and by how much each lowers |J p + r|² + damping |p|²."""
     c, d = len(DAMPINGS), J.shape[1]
     A = J.T @ J + (DAMPINGS * np.linalg.norm(J, 2) ** 2)[:, None, None] * np.eye(d)
-    return bounded_steps(A, np.tile(J.T @ r, (c, 1)), np.tile(lower, (c, 1)), np.tile(upper, (c, 1)))
+    return bounded_steps(A, np.tile(J.T @ r, (c, 1)), np.tile(lower, (c, 1)), np.tile(upper, (c, 1)))[:2]
 
 
 @pytest.mark.parametrize("seed", range(25))
