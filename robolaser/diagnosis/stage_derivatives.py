@@ -1,17 +1,19 @@
 """Small motions at the stages: how a row would move if its pose, pixel, laser plane or target were off by a little."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
+from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.stages import Perturbation, Stage
 
 SHIFT_M, TURN_RAD, PIXEL_PX = 1e-5, 1e-5, 1e-2
 """Steps of the derivatives."""
+TWIST = np.repeat([SHIFT_M, TURN_RAD], 3)
 
 
 @final
@@ -36,19 +38,21 @@ class StageDerivatives:
         self._residuals(1, stage, note)
         return seen[-1][0] if seen else None
 
-    def _by(self, stage: Stage, ahead: Sequence[Array], behind: Sequence[Array], step: Array, *, left: bool) -> Array:
-        """Derivatives by moves, given a step (q,) ahead and behind; (K, q)."""
+    def _by(self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False) -> Array:
+        """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,)."""
 
-        def nudge(value: Array) -> Array:
-            moves = np.stack([*ahead, *behind]).reshape(
-                2 * len(step), *(1,) * (value.ndim - ahead[0].ndim - 1), *ahead[0].shape
-            )
-            if stage in (Stage.FLANGE, Stage.LINKS):
-                return moves @ value if left else value @ moves
-            return value + moves
+        def residuals(shifts: Array) -> Array:
+            made = moves(shifts)
 
-        e = self._residuals(2 * len(step), stage, nudge)
-        slopes = (e[: len(step)] - e[len(step) :]) / (2 * step)[:, None, None]
+            def nudge(value: Array) -> Array:
+                move = made.reshape(len(made), *(1,) * (value.ndim - made.ndim), *made.shape[1:])
+                if stage in (Stage.FLANGE, Stage.LINKS):
+                    return move @ value if left else value @ move
+                return value + move
+
+            return self._residuals(len(shifts), stage, nudge)
+
+        slopes = np.moveaxis(central_differences(residuals, steps), -1, 0)
         return self._fit.noise.whiten(slopes).T
 
     def _residuals(self, count: int, stage: Stage, act: Callable[[Array], Array]) -> Array:
@@ -64,61 +68,48 @@ class StageDerivatives:
             flange = perturb(Stage.FLANGE, robot.forward(joints, perturb(Stage.LINKS, robot.placements[None, None])))
         return model.sensor.residuals(values, flange, perturb)
 
-    def _by_shift(self, stage: Stage, steps: Array) -> Array:
-        """By shifts of what passes, one a row of steps (q, j)."""
-        return self._by(stage, list(steps), list(-steps), np.abs(steps).max(axis=-1), left=False)
+    def _by_shift(self, stage: Stage, directions: Array, step: float) -> Array:
+        """By shifts of the stage's value, one along each of some directions (q, j)."""
+        return self._by(stage, lambda shifts: shifts @ directions, np.full(len(directions), step))
 
     def joint(self, name: str) -> Array:
         """By a joint's value, (K, 1) [1/rad or 1/m]."""
         robot, _ = self._model.dataset.arm
-        return self._by_shift(Stage.JOINTS, TURN_RAD * np.eye(len(robot.joints))[[robot.joints.index(name)]])
+        return self._by_shift(Stage.JOINTS, np.eye(len(robot.joints))[[robot.joints.index(name)]], TURN_RAD)
 
     def placement(self, joint: str) -> Array:
         """By shifts and turns of a joint on the link before it, in its own frame, (K, 6) [1/m, 1/rad]."""
         robot, _ = self._model.dataset.arm
-        column, still = robot.joints.index(joint), np.tile(np.eye(4), (len(robot.joints), 1, 1))
 
-        def of_one(move: Array) -> Array:
-            moves = still.copy()
-            moves[column] = move
+        def of_one(twists: Array) -> Array:
+            moves = np.tile(np.eye(4), (len(twists), len(robot.joints), 1, 1))
+            moves[:, robot.joints.index(joint)] = _motions(twists)
             return moves
 
-        ahead, behind, step = _twists()
-        return self._by(Stage.LINKS, list(map(of_one, ahead)), list(map(of_one, behind)), step, left=False)
+        return self._by(Stage.LINKS, of_one, TWIST)
 
     def base(self, centre: Array) -> Array:
         """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad]."""
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
-        ahead, behind, step = _twists()
-        return self._by(
-            Stage.FLANGE,
-            [there @ move @ back for move in ahead],
-            [there @ move @ back for move in behind],
-            step,
-            left=True,
-        )
+        return self._by(Stage.FLANGE, lambda twists: there @ _motions(twists) @ back, TWIST, left=True)
 
     def tool(self) -> Array:
         """By shifts and turns of what the flange carries, in its frame, (K, 6) [1/m, 1/rad]."""
-        return self._by(Stage.FLANGE, *_twists(), left=False)
+        return self._by(Stage.FLANGE, _motions, TWIST)
 
     def pixel(self) -> Array:
         """By the pixel's u and v, (K, 2) [1/px]."""
-        return self._by_shift(Stage.PIXELS, PIXEL_PX * np.eye(2))
+        return self._by_shift(Stage.PIXELS, np.eye(2), PIXEL_PX)
 
     def laser_plane(self) -> Array:
         """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
-        return self._by_shift(Stage.LASER_PLANE, SHIFT_M * np.array([[0.0, 0.0, 0.0, 1.0]]))
+        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 0.0, 1.0]]), SHIFT_M)
 
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""
-        return self._by_shift(Stage.TARGET, SHIFT_M * np.eye(3))
+        return self._by_shift(Stage.TARGET, np.eye(3), SHIFT_M)
 
 
-def _twists() -> tuple[list[Array], list[Array], Array]:
-    """Three shifts and three turns ahead, the same behind, and their steps."""
-    ways = []
-    for way in (1.0, -1.0):
-        shifts = [pose(np.eye(3), way * SHIFT_M * axis) for axis in np.eye(3)]
-        ways.append(shifts + [pose(exp_so3(way * TURN_RAD * axis), np.zeros(3)) for axis in np.eye(3)])
-    return ways[0], ways[1], np.repeat([SHIFT_M, TURN_RAD], 3)
+def _motions(twists: Array) -> Array:
+    """Rigid motions (n, 4, 4) of shifts and turns (n, 6) [m, rad]."""
+    return pose(exp_so3(twists[:, 3:]), twists[:, :3])

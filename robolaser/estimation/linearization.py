@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
-from robolaser.model.derivatives import differences
+from robolaser.finite_differences import differences
 from robolaser.model.effects.effect import CandidateEffect
 
 STEP = 1e-3

@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
+from robolaser.finite_differences import forward_differences
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
@@ -17,7 +18,7 @@ NEWTON_STEPS = 40
 NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
 REACHED_M = 1e-12
 ATTEMPTS = 10
-SLOPE = 1e-6  # step of the difference quotient [rad or m]
+JOINT_STEP = 1e-6  # of the one-sided differences [rad or m]
 
 
 def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
@@ -36,19 +37,27 @@ def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array)
         Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
     """
     lower, upper = limits(robot)
-    nudges = SLOPE * np.eye(len(lower))[:, None]
     for _ in range(NEWTON_STEPS):
         miss = goal - apply(forward(q), tool)
         if (np.abs(miss) < REACHED_M).all():
             break
-        here = apply(robot.forward(q[None]), tool)
-        J = np.moveaxis((apply(robot.forward(q + nudges), tool) - here) / SLOPE, 0, -1)
+        J = _slopes(robot, tool, q)
         Jt = np.swapaxes(J, -1, -2)
         step = (Jt @ np.linalg.solve(J @ Jt + 1e-9 * np.eye(3), miss[..., None]))[..., 0]
         step *= np.minimum(1.0, NEWTON_STRIDE / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
         q = np.clip(q + step, lower, upper)
     miss = goal - apply(forward(q), tool)
     return q, np.asarray((np.abs(miss) < REACHED_M).all(axis=1))
+
+
+def _slopes(robot: Robot, tool: Array, q: Array) -> Array:
+    """Derivatives of a point on the flange by the joint values (n, j), (n, 3, j); one-sided, enough for Newton."""
+
+    def moved(shifts: Array) -> Array:
+        place: Array = apply(robot.forward(q + shifts[:, None]), tool)
+        return place
+
+    return forward_differences(moved, np.full(q.shape[1], JOINT_STEP), apply(robot.forward(q[None]), tool)[0])
 
 
 def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.random.Generator) -> tuple[Array, Ints]:

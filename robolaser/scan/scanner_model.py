@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
+from robolaser.finite_differences import central_differences
 from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import Effect, Run, perturb_with
@@ -89,6 +90,11 @@ class ScannerModel:
 
     def slope(self, points: Points) -> Array:
         """How far a point moves when its pixel moves across the stripe, (m,) [m/px]."""
-        across = np.array([0.0, STEP_PX] if self.dataset.stripe_axis == "u" else [STEP_PX, 0.0])
-        ahead, behind = (self.in_camera(replace(points, pixel=points["pixel"] + way * across)) for way in (1, -1))
-        return np.asarray(np.linalg.norm(ahead - behind, axis=-1) / (2 * STEP_PX))
+        across = np.array([0.0, 1.0] if self.dataset.stripe_axis == "u" else [1.0, 0.0])
+
+        def shown(shifts: Array) -> Array:
+            pixels = points["pixel"] + shifts[:, None] * across
+            return np.stack([self.in_camera(replace(points, pixel=pixel)) for pixel in pixels])
+
+        slopes = central_differences(shown, np.array([STEP_PX]))
+        return np.asarray(np.linalg.norm(slopes[..., 0], axis=-1))

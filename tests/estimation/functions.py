@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from robolaser.estimation.robust_loss import SQUARE, Loss
-from robolaser.model.derivatives import differences
+from robolaser.finite_differences import differences
 
 
 @dataclass(frozen=True, eq=False)

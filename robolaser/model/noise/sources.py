@@ -3,13 +3,12 @@
 Poses are independent of each other; what shakes a pose as a whole shakes all its rows together.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Poses
+from robolaser.finite_differences import central_differences
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Values
@@ -56,17 +55,17 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
 
 
 def _joint_effect(model: Model, values: Values) -> Array:
-    """Move of each row with each joint of the chain, (m, k, j), by central differences."""
+    """Move of each row with each joint of the chain, (m, k, j)."""
     (robot, q), poses, perturb = model.dataset.arm, model.dataset.poses, model.perturb(values)
 
-    def residuals(poses: Poses) -> Array:
-        shaken = Model(replace(model.dataset, poses=poses), model.effects)
+    def residuals(shift: Array) -> Array:
+        moved = q.copy()
+        moved[:, list(robot.chain)] += shift
+        shaken = Model(replace(model.dataset, poses=replace(poses, q=moved)), model.effects)
         e: Array = model.sensor.residuals(values, shaken.flange(values), perturb)[0]
         return e
 
-    def slopes() -> Iterator[Array]:
-        for shift in JOINT_STEP * np.eye(len(robot.joints))[list(robot.chain)]:
-            up, down = (residuals(replace(poses, q=q + way * shift)) for way in (1, -1))
-            yield (up - down) / (2 * JOINT_STEP)
+    def at_each(shifts: Array) -> Array:
+        return np.stack([residuals(shift) for shift in shifts])
 
-    return np.stack(list(slopes()), axis=-1)
+    return central_differences(at_each, np.full(len(robot.chain), JOINT_STEP))

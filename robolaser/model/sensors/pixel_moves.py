@@ -1,10 +1,11 @@
 """How a stripe's residuals move with their pixels."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.finite_differences import central_differences
 from robolaser.model.sensors.sensor import motion
 from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
@@ -25,16 +26,18 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
     dataset = sensor.dataset
     pixel = dataset.points["pixel"]
 
-    def slopes(of_pixel: Callable[[Array], Array]) -> Iterator[Array]:
-        for shift in PIXEL_STEP_PX * np.eye(2):
-            yield (of_pixel(pixel[None] + shift) - of_pixel(pixel[None] - shift)) / (2 * PIXEL_STEP_PX)
+    def slopes(of_pixel: Callable[[Array], Array]) -> Array:
+        def shifted(shifts: Array) -> Array:
+            return np.stack([of_pixel(pixel[None] + shift) for shift in shifts])
+
+        return central_differences(shifted, np.full(2, PIXEL_STEP_PX))
 
     def predicted(at: Array) -> Array:
         seen: Array = sensor.in_base(values, T_base_flange, perturb, pixel=at)[0]
         return seen
 
     if dataset.board is None:
-        moved: Array = -np.stack(list(slopes(predicted)), axis=-1)
+        moved: Array = -slopes(predicted)
         return moved
 
     centre = (T_base_flange @ sensor.mount(values, perturb))[0, :, :3, 3]
@@ -56,5 +59,5 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
         to_board: Array = ((origin - centre) @ normal)[:, None] / (direction @ normal)[:, None]
         return to_board - to_plane
 
-    along: Array = ray(pixel[None])[0][:, :, None] * np.stack(list(slopes(gap)), axis=-1)
+    along: Array = ray(pixel[None])[0][:, :, None] * slopes(gap)
     return along

@@ -11,6 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
+from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.camera_view import CameraView
@@ -21,7 +22,7 @@ from robolaser.parameters import Parameter, Parameters, Values
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
 SIX = ("x", "y", "z", "w", "phi", "psi")
-TWIST_STEP = 1e-5  # [m or rad], for numeric derivatives by small motions of the flange
+TWIST_STEP = 1e-5  # [m or rad], of derivatives by small motions of the flange
 
 REGISTERED: dict[str, "type[Sensor]"] = {}
 """Kinds of sensors by name; a subclass enters itself, in place of an earlier one of its name."""
@@ -153,14 +154,13 @@ class Sensor(ABC):
         known, of_pose = self.known(values, T_base_flange, perturb), self.dataset.points.pose
         flange: Array = T_base_flange[0, :, :3, 3]
         pivot = flange if known is None else middles(known[0], of_pose, len(flange))
-        columns = []
-        for axis in np.eye(6):
-            ahead, behind = (
-                self.residuals(values, _twisted(T_base_flange, way * TWIST_STEP * axis, pivot), perturb)[0]
-                for way in (1, -1)
-            )
-            columns.append((ahead - behind) / (2 * TWIST_STEP))
-        return np.stack(columns[:3], axis=-1), np.stack(columns[3:], axis=-1)
+
+        def moved(twists: Array) -> Array:
+            each = (self.residuals(values, _twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
+            return np.stack(list(each))
+
+        slopes = central_differences(moved, np.full(6, TWIST_STEP))
+        return slopes[..., :3], slopes[..., 3:]
 
     def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
         """The camera as programs that know pinholes see it, one candidate; None where there is none."""

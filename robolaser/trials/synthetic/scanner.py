@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
+from robolaser.finite_differences import forward_differences
 from robolaser.trials.synthetic.light import Light
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on
@@ -85,11 +86,16 @@ class ScannerOptics:
             column = (self.pixels(point, lens)[:, along] - at) * pitch * np.abs(point[:, 2])
             return np.stack([column, light.off(point), surface(point)], axis=-1)
 
+        def newton_step(point: Array) -> Array:
+            here = off(point)
+            slopes = forward_differences(
+                lambda shifts: np.stack([off(point + shift) for shift in shifts]), np.full(3, STEP_M), here
+            )
+            return np.asarray(np.linalg.solve(slopes, here[..., None])[..., 0])
+
         point = start
         for _ in range(STEPS):
-            here = off(point)
-            slopes = np.stack([(off(point + STEP_M * axis) - here) / STEP_M for axis in np.eye(3)], axis=-1)
-            point = point - np.linalg.solve(slopes, here[..., None])[..., 0]
+            point = point - newton_step(point)
         lost = ~(np.abs(off(point)).max(axis=1) < 1e-10) | (point[:, 2] <= 0)
         point = np.where(lost[:, None], np.nan, point)
         return point, np.where(lost[:, None], np.nan, self.pixels(np.where(lost[:, None], start, point), lens))

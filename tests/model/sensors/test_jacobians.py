@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robolaser.finite_differences import differences
 from robolaser.geometry.rigid_motion import angle_axes, from_angles, skew
 from robolaser.geometry.robots import find_robot
-from robolaser.model.derivatives import STEP, differences
+from robolaser.model.derivatives import STEP
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
