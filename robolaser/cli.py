@@ -41,7 +41,7 @@ methods = Group.create_ordered("Compare and test methods")
 app = App(
     "robolaser",
     help="Calibrate robot-mounted laser scanners, and say why the robot does not do what the model says.",
-    help_epilogue="Exit 0: done. 1: the data or the robot said no. 2: wrong usage.",
+    help_epilogue="Exit status 0: done. 1: the data, the robot or a file was at fault. 2: wrong usage.",
     help_format="plaintext",
     version_format="plaintext",
     version=version,
@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done. 1: the data or the robot said no, see standard error. 2: wrong usage.
+        0: done. 1: the data, the robot or a file was at fault, see standard error. 2: wrong usage.
     """
     _speak_plainly()
     try:

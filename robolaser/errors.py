@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class RobolaserError(Exception):
-    """The data, the robot or a file said no; the message is for a person."""
+    """The data, the robot or a file is at fault; the message is for a person."""
 
 
 class UsageError(RobolaserError):

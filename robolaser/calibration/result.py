@@ -11,6 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
+from robolaser.errors import UsageError, near
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
@@ -128,8 +129,15 @@ class Calibration:
         return of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
     def value(self, name: str) -> float:
-        """The estimated value of a parameter."""
-        return float(self.x[self.model.parameters.names.index(name)])
+        """The estimated value of a parameter.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        names = self.model.parameters.names
+        if name not in names:
+            raise UsageError(f"No parameter '{name}'.{near(name, names)}")
+        return float(self.x[names.index(name)])
 
 
 def rms(errors: Array) -> float:

@@ -42,7 +42,7 @@ def compare(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Run algorithms side by side and say which is better, by how much, and how sure that is.
+    """Run algorithms side by side and say which is better, by how much, and how certain that is.
 
     For example:
 

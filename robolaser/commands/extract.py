@@ -35,18 +35,16 @@ def extract(
 ) -> None:
     """Find board and laser stripe in a recording's images and write points.csv.
 
-    A recording without [board] is one to scan: the stripe's centres in every image go to stripes.npy. Images with the
-    laser off (column image_off of poses.csv) take away what else is bright. For example:
+    In a recording without [board], the stripe's centres in every image go to stripes.npy.
+    Images with the laser off (column image_off of poses.csv) are subtracted first. For example:
 
         robolaser extract recording --output measured
 
     Args:
         recording: Folder with dataset.toml, poses.csv and images.
-        output: New data set, images copied, which states the stripe's noise. Default: points go into RECORDING, and
-            nothing else in it changes.
+        output: New data set, images copied, stripe's noise stated. Default: only add points to RECORDING.
         step: Lines of pixels from point to point.
-        centre: The stripe's centre is that of the best Gaussian, the centre of gravity, or Steger's ridge, which
-            smooths along the stripe.
+        centre: Stripe's centre: best Gaussian, centre of gravity, or Steger's ridge, smoothed along it.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load

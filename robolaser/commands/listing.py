@@ -1,4 +1,4 @@
-"""robolaser list: the robots, effects, algorithms and sensors that are there."""
+"""robolaser list: the available robots, effects, algorithms and sensors."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -9,7 +9,7 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 def list_family(
     family: Literal["robots", "effects", "algorithms", "sensors"], /, *, terminal: Terminal = TERMINAL
 ) -> None:
-    """Show the robots, effects, algorithms or sensors that are there.
+    """Show the available robots, effects, algorithms or sensors.
 
     For example:
 
@@ -58,7 +58,7 @@ def _sensors() -> Iterable[tuple[str, ...]]:
     from robolaser.model.sensors import sensors
 
     for kind, sensor in sensors().items():
-        yield kind, (sensor.__doc__ or "").split("\n", 1)[0].rstrip(".")
+        yield kind, sensor.format.title
 
 
 FAMILIES = {

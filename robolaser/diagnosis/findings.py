@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import chdtrc
 
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import noise_without_pose_errors
+from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
@@ -90,7 +90,7 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     for one in evidence:
         kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = float(chdtrc(len(kind.units()), one.explained))
+        p_value = survival(one.explained, len(kind.units()))
         found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
 

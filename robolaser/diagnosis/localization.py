@@ -1,11 +1,11 @@
 """The share of a gap that lies at each site: random functions there, their size by maximum likelihood."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.special import ndtr
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
@@ -59,7 +59,7 @@ def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, fl
 
 def p_value(ratio: float, tried: int) -> float:
     """Of a likelihood ratio of a variance that cannot be negative, the largest of so many (Self and Liang 1987)."""
-    return float(min(1.0, tried * ndtr(-np.sqrt(max(ratio, 0.0)))))
+    return float(min(1.0, tried * 0.5 * math.erfc(math.sqrt(0.5 * max(ratio, 0.0)))))
 
 
 def localize(fit: Fit) -> list[Localization]:

@@ -1,9 +1,9 @@
 """Rows that no model and no noise accounts for: gross errors, found while the model itself may still be wrong."""
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from robolaser.arrays import Array, Bools
+from robolaser.diagnosis.chi_squared import median
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.thresholds import OUTLIER_SIGMA
 from robolaser.estimation.robust_loss import Loss
@@ -79,8 +79,7 @@ def _far(rows: Array) -> Bools:
 def _scale(rows: Array) -> float:
     """Standard deviation of white rows (m, k) by their median length, at least 1: gross errors do not move it."""
     numbers = max(1.0, rows.shape[1] - UNUSED)
-    median2 = 2.0 * float(gammaincinv(0.5 * numbers, 0.5))  # of chi-squared
-    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(median2)))
+    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(median(numbers))))
 
 
 def _roots(fit: Fit) -> Array:

@@ -40,7 +40,7 @@ CONFIG: Final[Spec] = {
     "axis": {
         "labelColor": MUTED, "titleColor": MUTED, "gridColor": GRID, "domainColor": MUTED, "ticks": False,
         "labelFontSize": 12, "titleFontSize": 12.5, "titleFontWeight": "normal", "labelPadding": 6, "titlePadding": 8,
-        "labelOverlap": "greedy", "labelLimit": 190,
+        "labelOverlap": "greedy", "labelSeparation": 4, "labelLimit": 190,
     },
     "legend": {
         "labelColor": INK, "titleColor": MUTED, "labelFontSize": 12.5, "titleFontSize": 12.5,

@@ -68,7 +68,7 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
     S_inv = np.linalg.inv(S := known + sum(v * C for v, C in zip(variance, unit, strict=True)))
     B = S_inv @ Q
     columns, d = Q.reshape(e.size, -1), Q.shape[-1]
-    H = columns.T @ B.reshape(-1, d)
+    H = columns.T @ B.reshape(e.size, d)
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
     value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())

@@ -8,7 +8,7 @@ from robolaser.report.comparison.plot_context import PlotContext
 
 LOWEST, HIGHEST = 1e-7, 1e4
 """Excess that is drawn: of an RMS as a share of the best known, of other costs as it is."""
-ABOVE = {True: "RMS above the best known, as a share of it", False: "cost above the lowest"}
+ABOVE = {True: "relative RMS above the best known", False: "cost above the lowest"}
 """Label of the axis, where the excess is relative and where it is not."""
 
 

@@ -30,7 +30,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
     y = quantity("gap", "error on new poses, RMS [mm]", log=True)
     told = hover("members", effects="effects", gap="error on new poses [mm]")
     note = {"type": "text", "align": "left", "dx": 8, "dy": -9, "color": MUTED, "fontSize": 11.5}
-    aside = {"type": "text", "align": "right", "dy": -7, "color": NOISE}
+    aside = {"type": "text", "align": "left", "dx": 4, "dy": -7, "color": NOISE}
     return chart(
         "Gap against complexity",
         "The smallest gap found with each number of effects."
@@ -39,7 +39,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
         [
             layer({"type": "line", "color": FITTED}, data, x=x, y=y),
             layer(rule(color=NOISE), floor, y=y),
-            layer(aside, floor, x={"value": {"expr": "width"}}, y=y, text={"field": "said"}),
+            layer(aside, floor, x={"value": 0}, y=y, text={"field": "said"}),
             layer({"type": "point", "size": 70, "color": FITTED, "opacity": 1}, data, tooltip=told, x=x, y=y),
             layer({"type": "point", "filled": False, "size": 260, "color": HELD_OUT, "opacity": 1, "strokeWidth": 2},
                   ring, tooltip=told, x=x, y=y),
