@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Progress
 from robolaser.calibration.checks import check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.pymoo_search import Progress
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.fisher_information import information

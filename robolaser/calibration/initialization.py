@@ -9,9 +9,9 @@ from typing import final
 import numpy as np
 
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Progress
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.pymoo_search import Found, History, Progress, search
+from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled

@@ -2,17 +2,15 @@
 
 import io
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Ints, Progress
 from robolaser.data.atomic_write import write_bytes
 
-Progress = Callable[[str, float], None]
 """Called with the name of the current step and the share of it that is done, 0 to 1."""
 
 CHECKPOINT = "search.npz"

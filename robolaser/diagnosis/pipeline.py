@@ -1,13 +1,13 @@
 """From a data set to its diagnosis."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Ints
+from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.detection_limits import detection_limits
@@ -29,8 +29,6 @@ from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
-
-Progress = Callable[[str, float], None]
 
 
 def diagnose(

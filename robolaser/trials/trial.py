@@ -1,7 +1,7 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import robolaser
+from robolaser.arrays import Progress
 from robolaser.data.atomic_write import write_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
@@ -27,7 +28,6 @@ DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"
 _NEEDED = ("verdict", "gap_mm", "where", "effects")
 
-Progress = Callable[[str, float], None]
 """Is told what is going on, and how far it is."""
 
 
