@@ -106,9 +106,9 @@ FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
 """Probability, below which an effect or a class is said to be perhaps the cause."""
-UNDETERMINED: Final = 0.9
-"""Standard deviation of a parameter, in units of its prior's, from which on the data say nothing of it: a fifth of the
-prior's variance is not even a hint. A judgement."""
+UNDETERMINED: Final = 0.5
+"""Standard deviation of a parameter, in units of its prior's, from which on the data do not determine it. Geometry: of
+two parameters of which the data see only the sum, each keeps 0.71 of its prior's, of more even more."""
 LEAST_PROBABILITY: Final = 0.01
 """Probability, below which a class or an effect is not reported."""
 
