@@ -1,7 +1,7 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -78,6 +78,10 @@ class Refits:
         fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
+
+    def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
+        """The same fits, with other candidates that may be added."""
+        return replace(self, effects=effects, _tests={})
 
     def linearize_again(self) -> None:
         """Forget derivatives that were worked out near an earlier model."""

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from robolaser.arrays import Ints
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Finding, Gap
+from robolaser.diagnosis.thresholds import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 NAMED = 3
 """Effects that a sentence names; the rest are counted."""
-EVEN = 0.5
-"""Probability below which an effect is said to be perhaps the cause."""
 
 
 def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
