@@ -64,7 +64,7 @@ class Refits:
     def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
         return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
-    def with_new_shapes(self, fit: Fit) -> Fit:
+    def with_nonlinear_searched(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
         for one in fit.effects[:-1]:
             if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
@@ -146,7 +146,7 @@ def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
     at = 0
     for test in added:
         scale = prior_scales(test.candidate_effect)
-        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.shapes)
+        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.nonlinear)
         values |= dict(zip(test.candidate_effect.parameters.names, numbers, strict=True))
         at += len(scale)
     return values
