@@ -78,6 +78,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         model=model,
         x=x,
         std=calibration.std,
+        calibrated_x=x[: len(model.parameters) - len(model.effect_parameters)],
         observed=model.dataset,
         before_m=before,
         after_m=after,

@@ -41,6 +41,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         effects=rows.effect_rows(diagnosis),
         alternatives=rows.alternative_rows(diagnosis),
         sites=rows.site_rows(diagnosis),
+        validation=list(rows.validation_rows(diagnosis)),
         limits=list(rows.limit_rows(diagnosis)),
         joints=joints,
         next_poses=poses,
