@@ -17,6 +17,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -142,6 +143,19 @@ class Sensor(ABC):
 
         None where effects perturb stages that depend on the parameters, or where nobody worked them out: the
         linearization takes differences then.
+        """
+        return None
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
+        """Derivatives of the residuals by what moves the values that pass the stages, (c, q, m, k).
+
+        By the chain rule's numbers, all q of them; columns of the sensor's own parameters are filled in by `jacobian`,
+        and need to be right here only where that has none. None where nobody worked them out: the linearization takes
+        differences then.
+
+        Args:
+            flange: T_base_flange, (c or 1, n, 4, 4).
+            chain: Passes values through the stages.
         """
         return None
 
