@@ -15,7 +15,7 @@ from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import Acting, ChainRule, Seed, Tangent
+from robolaser.model.tangents import Acting, ChainRule, Tangent
 from robolaser.parameters import Parameters, Values
 
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -72,16 +72,15 @@ class Model:
         perturb = self.perturb(nominal)
         return self.sensor.parameters(self.flange(nominal, perturb), perturb) + self.effect_parameters
 
-    def chain_rule(self, x: Array, steps: Array, seed: Seed | None = None) -> ChainRule:
-        """How what passes the stages moves at candidates (c, d): by all parameters, or by a seed.
+    def chain_rule(self, x: Array, steps: Array) -> ChainRule:
+        """How what passes the stages moves with all parameters.
 
         Args:
-            x: Candidates.
-            steps: Of the parameters' numerical derivatives, (d,).
-            seed: What moves in place of the parameters.
+            x: Candidates, (c, d).
+            steps: Of the numerical derivatives by each parameter, (d,).
         """
         acting = tuple(Acting(one.effect.stage, one.parameters.names, self._act(one)) for one in self.effects)
-        return ChainRule(acting, self.parameters.values(x), dict(zip(self.parameters.names, steps, strict=True)), seed)
+        return ChainRule(acting, self.parameters.values(x), steps)
 
     def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
         return lambda value, values: one.at(values).apply(value, self.run)

@@ -26,8 +26,8 @@ class Tangent:
 
     Attributes:
         value: (c or 1, ...).
-        slopes: Its derivatives by some of the chain rule's numbers, (c or 1, q, ...).
-        of: Which numbers these are, (q,).
+        slopes: Its derivatives by some of the parameters, (c or 1, q, ...).
+        of: Numbers of these parameters, (q,).
     """
 
     value: Array
@@ -57,63 +57,38 @@ class Acting:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Seed:
-    """Small motions of what passes one stage, after the effects there.
-
-    Attributes:
-        stage: Which.
-        slopes: The value (1, ...) -> how it moves along each of q directions, (1, q, ...).
-        steps: What a derivative further on steps along each, (q,).
-    """
-
-    stage: Stage
-    slopes: Callable[[Array], Array]
-    steps: Array
-
-
-@final
 class ChainRule:
     """Passes values and their derivatives through the effects at each stage.
 
     Args:
         effects: Those of the model, in the order in which they act.
         values: All parameters, (c,) each.
-        steps: Of the numerical derivative by each parameter, by name.
-        seed: Derivatives are by these motions, in place of the parameters.
+        steps: Of the numerical derivative by each parameter, (d,).
     """
 
-    def __init__(
-        self, effects: Sequence[Acting], values: Values, steps: dict[str, float], seed: Seed | None = None
-    ) -> None:
-        self._effects, self.values, self._seed = effects, values, seed
-        names = () if seed else values
-        self._column = {name: column for column, name in enumerate(names)}
+    def __init__(self, effects: Sequence[Acting], values: Values, steps: Array) -> None:
+        self._effects, self.values, self._steps = effects, values, steps
+        self._column = {name: column for column, name in enumerate(values)}
         self._candidates = len(next(iter(values.values())))
-        self._steps = seed.steps if seed else np.array([steps[name] for name in values])
 
     @property
     def count(self) -> int:
-        """By how many numbers derivatives are."""
+        """By how many parameters derivatives are."""
         return len(self._steps)
 
     def columns(self, names: Sequence[str]) -> Ints:
-        """Which of these numbers some parameters are, (q,); none where derivatives are by other motions."""
-        return np.array([self._column[name] for name in names if name in self._column], dtype=np.int64)
+        """Numbers of some parameters, (q,)."""
+        return np.array([self._column[name] for name in names], dtype=np.int64)
 
     def moves(self, *stages: Stage) -> bool:
-        """Whether anything moves, or bends, what passes these stages."""
-        at = {effect.stage for effect in self._effects} | ({self._seed.stage} if self._seed else set())
-        return not at.isdisjoint(stages)
+        """Whether an effect acts at one of these stages."""
+        return any(effect.stage in stages for effect in self._effects)
 
     def __call__(self, stage: Stage, passing: Tangent) -> Tangent:
         """What comes out of a stage."""
         for effect in self._effects:
             if effect.stage is stage:
                 passing = self.through(effect.act, effect.names, passing)
-        if self._seed is not None and self._seed.stage is stage:
-            slopes = self._seed.slopes(passing.value)
-            passing = Tangent(passing.value, slopes, np.arange(self.count, dtype=np.int64))
         return passing
 
     def through(self, function: Callable[[Array, Values], Array], names: Sequence[str], passing: Tangent) -> Tangent:
@@ -133,7 +108,7 @@ class ChainRule:
             return Tangent.constant(value)
         at = _shifted(passing, len(own), c, steps)
         moved = {name: np.repeat(numbers, 2 * q).reshape(c, q, 2) for name, numbers in values.items()}
-        for column, name in enumerate(names[: len(own)]):
+        for column, name in enumerate(names):
             moved[name][:, column] += steps[column] * np.array([1.0, -1.0])
         ends = function(at, {name: numbers.ravel() for name, numbers in moved.items()})
         return Tangent(value, central_quotients(ends.reshape(c, q, 2, *ends.shape[1:]), steps), of)

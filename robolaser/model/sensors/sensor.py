@@ -147,10 +147,10 @@ class Sensor(ABC):
         return None
 
     def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
-        """Derivatives of the residuals by what moves the values that pass the stages, (c, q, m, k).
+        """Derivatives of the residuals by what moves the values that pass the stages, (c, d, m, k).
 
-        By the chain rule's numbers, all q of them; columns of the sensor's own parameters are filled in by `jacobian`,
-        and need to be right here only where that has none. None where nobody worked them out: the linearization takes
+        By all parameters; columns of the sensor's own are filled in by `jacobian`, and need to be right here only where
+        that has none. None where nobody worked them out: the linearization takes
         differences then.
 
         Args:
