@@ -58,7 +58,7 @@ def test_truncated_and_damaged_tables_only_ever_raise_our_errors(tmp_path: Path)
 
 
 def tables_of(text: str) -> list[str]:
-    """The same table as plainly written, with every cell or only later ones in quotes, with blank lines, a BOM, CRLF."""
+    """The same table as plainly written, with all or later cells in quotes, with blank lines, a BOM and CRLF."""
     rows = [line.split(",") for line in text.splitlines()]
     quoted = "\n".join(",".join(f'"{cell}"' for cell in row) for row in rows)
     later = "\n".join(text.splitlines()[:9] + quoted.splitlines()[9:])
