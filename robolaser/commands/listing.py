@@ -1,4 +1,4 @@
-"""robolaser list: the available robots, effects, algorithms and sensors."""
+"""robolaser list: the members of a family, those that installed packages announce included."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -7,9 +7,12 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "sensors"], /, *, terminal: Terminal = TERMINAL
+    family: Literal["robots", "effects", "algorithms", "solvers", "sensors", "importers"],
+    /,
+    *,
+    terminal: Terminal = TERMINAL,
 ) -> None:
-    """Show the available robots, effects, algorithms or sensors.
+    """Show the available robots, effects, algorithms, solvers, sensors or importers.
 
     For example:
 
@@ -54,6 +57,13 @@ def _algorithms() -> Iterable[tuple[str, ...]]:
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 
+def _solvers() -> Iterable[tuple[str, ...]]:
+    from robolaser.estimation.least_squares_solver import solvers
+
+    for name, solver in solvers().items():
+        yield name, solver.title
+
+
 def _sensors() -> Iterable[tuple[str, ...]]:
     from robolaser.model.sensors import sensors
 
@@ -61,10 +71,19 @@ def _sensors() -> Iterable[tuple[str, ...]]:
         yield kind, sensor.format.title
 
 
+def _importers() -> Iterable[tuple[str, ...]]:
+    from robolaser.data.importers import importers
+
+    for name, importer in importers().items():
+        yield name, importer.title
+
+
 FAMILIES = {
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
+    "solvers": (("solver", "title"), _solvers),
     "sensors": (("sensor", "title"), _sensors),
+    "importers": (("importer", "title"), _importers),
 }
 """The columns of each family, and what gives its rows."""

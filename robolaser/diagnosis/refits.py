@@ -1,15 +1,16 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
-from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_UNMODELLED, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -63,7 +64,7 @@ class Refits:
     def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
         return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
-    def with_new_shapes(self, fit: Fit) -> Fit:
+    def with_nonlinear_searched(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
         for one in fit.effects[:-1]:
             if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
@@ -78,6 +79,10 @@ class Refits:
         fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
+
+    def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
+        """The same fits, with other candidates that may be added."""
+        return replace(self, effects=effects, _tests={})
 
     def linearize_again(self) -> None:
         """Forget derivatives that were worked out near an earlier model."""
@@ -96,8 +101,14 @@ class Refits:
         return [self._latest[one] for one in fit.effects]
 
     def cost(self, fit: Fit, spread: float) -> float:
-        """Chi-squared in units of the dispersion, and the complexity penalties of the effects."""
-        return fit.chi2 / spread + sum(penalty(test) for test in self.tests_of(fit))
+        """Chi-squared in units of the dispersion, and the complexity penalties of the effects.
+
+        The geometry of a whole arm is one effect, and costs what the data say of it.
+        """
+        arm = placements_of_arm(fit.effects)
+        price = CHI2_PER_EFFECT + fit.marginal_cost(arm) if arm else 0.0
+        price += sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
+        return fit.chi2 / spread + price
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains what some effects do, with no need of them.
@@ -135,7 +146,7 @@ def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
     at = 0
     for test in added:
         scale = prior_scales(test.candidate_effect)
-        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.shapes)
+        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.nonlinear)
         values |= dict(zip(test.candidate_effect.parameters.names, numbers, strict=True))
         at += len(scale)
     return values

@@ -65,6 +65,31 @@ class Finding:
 
 @final
 @dataclass(frozen=True)
+class CauseClass:
+    """A class of causes.
+
+    Attributes:
+        name: Of the class.
+        probability: That at least one of its members is at work.
+        gap_without_m: Held-out gap of the final model without all of its members [m]; None where it has none of them.
+        gap_with_m: The same of the final model [m].
+        members: Its effects that may be at work, each with its probability, the most probable first.
+        credible_sets: For each of its effects that were found, the fewest candidates of any class of which one is at
+            work with 95 %.
+        site: Of an unknown cause.
+    """
+
+    name: str
+    probability: float
+    gap_without_m: float | None
+    gap_with_m: float
+    members: tuple[tuple[CandidateEffect, float], ...] = ()
+    credible_sets: tuple[tuple[CandidateEffect, ...], ...] = ()
+    site: str = ""
+
+
+@final
+@dataclass(frozen=True)
 class Gap:
     """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m]."""
 
@@ -104,6 +129,34 @@ class ParetoPoint:
 
 @final
 @dataclass(frozen=True)
+class Validation:
+    """Other data of the same arm, predicted with what was found; only where things stand was fitted anew.
+
+    Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors left out [m].
+
+    Attributes:
+        dataset: Name of the other data set.
+        nominal_m: With the sim's arm and sensor.
+        calibrated_m: With the ordinary parameters that were found, without effects.
+        after_m: With all effects found, as they carry over.
+        noise_floor_m: What noise alone would give.
+        is_better: Whether the effects clearly lower the error, poses being drawn by chance.
+        rows: Rows compared, repeats averaged.
+        remarks: What did not carry over as it was found, and rows left out.
+    """
+
+    dataset: str
+    nominal_m: float
+    calibrated_m: float
+    after_m: float
+    noise_floor_m: float
+    is_better: bool
+    rows: int
+    remarks: tuple[str, ...]
+
+
+@final
+@dataclass(frozen=True)
 class Diagnosis:
     """The answer.
 
@@ -114,6 +167,7 @@ class Diagnosis:
         gap: How far the gap shrinks.
         where: Places of the gap; for `unexplained`, of what is left.
         findings: Effects found, most important first.
+        classes: Classes of causes that may be at work, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
         next_poses: Joint values by name, that would tell the leading rivals apart.
@@ -122,11 +176,13 @@ class Diagnosis:
         model: The final model, on averaged rows.
         x: Its parameters, in the order of `model.parameters`.
         std: One standard deviation of each; NaN for what is held.
+        calibrated_x: The sensor's parameters without effects in the model, in the same order.
         observed: Averaged rows without gross errors.
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
         noise: Standard deviations of the sources of noise, by name [px, m or rad].
         seconds: Time taken.
+        validation: Other data of the same arm, predicted with what was found.
     """
 
     dataset: Dataset
@@ -135,6 +191,7 @@ class Diagnosis:
     gap: Gap
     where: tuple[Localization, ...]
     findings: tuple[Finding, ...]
+    classes: tuple[CauseClass, ...]
     outliers: Ints
     not_testable: Mapping[str, str]
     next_poses: tuple[Mapping[str, float], ...]
@@ -143,11 +200,13 @@ class Diagnosis:
     model: Model
     x: Array
     std: Array
+    calibrated_x: Array
     observed: Dataset
     before_m: Array
     after_m: Array
     noise: Mapping[str, float]
     seconds: float
+    validation: tuple[Validation, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """What diagnosis.json holds."""
@@ -169,6 +228,7 @@ class Diagnosis:
                 for lies in self.where
             ],
             "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.outliers) else []),
+            "classes": [_class(one) for one in self.classes],
             "gross_errors": self.outliers.tolist(),
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
@@ -184,6 +244,7 @@ class Diagnosis:
                 for choice in self.front
             ],
             "noise": dict(self.noise),
+            "validation": [_validation(one) for one in self.validation],
             "seconds": self.seconds,
         }
 
@@ -212,6 +273,30 @@ def _finding(found: Finding) -> dict[str, Any]:
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
         "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
+    }
+
+
+def _validation(one: Validation) -> dict[str, Any]:
+    return {
+        "dataset": one.dataset,
+        "nominal_mm": _mm(one.nominal_m),
+        "calibrated_mm": _mm(one.calibrated_m),
+        "after_mm": _mm(one.after_m),
+        "noise_floor_mm": _mm(one.noise_floor_m),
+        "rows": one.rows,
+        "remarks": list(one.remarks),
+    }
+
+
+def _class(one: CauseClass) -> dict[str, Any]:
+    return {
+        "class": one.name,
+        "probability": one.probability,
+        "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
+        "gap_mm_with": _mm(one.gap_with_m),
+        "members": [{**_place(member), "probability": probability} for member, probability in one.members],
+        "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
+        **({"site": one.site} if one.site else {}),
     }
 
 

@@ -12,6 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.geometry.flange_motion import moved_by_joints, moved_by_placements
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
+from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
@@ -29,10 +30,12 @@ class Model:
     Attributes:
         dataset: What was measured.
         effects: Effects that are in the model; those at one stage act in this order.
+        course: How far a run had come, where that is not counted from its own beginning.
     """
 
     dataset: Dataset
     effects: tuple[CandidateEffect, ...] = ()
+    course: Course | None = None
 
     def __post_init__(self) -> None:
         if not len(self.dataset.points):
@@ -52,11 +55,11 @@ class Model:
     @cached_property
     def run(self) -> Run:
         """What effects may look at."""
-        return Run(self.dataset)
+        return Run(self.dataset, self.course)
 
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
-        other = Model(self.dataset, candidate_effects)
+        other = Model(self.dataset, candidate_effects, self.course)
         other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
         return other
 

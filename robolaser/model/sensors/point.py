@@ -11,7 +11,9 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
 from robolaser.geometry.rigid_motion import angle_axes, carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of, vector
+from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried

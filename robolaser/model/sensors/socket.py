@@ -10,7 +10,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.sensor import Sensor, rigid_moves, vector
+from robolaser.model.sensors.placements import vector
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values

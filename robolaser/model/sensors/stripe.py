@@ -16,7 +16,9 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
+from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.sensors.stripe_slopes import stripe_slopes

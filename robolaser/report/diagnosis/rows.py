@@ -108,6 +108,13 @@ def gross_rows(diagnosis: Diagnosis) -> Iterator[tuple[int, str, str, str]]:
         yield row + 1, poses.names[points.pose[row]], points.names[row], repeat
 
 
+def validation_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, Sequence[str], str]]:
+    """Other data of the same arm: name, the error step by step, and what did not carry over."""
+    for one in diagnosis.validation:
+        errors = (one.nominal_m, one.calibrated_m, one.after_m, one.noise_floor_m)
+        yield one.dataset, [millimetres(error) for error in errors], "; ".join(one.remarks)
+
+
 def joint_units(dataset: Dataset) -> Mapping[str, str]:
     """SI unit of each moving joint."""
     robot = dataset.robot
