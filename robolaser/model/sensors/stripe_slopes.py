@@ -8,7 +8,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import carry, from_angles, from_quaternion, pose
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
