@@ -19,7 +19,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameters
 
-TOLERANCE, SHARE = 1e-3, 1e-6
+TOLERANCE, SHARE = 1e-2, 1e-5
 """Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
 model leaves much."""
 SINGULAR = 1e-5

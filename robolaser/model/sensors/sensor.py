@@ -19,6 +19,7 @@ from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import middles, twisted
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -143,6 +144,19 @@ class Sensor(ABC):
 
         None where effects perturb stages that depend on the parameters, or where nobody worked them out: the
         linearization takes differences then.
+        """
+        return None
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
+        """Derivatives of the residuals by what moves the values that pass the stages, (c, d, m, k).
+
+        By all parameters; columns of the sensor's own are filled in by `jacobian`, and need to be right here only where
+        that has none. None where nobody worked them out: the linearization takes
+        differences then.
+
+        Args:
+            flange: T_base_flange, (c or 1, n, 4, 4).
+            chain: Passes values through the stages.
         """
         return None
 
