@@ -20,6 +20,27 @@ def gravity_torques(robot: Robot, q: Array, payload_kg: Array | None) -> Array:
     return own if payload_kg is None else own + payload_kg[:, None] * torques_of_one_kg(robot, q)
 
 
+def carried_masses(robot: Robot, q: Array, payload_kg: Array | None) -> tuple[Array, Array]:
+    """The mass that each joint carries and its first moment Σ m r about the base's origin, in the base frame.
+
+    Args:
+        robot: The arm.
+        q: Joint values, (n, j) [rad or m].
+        payload_kg: Mass at the flange's origin in each pose, (n,) [kg]; None for none.
+
+    Returns:
+        (n, j) [kg] and (n, j, 3) [kg m].
+    """
+    mass, centre = robot.carried(q)
+    masses = np.tile(mass, (len(q), 1))
+    first_moment = masses[..., None] * centre
+    if payload_kg is not None:
+        chain = list(robot.chain)
+        masses[:, chain] += payload_kg[:, None]
+        first_moment[:, chain] += (payload_kg[:, None] * robot.forward(q[None])[0, :, :3, 3])[:, None]
+    return masses, first_moment
+
+
 def torques_of_one_kg(robot: Robot, q: Array) -> Array:
     """What each joint must bear to hold one kilogram at the flange's origin, (n, j) -> (n, j) [Nm or N]."""
     frames = robot.joint_frames(q[None])[0]
