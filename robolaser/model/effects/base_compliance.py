@@ -33,6 +33,7 @@ class BaseCompliance(Effect):
     remedy = "Tighten the bolts of the base, stiffen the pedestal or table, or keep the arm nearer to its base."
     reference = "Dumas et al. 2011, Joint stiffness identification of industrial serial robots; 1e4-1e6 Nm/rad"
     stage = Stage.FLANGE
+    cause = "elasticity"
     site = "base"
     needs = (masses,)
 

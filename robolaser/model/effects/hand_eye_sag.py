@@ -30,6 +30,7 @@ class HandEyeSag(Effect):
     remedy = "Stiffen the scanner's bracket, shorten it, or keep the flange's attitude the same."
     reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
     stage = Stage.MOUNT
+    cause = "elasticity"
     site = "hand_eye"
     needs = (weight,)
 

@@ -26,6 +26,7 @@ class TrackerScale(Effect):
     remedy = "Check the measuring system against a scale bar, and its air temperature and pressure."
     reference = "Muralikrishnan, Phillips, Sawyer 2016, Laser trackers for large-scale dimensional metrology: a review"
     stage = Stage.TARGET
+    cause = "measuring_system"
     site = "measuring_system"
     needs = (own_lengths,)
 
