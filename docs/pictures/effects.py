@@ -105,6 +105,27 @@ def over_run(ax: Axes, made: Simulated, errors: Array) -> None:
     ax.set_ylabel("error, base's\naxes [mm]")
 
 
+def over_moment(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the base's axes, over the overturning moment about its y axis."""
+    moment, mean = Model(made.dataset).run.overturning_moment[:, 1], per_pose(made, errors)
+    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
+        ax.scatter(moment, mean[:, i], color=colour, label=name, **DOTS)
+    ax.legend(fontsize=7, frameon=False, ncols=3)
+    ax.set_xlabel("overturning moment about the base's y axis [Nm]")
+    ax.set_ylabel("error, base's\naxes [mm]")
+
+
+def over_attitude(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the camera's axes, over the flange's attitude."""
+    down, mean = Model(made.dataset).run.gravity_in_flange, per_pose(made, in_camera(made, errors))
+    angle = np.degrees(np.arctan2(down[:, 0], down[:, 2]))
+    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
+        ax.scatter(angle, mean[:, i], color=colour, label=name, **DOTS)
+    ax.legend(fontsize=7, frameon=False, ncols=3)
+    ax.set_xlabel("angle from the flange's z axis to gravity, in its xz plane [°]")
+    ax.set_ylabel("error, camera's\naxes [mm]")
+
+
 def in_camera_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
     """Errors along the camera's axes over the run."""
     over_run(ax, made, in_camera(made, errors))
@@ -198,6 +219,8 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "base_shift": ({"base_shift:base": 1e-3, "base_shift:base.z": -5e-4, "base_shift:base.moment": 0.6}, over_run),
     "thermal_drift": ({"thermal_drift:joint_3": 2e-3}, over_run),
     "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
+    "base_compliance": ({"base_compliance:base": 5e-5}, over_moment),
+    "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 1e-2}, over_attitude),
     "latency": ({"latency:timing": 0.02}, over_speed),
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),

@@ -51,7 +51,7 @@ def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot:
 def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Effect], kind: str) -> None:
     plain = small(robot, kind, speed=0.05).dataset
     for place in effect.locations(plain)[1:2] or effect.locations(plain):
-        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.amplitudes()}
+        asked = {f"{effect.name}:{place}.{number}": typical for number, *_, typical in effect.amplitudes()}
         simulated = small(robot, kind, speed=0.05, effects=asked)
         assert rms(simulated) < 1e-11
         assert rms(simulated, effects=False) > 1e-6

@@ -1,0 +1,96 @@
+"""What yields under weight besides gears: bases, brackets, links."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio
+import pytest
+
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects.base_compliance import BaseCompliance, horizontal_axes
+from robolaser.model.effects.hand_eye_sag import HandEyeSag
+from robolaser.model.effects.run import Run
+
+ONE, NONE = np.ones(1), np.zeros(1)
+
+
+@pytest.fixture
+def dataset() -> Dataset:
+    """The UR5 in eight postures."""
+    q = np.random.default_rng(1).uniform(-1.5, 1.5, (8, 6))
+    poses = Poses(tuple(map(str, range(8))), time_s=np.arange(8.0), q=q)
+    return Dataset("arm", poses, Points(np.empty(0, dtype=np.int64), ()), kind="point", robot=find_robot("ur5"))
+
+
+def test_what_the_joints_carry_agrees_with_their_gravity_torques(dataset: Dataset) -> None:
+    robot, q = dataset.arm
+    mass, centre = robot.carried(q)
+    frames = robot.joint_frames(q[None])[0]
+    axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], robot.axes)
+    moment = np.cross(centre - frames[..., :3, 3], mass[:, None] * np.array(robot.gravity))
+    np.testing.assert_allclose(-(moment * axes).sum(axis=-1), robot.gravity_torques(q), atol=1e-9)
+
+
+def test_the_overturning_moment_is_that_of_the_whole_arms_weight_and_of_its_payload(dataset: Dataset) -> None:
+    robot, q = dataset.arm
+    model = pinocchio.buildModelFromXML(robot.urdf)
+    data = model.createData()
+    centre = np.array([pinocchio.centerOfMass(model, data, row).copy() for row in q])
+    arm = np.cross(centre, data.mass[0] * np.array(robot.gravity))
+    np.testing.assert_allclose(Run(dataset).overturning_moment, arm, atol=1e-9)
+    loaded = Run(replace(dataset, poses=replace(dataset.poses, payload_kg=np.full(8, 2.0))))
+    tip = np.cross(dataset.flange()[:, :3, 3], 2.0 * np.array(robot.gravity))
+    np.testing.assert_allclose(loaded.overturning_moment, arm + tip, atol=1e-9)
+
+
+def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(dataset: Dataset) -> None:
+    run = Run(dataset)
+    T = dataset.flange()
+    moved = BaseCompliance("base", 1e-5 * ONE, NONE).apply(T[None], run)[0]
+    np.testing.assert_allclose(
+        moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.overturning_moment)
+    )
+    _, first_moment = run.carried
+    reach = first_moment[:, 0, :2]
+    side = (reach * T[:, :2, 3]).sum(axis=1)
+    assert (np.sign(moved[:, 2, 3] - T[:, 2, 3]) == -np.sign(side)).all()
+
+
+def test_a_base_may_be_stiff_about_one_axis(dataset: Dataset) -> None:
+    run, T = Run(dataset), dataset.flange()[None]
+    moved = BaseCompliance("base", 1e-5 * ONE, -ONE).apply(T, run)[0]
+    about_y = 2e-5 * run.overturning_moment * [0, 1, 0]
+    np.testing.assert_allclose(moved[:, :3, :3], exp_so3(about_y) @ T[0, :, :3, :3], atol=1e-15)
+
+
+@pytest.mark.parametrize("down", [[0, 0, -9.81], [0, -9.81, 0], [-9.81, 0, 0], [3.0, 4.0, 5.0]])
+def test_horizontal_axes_are_two_across_gravity(down: list[float]) -> None:
+    axes = horizontal_axes(np.array(down))
+    np.testing.assert_allclose(axes @ axes.T, np.eye(2), atol=1e-15)
+    np.testing.assert_allclose(axes @ down, 0, atol=1e-14)
+    upright = horizontal_axes(np.array([0, 0, -9.81]))
+    np.testing.assert_array_equal(upright, np.eye(3)[:2])
+
+
+def test_a_bracket_sinks_downwards_and_bows_to_the_moment_of_what_hangs_on_it(dataset: Dataset) -> None:
+    run, T = Run(dataset), dataset.flange()
+    mount = np.eye(4)
+    mount[:3, 3] = 0.1, 0.0, 0.05
+    sunk = T @ HandEyeSag("hand_eye", 1e-3 * ONE, NONE, NONE, NONE).apply(mount[None, None], run)[0]
+    np.testing.assert_allclose(sunk[:, :3, 3] - (T @ mount)[:, :3, 3], np.tile([0, 0, -1e-3], (8, 1)), atol=1e-15)
+    bowed = T @ HandEyeSag("hand_eye", NONE, 0.01 * ONE, NONE, NONE).apply(mount[None, None], run)[0]
+    turn = np.cross(0.01 * T[:, :3, 0], [0, 0, -1])
+    np.testing.assert_allclose(bowed[:, :3, :3], exp_so3(turn) @ T[:, :3, :3], atol=1e-15)
+    np.testing.assert_allclose(bowed[:, :3, 3], (T @ mount)[:, :3, 3], atol=1e-15)
+
+
+def test_without_a_robot_down_is_down() -> None:
+    T = np.tile(np.eye(4), (3, 1, 1))
+    T[:, :3, :3] = exp_so3(np.random.default_rng(2).normal(size=(3, 3)))
+    poses = Poses(("0", "1", "2"), T_base_flange=T)
+    run = Run(Dataset("cell", poses, Points(np.empty(0, dtype=np.int64), ()), kind="stripe"))
+    np.testing.assert_allclose(
+        np.einsum("nab,nb->na", T[:, :3, :3], run.gravity_in_flange), [[0, 0, -1]] * 3, atol=1e-15
+    )
