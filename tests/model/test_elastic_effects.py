@@ -11,6 +11,7 @@ from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.base_compliance import BaseCompliance, horizontal_axes
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
+from robolaser.model.effects.link_compliance import LinkCompliance
 from robolaser.model.effects.run import Run
 
 ONE, NONE = np.ones(1), np.zeros(1)
@@ -94,3 +95,40 @@ def test_without_a_robot_down_is_down() -> None:
     np.testing.assert_allclose(
         np.einsum("nab,nb->na", T[:, :3, :3], run.gravity_in_flange), [[0, 0, -1]] * 3, atol=1e-15
     )
+
+
+@pytest.mark.parametrize("joint", [1, 2, 4])
+def test_the_moment_at_a_joint_about_its_axis_is_what_the_joint_bears(dataset: Dataset, joint: int) -> None:
+    run = Run(dataset)
+    moment = run.link_load(dataset.robot.joints[joint]).moment(np.zeros((1, 1, 1)))[0]
+    np.testing.assert_allclose(-moment @ dataset.robot.axes[joint], run.gravity_torques[:, joint], atol=1e-9)
+
+
+def test_the_moment_at_the_joint_before_is_what_that_joint_bears(dataset: Dataset) -> None:
+    run, robot = Run(dataset), dataset.robot
+    placement = robot.placements[2, :3, :3]
+    moment = run.link_load(robot.joints[2]).moment(np.ones((1, 1, 1)))[0] @ placement.T
+    np.testing.assert_allclose(-moment @ robot.axes[1], run.gravity_torques[:, 1], atol=1e-9)
+
+
+def test_a_link_that_only_gives_way_about_its_joints_axis_is_a_joint_that_gives_way(dataset: Dataset) -> None:
+    run, (robot, q) = Run(dataset), dataset.arm
+    np.testing.assert_array_equal(np.abs(robot.axes[2]), [0, 1, 0])
+    bent = LinkCompliance(robot.joints[2], NONE, 1e-5 * ONE, NONE, ONE).apply(robot.placements[None, None], run)
+    sunk = q.copy()
+    sunk[:, 2] -= 1e-5 * run.gravity_torques[:, 2]
+    np.testing.assert_allclose(robot.forward(q[None], bent), robot.forward(sunk[None]), atol=1e-12)
+
+
+def test_a_link_hinged_at_the_joint_before_leaves_that_joint_where_it_is(dataset: Dataset) -> None:
+    run, robot = Run(dataset), dataset.arm[0]
+    bent = LinkCompliance(robot.joints[2], ONE * 1e-4, ONE * 1e-4, ONE * 1e-4, NONE).apply(
+        robot.placements[None, None], run
+    )
+    straight = np.linalg.norm(robot.placements[2, :3, 3])
+    np.testing.assert_allclose(np.linalg.norm(bent[0, :, 2, :3, 3], axis=-1), straight, atol=1e-12)
+    assert np.ptp(bent[0, :, 2, :3, 3], axis=0).max() > 1e-4
+
+
+def test_what_is_before_the_first_joint_is_the_base_and_no_link(dataset: Dataset) -> None:
+    assert LinkCompliance.sites(dataset.robot) == dataset.robot.joints[1:]

@@ -62,7 +62,7 @@ def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Eff
 def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
     wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
     assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
-    with pytest.raises(EffectError, match="cycles is 400, but it lies between 2 and 330"):
+    with pytest.raises(EffectError, match="cycles is 400, but it lies between 10 and 330"):
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 

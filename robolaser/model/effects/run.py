@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.kinematics import DOWN, Robot
-from robolaser.model.effects.gravity_load import carried_masses, gravity_torques, torques_of_one_kg
+from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
 
@@ -130,6 +130,16 @@ class Run:
         (n, j) [kg] and (n, j, 3) [kg m], in the base frame, at the angles read.
         """
         return carried_masses(self.robot, self.q, self.poses.payload_kg)
+
+    @cached_property
+    def joint_frames(self) -> Array:
+        """T_base_joint of the chain's joints by the nominal arm, each turned by its reading, (n, len(chain), 4, 4)."""
+        return self.robot.joint_frames(self.q[None])[0]
+
+    def link_load(self, joint: str) -> LinkLoad:
+        """What hangs on the link before a joint that is not the first."""
+        at = self.robot.chain.index(self.robot.joints.index(joint))
+        return link_load(self.robot, self.joint_frames, self.carried, at)
 
     @cached_property
     def overturning_moment(self) -> Array:

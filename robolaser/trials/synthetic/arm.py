@@ -64,9 +64,26 @@ class PinocchioArm:
         at_rest = np.zeros(model.nv)
         moments = np.empty((len(q), 3))
         for row, posture in enumerate(q):
-            pinocchio.rnea(model, data, self._full(posture), at_rest, at_rest)
+            full = self._full(posture)
+            pinocchio.forwardKinematics(model, data, full)
+            pinocchio.rnea(model, data, full, at_rest, at_rest)
             moments[row] = -data.oMi[first].act(data.f[first]).angular
         return moments
+
+    def link_loads(self, q: Array, payload_kg: float, joint: str) -> tuple[Array, Array]:
+        """The weight beyond a joint and its moment about it, in its frame before it turns, (n, 3) [N] and [Nm]."""
+        model = self._loaded(payload_kg)
+        data = model.createData()
+        at, at_rest = model.getJointId(joint), np.zeros(model.nv)
+        force, moment = np.empty((len(q), 3)), np.empty((len(q), 3))
+        for row, posture in enumerate(q):
+            full = self._full(posture)
+            pinocchio.forwardKinematics(model, data, full)
+            pinocchio.rnea(model, data, full, at_rest, at_rest)
+            before = (data.oMi[model.parents[at]] * model.jointPlacements[at]).rotation
+            turn = before.T @ data.oMi[at].rotation
+            force[row], moment[row] = -turn @ data.f[at].linear, -turn @ data.f[at].angular
+        return force, moment
 
     @property
     def down(self) -> Array:
