@@ -33,7 +33,7 @@ class JointCoupling(Effect):
     clause = "{where} turns a little with another joint"
     caveat = "the other joint, `other`, is counted from the base, beginning with one"
     remedy = "Check the coupling ratio of {where} in its controller, and belts and cables that pass the joint."
-    reference = "Paul 1981, Robot Manipulators, on coupled wrists; Schröer 1993, IRIS: cross-coupling of joints"
+    reference = "Paul 1981, Robot Manipulators, on coupled wrists; Schröer 1993, Theory of kinematic modelling"
     stage = Stage.JOINTS
     cause = "transmission"
 

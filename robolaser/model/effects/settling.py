@@ -27,7 +27,7 @@ class Settling(Effect):
     clause = "{where} has not settled when it is measured"
     caveat = "assumes that the arm came straight from the pose before, and waited as long at each pose"
     remedy = "Wait longer at each pose before measuring, or raise the gain of the servo of {where}."
-    reference = "Albu-Schäffer, Ott, Hirzinger 2007, A unified passivity-based control framework; 0.01-0.5 % of a move"
+    reference = "ISO 9283:1998, pose stabilization time and overshoot; 0.01-0.5 % of a move"
     stage = Stage.JOINTS
     cause = "transmission"
     needs = (path,)
