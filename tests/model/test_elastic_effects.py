@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio
 import pytest
 
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.geometry.robots import find_robot
@@ -111,20 +112,36 @@ def test_the_moment_at_the_joint_before_is_what_that_joint_bears(dataset: Datase
     np.testing.assert_allclose(-moment @ robot.axes[1], run.gravity_torques[:, 1], atol=1e-9)
 
 
-def test_a_link_that_only_gives_way_about_its_joints_axis_is_a_joint_that_gives_way(dataset: Dataset) -> None:
-    run, (robot, q) = Run(dataset), dataset.arm
-    np.testing.assert_array_equal(np.abs(robot.axes[2]), [0, 1, 0])
-    bent = LinkCompliance(robot.joints[2], NONE, 1e-5 * ONE, NONE, ONE).apply(robot.placements[None, None], run)
-    sunk = q.copy()
-    sunk[:, 2] -= 1e-5 * run.gravity_torques[:, 2]
-    np.testing.assert_allclose(robot.forward(q[None], bent), robot.forward(sunk[None]), atol=1e-12)
+def turned(dataset: Dataset, joint: int, bending: float, twist: float, axial: float) -> Array:
+    """The turn of a joint's placement under the load, hinged at the joint, (n, 3) [rad]."""
+    robot, size = dataset.arm[0], (bending * ONE, twist * ONE, axial * ONE, ONE)
+    bent = LinkCompliance(robot.joints[joint], *size).apply(robot.placements[None, None], Run(dataset))[0, :, joint]
+    R = robot.placements[joint, :3, :3].T @ bent[:, :3, :3]
+    return np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1) / 2
+
+
+def test_a_link_that_yields_alike_in_all_directions_turns_with_the_moment(dataset: Dataset) -> None:
+    moment = Run(dataset).link_load(dataset.robot.joints[2]).moment(np.zeros((1, 1, 1)))[0]
+    np.testing.assert_allclose(turned(dataset, 2, 1e-6, 1e-6, 1.0), 1e-6 * moment, atol=1e-12)
+
+
+def test_a_tilting_bearing_does_not_turn_the_joint_about_its_axis(dataset: Dataset) -> None:
+    turn = turned(dataset, 4, 1e-6, 2e-6, 0.0)
+    assert np.abs(turn).max() > 1e-7
+    np.testing.assert_allclose(turn @ dataset.robot.axes[4], 0, atol=1e-12)
+
+
+def test_a_link_that_only_twists_turns_about_its_direction(dataset: Dataset) -> None:
+    placement = dataset.robot.placements[2]
+    along = placement[:3, :3].T @ placement[:3, 3]
+    axis = dataset.robot.axes[2]
+    along -= axis * (along @ axis)
+    np.testing.assert_allclose(np.cross(turned(dataset, 2, 0.0, 1e-6, 1.0), along), 0, atol=1e-12)
 
 
 def test_a_link_hinged_at_the_joint_before_leaves_that_joint_where_it_is(dataset: Dataset) -> None:
     run, robot = Run(dataset), dataset.arm[0]
-    bent = LinkCompliance(robot.joints[2], ONE * 1e-4, ONE * 1e-4, ONE * 1e-4, NONE).apply(
-        robot.placements[None, None], run
-    )
+    bent = LinkCompliance(robot.joints[2], ONE * 1e-4, ONE * 1e-4, ONE, NONE).apply(robot.placements[None, None], run)
     straight = np.linalg.norm(robot.placements[2, :3, 3])
     np.testing.assert_allclose(np.linalg.norm(bent[0, :, 2, :3, 3], axis=-1), straight, atol=1e-12)
     assert np.ptp(bent[0, :, 2, :3, 3], axis=0).max() > 1e-4

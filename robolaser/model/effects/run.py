@@ -134,7 +134,7 @@ class Run:
     @cached_property
     def joint_frames(self) -> Array:
         """T_base_joint of the chain's joints by the nominal arm, each turned by its reading, (n, len(chain), 4, 4)."""
-        return self.robot.joint_frames(self.q[None])[0]
+        return np.asarray(self.robot.joint_frames(self.q[None])[0])
 
     def link_load(self, joint: str) -> LinkLoad:
         """What hangs on the link before a joint that is not the first."""
