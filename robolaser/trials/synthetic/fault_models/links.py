@@ -11,6 +11,7 @@ from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
 
 LEAST_LENGTH_M = 0.05
+MOST_OF_PAYLOAD = 0.25  # of the load on a link
 
 
 @final
@@ -91,9 +92,15 @@ class BentBeam(FaultModel):
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Joints but the first that a link of some length carries."""
+        """Links of some length but the first whose load is mostly of the URDF's masses: no other can be named."""
         lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
-        return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
+        long = [joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M]
+        loads = [[run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg)] for joint in long]
+        return tuple(
+            joint
+            for joint, (masses, whole) in zip(long, loads, strict=True)
+            if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum()
+        )
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Turned by up to `size` [rad]."""
