@@ -25,13 +25,14 @@ def jacobian(model: Model, x: Array) -> Array:
     values = model.parameters.values(x)
     perturb = model.perturb(values)
     known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
-    if known is not None and known.shape[-1] == x.shape[1]:
+    names = model.sensor.free + model.sensor.derived
+    if known is not None and names == model.parameters.names:
         return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
     m, k = len(model.dataset.points), model.sensor.format.numbers
-    J = np.empty((*x.shape, m, k))
-    analytic = 0 if known is None else known.shape[-1]
+    J = np.zeros((*x.shape, m, k))  # rows may know nothing of places that other rows see
+    analytic = 0 if known is None else x.shape[1] - len(model.effect_parameters)
     if known is not None:
-        J[:, :analytic] = np.moveaxis(known, -1, 1)
+        J[:, model.parameters.columns(names)] = np.moveaxis(known, -1, 1)
     if analytic < x.shape[1]:
         numeric, everywhere = np.arange(analytic, x.shape[1]), np.full(x.shape[1], np.inf)
 
