@@ -67,6 +67,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         gap=gap,
         where=lies,
         findings=tuple(findings),
+        classes=(),
         outliers=gross,
         not_testable={"latency": "no joint velocities in the data"},
         next_poses=tuple(dict.fromkeys(joints, 0.1 * (k + 1)) for k in range(2 if joints else 0)),

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
@@ -26,6 +26,7 @@ def import_files(
     kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
     robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
     columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME", group=TABLES)] = (),
     units: Annotated[str | None, Parameter(metavar="UNIT,...", group=TABLES)] = None,
@@ -52,6 +53,7 @@ def import_files(
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
         robot: A robot of `robolaser list robots`, or a URDF file. Left out: the files hold flange poses.
         flange: Frame of a URDF file that carries the sensor.
+        path: Whether the arm went straight from each pose to the next in time, or nobody knows.
         sensor: One of `robolaser list sensors`: what measured the points.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
         units: Of lengths, angles and times in the files, such as mm,deg,ms.
@@ -70,6 +72,8 @@ def import_files(
     from robolaser.errors import near
     from robolaser.geometry.robots import find_robot
 
+    if flange is not None and robot is None:
+        raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_output(output, (*sources, *urdf), overwrite=force)
     importer = importer_for(sources, kind)
@@ -82,6 +86,7 @@ def import_files(
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange),
+        path_known=path == "consecutive",
         sensor=sensor,
         columns=_pairs("--column", columns),
         units=tuple(unit.strip() for unit in (units or "").split(",") if unit.strip()),

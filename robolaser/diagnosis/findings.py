@@ -15,7 +15,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.thresholds import MIN_POSES
+from robolaser.diagnosis.thresholds import MIN_POSES, UNDETERMINED
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 MAX_ALTERNATIVES = 6
@@ -74,10 +74,13 @@ def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
 def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
     names = fit.problem.parameters.names
     columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
-    return {
-        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(fit.deviations[i]), item.unit)
-        for item, i in columns
-    }
+    prior = fit.problem.prior
+    assert prior is not None  # `problem_of` has it
+
+    def std(i: int) -> float | None:
+        return float(fit.deviations[i]) if fit.deviations[i] < UNDETERMINED * prior[i] else None
+
+    return {item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), std(i), item.unit) for item, i in columns}
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:

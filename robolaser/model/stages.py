@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -55,14 +55,18 @@ class Perturbation:
 
     def of_rows(self, rows: Ints, count: int) -> "Perturbation":
         """The same for a sensor that sees only some rows (m,) of as many as there are, and all poses."""
-        place = np.zeros(count, dtype=np.int64)
-        place[rows] = np.arange(len(rows))
+        return Perturbation(tuple((at, on_rows(at, act, rows, count)) for at, act in self.steps))
 
-        def some(act: Callable[[Array], Array]) -> Callable[[Array], Array]:
-            def act_on_rows(value: Array) -> Array:
-                out = act(value if value.shape[1] == 1 else value[:, place])
-                return out if out.shape[1] == 1 else out[:, rows]
 
-            return act_on_rows
+def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> Callable[..., Array]:
+    """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are."""
+    if stage not in OF_ROWS:
+        return act
+    place = np.zeros(count, dtype=np.int64)
+    place[rows] = np.arange(len(rows))
 
-        return Perturbation(tuple((at, some(act) if at in OF_ROWS else act) for at, act in self.steps))
+    def act_on_rows(value: Array, *more: Any) -> Array:
+        out = act(value if value.shape[1] == 1 else value[:, place], *more)
+        return out if out.shape[1] == 1 else out[:, rows]
+
+    return act_on_rows

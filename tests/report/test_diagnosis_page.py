@@ -26,7 +26,7 @@ from page_claims import (
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
-from robolaser.report.diagnosis.charts.cell import suspected
+from robolaser.report.diagnosis.charts.cell import beside, suspected
 from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
 from robolaser.report.diagnosis.rows import limit_rows
@@ -153,6 +153,12 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange():
     np.testing.assert_allclose(outline.line[-1], flange[:3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ np.append(outline.tip, 1.0))[:3], mount[:3, 3], atol=1e-12)
     assert len(outline.line) == 2 + len(outline.joints)
+
+
+def test_a_label_stands_on_the_side_where_no_other_symbol_is():
+    for x, y in ((0.1, -0.1), (0.1, 0.1), (-0.1, -0.1), (-0.1, 0.1)):
+        label = beside(np.zeros(2), np.array([[x, y]]), 1.0)
+        assert (label["dx"] > 0) == (label["align"] == "left") == (x < 0)
 
 
 def test_names_from_data_stay_text():

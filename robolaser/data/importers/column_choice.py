@@ -124,6 +124,8 @@ def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]
 
 
 def _check_poses(file: Table, chosen: Chosen, options: ImportOptions) -> None:
+    if options.euler is not None and EULER[0] not in chosen:
+        raise UsageError(f"--euler {options.euler}: of which columns? Name them with --column euler_1=NAME and so on.")
     if options.robot is not None:
         _all_there(file, [f"q_{joint}" for joint in options.robot.joints], chosen)
         return
@@ -145,6 +147,10 @@ def _check_points(file: Table, poses: Table, chosen: Chosen, known: Quantities, 
     _all_there(file, [name for name in known if name not in ("pose", "point", "repeat")], chosen, "points.")
     if file is not poses:
         _all_there(file, ["pose"], chosen, what="the pose in which each point was measured")
+    if "point" in chosen and options.point is not None:
+        raise UsageError(
+            f"--point {options.point}: the column '{chosen['point']}' names the points. Leave one of them out."
+        )
     if "point" not in chosen and options.point is None:
         raise UsageError(
             f"{file.file}: which point is measured in each row? Name a column with --column point=NAME or, if all are"

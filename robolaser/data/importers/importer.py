@@ -18,6 +18,7 @@ class ImportOptions:
     Attributes:
         name: Of the data set.
         robot: Whose joint angles the files hold; None: they hold flange poses.
+        path_known: Whether the arm went straight from each pose to the next.
         sensor: Kind of sensor that the points are from.
         columns: Column of a file by the column of poses.csv or points.csv that it becomes, see `read_columns`.
         units: Units of lengths and angles, and of times: at most one each.
@@ -31,6 +32,7 @@ class ImportOptions:
 
     name: str = "imported"
     robot: Robot | None = None
+    path_known: bool = True
     sensor: str = "point"
     columns: Mapping[str, str] = field(default_factory=dict)
     units: tuple[str, ...] = ()

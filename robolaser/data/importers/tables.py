@@ -30,8 +30,8 @@ from robolaser.data.importers.orientation import turned_by, with_quaternions
 from robolaser.data.importers.units import ANGLE, Units
 from robolaser.data.point_table import points_of
 from robolaser.data.pose_table import poses_of
-from robolaser.data.sensor_format import sensor_format
-from robolaser.errors import DataError, UsageError
+from robolaser.data.sensor_format import sensor_format, sensor_kinds
+from robolaser.errors import DataError, UsageError, near
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat")
 
@@ -51,6 +51,8 @@ class Tables(Importer):
         """Read one table, or one of poses and then one of points."""
         if len(paths) > 2:
             raise UsageError(f"{len(paths)} tables: expected one, or one of poses and then one of points.")
+        if options.sensor not in sensor_kinds():
+            raise UsageError(f"--sensor {options.sensor}: no such sensor.{near(options.sensor, sensor_kinds())}")
         declared = sensor_format(options.sensor)
         if declared.required or declared.options:
             raise UsageError(
@@ -75,6 +77,7 @@ class Tables(Importer):
             Points(np.empty(0, dtype=np.int64), ()),
             kind=declared.kind,
             robot=options.robot,
+            path_known=options.path_known,
             source=", ".join(path.name for path in paths),
             warnings=tuple(warnings),
         )

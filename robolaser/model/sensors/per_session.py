@@ -15,6 +15,7 @@ from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
+from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 T = TypeVar("T")
@@ -196,6 +197,17 @@ class PerSession(Sensor):
             columns = [names.index(self._sessions.named(name, one.name)) for name in one.parameters]
             slopes[:, one.rows[:, None, None], np.arange(part.shape[2])[:, None], columns] = part
         return slopes
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
+        """Each session's."""
+        parts = []
+        for one in self._every:
+            named = {name: self._sessions.named(name, one.name) for name in one.parameters}
+            part = one.sensor.slopes(flange, chain.of_rows(named, one.rows, len(self.dataset.points)))
+            if part is None:
+                return None
+            parts.append(part)
+        return self._together(parts, axis=2)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """The kind's; no row shares its errors with one of another session."""

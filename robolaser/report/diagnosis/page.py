@@ -6,7 +6,7 @@ from robolaser.report.calibration.error_analysis import enough_rows
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import FIRST, THEN
-from robolaser.report.digits import millimetres
+from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.page import drawn, render
 from robolaser.report.setting import noise_lines, setting
 
@@ -62,7 +62,7 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     lines = [
         ("nominal model", millimetres(gap.nominal_m), "before anything was fitted"),
         ("calibrated", millimetres(gap.calibrated_m), "ordinary parameters fitted, no effect in the model"),
-        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetres(low)} to {millimetres(high)}"),
+        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetre_interval(low, high)}"),
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
     ]
     return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]

@@ -147,6 +147,9 @@ OPEN = {
     ),
     "sign": ({"decimal": ";"}, "--separator and --decimal are both ';'"),
     "separator": ({"separator": None, "decimal": ";"}, "what separates the cells"),
+    "point twice": ({"point": "ball"}, "--point ball: the column 'Prisma' names the points"),
+    "no angles": ({"euler": "ZYX"}, "--euler ZYX: of which columns"),
+    "no sensor": ({"sensor": "pint"}, r"--sensor pint: no such sensor\. Did you mean 'point'"),
     "sensor": ({"sensor": "stripe"}, "dataset.toml has to state more of a laser stripe scanner"),
 }
 
@@ -201,6 +204,27 @@ def test_an_error_names_file_row_and_column(case: str, said: ImportOptions, data
     assert error.value.file == "log.txt"
     assert error.value.row is not None
     assert named is None or error.value.column == named
+
+
+@pytest.mark.parametrize("arm_named", [True, False])
+def test_a_table_without_rows_is_an_error(
+    arm_named: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset)[:1])
+    if not arm_named:
+        places = {f"{table}.{axis}_m": axis.upper() for table in ("poses", "points") for axis in "xyz"}
+        turns = {f"euler_{i}": f"A{i}" for i in (1, 2, 3)}
+        said = replace(said, robot=None, euler="XYZ", columns={"pose": "Nr", "point": "Prisma", **places, **turns})
+    with pytest.raises(DataError, match=r"log\.txt, row 2, column pose: empty, expected at least one pose"):
+        read(file, said)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_whether_the_path_is_known_is_written(
+    known: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset))
+    assert read(file, replace(said, path_known=known)).path_known is known
 
 
 def test_a_row_with_too_few_cells_is_named(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
