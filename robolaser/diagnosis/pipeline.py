@@ -118,7 +118,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     verdict = judge(_evidence(start, final, left, gap))
     where = _where(verdict, refits, final, evidence, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
-    nested = nested_fits(refits, final)
+    nested = nested_fits(refits, final, held_out)
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
     return Diagnosis(

@@ -108,14 +108,22 @@ class DetectionLimit:
     Attributes:
         candidate_effect: Which, and where.
         parameter: Name of its principal parameter.
-        size: In its unit; None where no size shows.
+        size: In its unit; None where no size within its bound shows.
         unit: SI.
+        identifiable: The smallest size at which it is told from its nearest rival; None where no size within its bound
+            is.
+        rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
+        at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
+            data, nothing refitted [m].
     """
 
     candidate_effect: CandidateEffect
     parameter: str
     size: float | None
     unit: str
+    identifiable: float | None = None
+    rival: CandidateEffect | None = None
+    at_tool_m: float | None = None
 
 
 @final
@@ -232,10 +240,7 @@ class Diagnosis:
             "gross_errors": self.outliers.tolist(),
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
-            "detection_limits": [
-                {**_place(limit.candidate_effect), "number": limit.parameter, "size": limit.size, "unit": limit.unit}
-                for limit in self.limits
-            ],
+            "detection_limits": [_limit(one) for one in self.limits],
             "front": [
                 {
                     "effects": [_pair(candidate_effect) for candidate_effect in choice.effects],
@@ -259,6 +264,18 @@ def _place(candidate_effect: CandidateEffect) -> dict[str, str]:
 
 def _pair(candidate_effect: CandidateEffect) -> list[str]:
     return [candidate_effect.effect.name, candidate_effect.where]
+
+
+def _limit(one: DetectionLimit) -> dict[str, Any]:
+    return {
+        **_place(one.candidate_effect),
+        "number": one.parameter,
+        "size": one.size,
+        "unit": one.unit,
+        "identifiable": one.identifiable,
+        "rival": None if one.rival is None else _pair(one.rival),
+        "at_tool_mm": None if one.at_tool_m is None else _mm(one.at_tool_m),
+    }
 
 
 def _finding(found: Finding) -> dict[str, Any]:

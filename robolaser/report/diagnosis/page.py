@@ -43,6 +43,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         sites=rows.site_rows(diagnosis),
         validation=list(rows.validation_rows(diagnosis)),
         limits=list(rows.limit_rows(diagnosis)),
+        untestable=rows.untestable_rows(diagnosis),
         joints=joints,
         next_poses=poses,
         gross=list(rows.gross_rows(diagnosis)),
