@@ -11,6 +11,7 @@ from robolaser.data.csv_tables import write_table
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT, GRAVITY
 from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.sessions import OWN
 from robolaser.errors import output_exists, unwritable
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -40,7 +41,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         raise unwritable(folder, error.strerror or str(error)) from None
     if dataset.robot is not None:
         write_text(folder / "robot.urdf", dataset.robot.urdf)
-    _write_columns(folder / "poses.csv", dict(_poses(dataset)))
+    _write_columns(folder / "poses.csv", dict(pose_columns(dataset)))
     if len(dataset.points):
         save_points(dataset, folder)
     else:
@@ -50,7 +51,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 def save_points(dataset: Dataset, folder: Path) -> None:
     """Write points.csv and nothing else."""
-    _write_columns(folder / "points.csv", dict(_points(dataset)))
+    _write_columns(folder / "points.csv", dict(point_columns(dataset)))
 
 
 def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:
@@ -66,7 +67,8 @@ def _spread(names: Sequence[str], values: Array) -> Iterator[tuple[str, Sequence
     yield from ((name, _digits(values[:, i])) for i, name in enumerate(names))
 
 
-def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+def pose_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+    """The columns of poses.csv, as they are written."""
     poses, robot = dataset.poses, dataset.robot
     yield "pose", poses.names
     if poses.time_s is not None:
@@ -84,10 +86,13 @@ def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
     for column, values in (("payload_kg", poses.payload_kg), ("temperature_c", poses.temperature_c)):
         if values is not None:
             yield column, _digits(values)
+    if poses.session is not None:
+        yield "session", poses.session
     yield from poses.extra.items()
 
 
-def _points(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+    """The columns of points.csv, as they are written."""
     points = dataset.points
     yield "pose", [dataset.poses.names[i] for i in points.pose]
     yield "point", points.names
@@ -107,6 +112,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         "board": {} if dataset.board is None else asdict(dataset.board),
         "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
         "noise": asdict(dataset.noise),
+        "sessions": {} if dataset.sessions is None or dataset.sessions.own == OWN else {"own": dataset.sessions.own},
     }
     if "scanner" not in dataset.format.tables:
         tables["scanner"] = {}
