@@ -19,7 +19,7 @@ class Settling(Effect):
 
     A joint that approaches its goal as exp(-t / τ) and is measured t after the move lacks the share exp(-t / τ); one
     that creeps on after its reading has a share below zero. q_before is the reading of the pose before in time; at the
-    first pose nothing is missing.
+    first pose of a session nothing is missing.
     """
 
     name = "settling"
@@ -38,7 +38,8 @@ class Settling(Effect):
     def apply(self, q: Array, run: Run, /) -> Array:
         """Hold back a share of each move."""
         column = joint_column(run, self.where)
-        readings = q[:, run.order, column]
-        moves = np.zeros_like(readings)
-        moves[:, run.order] = np.diff(readings, axis=1, prepend=readings[:, :1])
+        moves = np.zeros(q.shape[:2])
+        for poses in run.paths:
+            readings = q[:, poses, column]
+            moves[:, poses] = np.diff(readings, axis=1, prepend=readings[:, :1])
         return add_to_joint(q, run, self.where, -self.share[:, None] * moves)
