@@ -59,6 +59,8 @@ MAX_BESIDE_GEOMETRY: Final = 4
 """Effects beside the geometry of a whole arm."""
 SCATTER_REDUCTION: Final = 0.7
 """Share of the assumed noise, below which the noise that the found effects leave makes the search start again."""
+HELD_OUT_REMOVALS: Final = 2
+"""Effects, those that explain least first, without which held-out poses are predicted, before none is taken out."""
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 
