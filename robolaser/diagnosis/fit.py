@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
@@ -20,6 +21,9 @@ from robolaser.parameters import Parameters
 TOLERANCE, SHARE = 1e-3, 1e-6
 """Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
 model leaves much."""
+SEEN, LEAST_SHARE = 1e-2, 0.1
+"""Variance by whole poses' scatter, over the rest, from which on a direction tells of it; and the least share of those
+directions that parameters leave."""
 SINGULAR = 1e-5
 """Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
@@ -99,6 +103,31 @@ class Fit:
         """Squared length of the whitened residuals, known distances and distances from the priors counted in."""
         return self.at.cost
 
+    @cached_property
+    def _profile(self) -> tuple[float, float]:
+        noise = self.noise
+        shares = 1.0 - len(self.x) / max(1, np.count_nonzero(noise.scatter > SEEN))
+        return profile(noise.scatter_squares(self.at.white), noise.scatter, max(shares, LEAST_SHARE))
+
+    @property
+    def deviance(self) -> float:
+        """Chi-squared with the scatter of whole poses as large as makes the residuals likeliest.
+
+        Minus twice the logarithm of the likelihood, profiled over that scatter; `chi2` where it is as assumed.
+        """
+        return self.chi2 + self._profile[1]
+
+    @property
+    def scatter_factor(self) -> float:
+        """That scatter over the one assumed."""
+        return self._profile[0]
+
+    @cached_property
+    def with_likeliest_scatter(self) -> "Fit":
+        """The same parameters beside noise with that scatter."""
+        noise = self.noise.with_scatter_times(self.scatter_factor)
+        return Fit(self.problem.with_noise(noise), self.x) if len(self.noise.scatter) else self
+
     @property
     def freedoms(self) -> int:
         """Whitened residuals less parameters, at least 1."""
@@ -112,7 +141,7 @@ class Fit:
     @property
     def dispersion(self) -> float:
         """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
-        return dispersion(self.chi2, self.freedoms, len(self.poses))
+        return dispersion(self.with_likeliest_scatter.chi2, self.freedoms, len(self.poses))
 
     @property
     def values(self) -> dict[str, float]:

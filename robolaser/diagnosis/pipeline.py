@@ -25,7 +25,7 @@ from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
+from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -142,8 +142,11 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    if (less_noise := preparation.with_less_noise(data, start, final)) is not None:
-        refits, final = again(less_noise, 0.4)
+    for _ in range(SCATTER_ROUNDS):
+        if (other := preparation.with_other_scatter(data, start, final)) is None:
+            break
+        start = other
+        refits, final = again(start, 0.4)
     for _ in range(OUTLIER_ROUNDS):
         found = preparation.outliers(final)
         if np.array_equal(found, outliers):
@@ -157,10 +160,9 @@ def _selected(
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
     return Evidence(
         chi2_before=start.chi2,
-        chi2_after=final.chi2,
+        chi2_after=final.with_likeliest_scatter.chi2,
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
-        scatter_m=final.size_of(final.noise),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
         has_effects=bool(final.effects),

@@ -96,8 +96,11 @@ class Refits:
         return [self._latest[one] for one in fit.effects]
 
     def cost(self, fit: Fit, spread: float) -> float:
-        """Chi-squared in units of the dispersion, and the complexity penalties of the effects."""
-        return fit.chi2 / spread + sum(penalty(test) for test in self.tests_of(fit))
+        """The deviance in units of the dispersion, and the complexity penalties of the effects."""
+        return fit.deviance / spread + self._penalties(fit)
+
+    def _penalties(self, fit: Fit) -> float:
+        return sum(penalty(test) for test in self.tests_of(fit))
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains what some effects do, with no need of them.
@@ -117,7 +120,7 @@ class Refits:
     def _cost_beside_unmodelled(self, fit: Fit) -> float:
         key = frozenset(fit.effects)
         if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
-            self._beside_unmodelled[key] = fit.chi2, self.cost(fit, 1.0) - unmodelled_chi2(fit)
+            self._beside_unmodelled[key] = fit.chi2, fit.chi2 + self._penalties(fit) - unmodelled_chi2(fit)
         return self._beside_unmodelled[key][1]
 
 

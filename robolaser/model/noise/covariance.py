@@ -15,7 +15,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.noise.whitening import Whitener, group_sums
+from robolaser.model.noise.whitening import GroupStage, Whitener, group_sums
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
 FLOOR = 1e-6
@@ -75,16 +75,46 @@ class NoiseModel:
     def _whitener(self) -> Whitener:
         own = self._floor()
         levels: list[tuple[Array, Ints]] = []
+        of_poses: list[tuple[Array, Ints]] = []
         shaking = (source for source in self.sources if self.sigmas[source.name] > 0.0)
         for source in sorted(shaking, key=lambda source: len(np.unique(source.group)), reverse=True):
             effect = self.sigmas[source.name] * source.effect
-            if len(np.unique(source.group)) == self._rows:
+            into = of_poses if source.level == "pose" else levels
+            if source.level != "pose" and len(np.unique(source.group)) == self._rows:
                 own += effect @ np.swapaxes(effect, -1, -2)
-            elif levels and np.array_equal(levels[-1][1], source.group):
-                levels[-1] = (np.concatenate([levels[-1][0], effect], axis=-1), source.group)
+            elif into and np.array_equal(into[-1][1], source.group):
+                into[-1] = (np.concatenate([into[-1][0], effect], axis=-1), source.group)
             else:
-                levels.append((effect, source.group))
-        return Whitener.of(own, levels)
+                into.append((effect, source.group))
+        return Whitener.of(own, [*levels, *of_poses])
+
+    @cached_property
+    def _of_poses(self) -> GroupStage | None:
+        """The stage that whitens errors of whole poses, always the last one; None where there are none."""
+        shaking = any(source.level == "pose" and self.sigmas[source.name] > 0.0 for source in self.sources)
+        return self._whitener.stages[-1] if shaking else None
+
+    @property
+    def scatter(self) -> Array:
+        """Variance that errors of whole poses add to each direction in which they move a pose, (n q,).
+
+        In units of what is there without them; empty where there are none.
+        """
+        return np.zeros(0) if self._of_poses is None else self._of_poses.variances.reshape(-1)
+
+    def scatter_squares(self, white: Array) -> Array:
+        """Squares of whitened residuals (m k,) along the same directions, (n q,)."""
+        rows = white.reshape(self._rows, self.numbers)
+        return np.zeros(0) if self._of_poses is None else self._of_poses.squares(rows).reshape(-1)
+
+    def with_scatter_times(self, factor: float) -> "NoiseModel":
+        """The same with larger or smaller errors of whole poses."""
+        return self.at({source.name: factor * self.sigmas[source.name] for source in self.sources_of_poses})
+
+    @property
+    def sources_of_poses(self) -> tuple[ErrorSource, ...]:
+        """Those that shake whole poses."""
+        return tuple(source for source in self.sources if source.level == "pose")
 
     @property
     def _rows(self) -> int:
@@ -106,6 +136,17 @@ class NoiseModel:
     def weigh(self, white: Array) -> Array:
         """Σ⁻¹ times residuals that are white already, (c, m k) -> (c, m k) [1/row's unit]."""
         return self._whitener.back(white)
+
+    def correlate(self, white: Array) -> Array:
+        """Undo `whiten`: residuals whose whitened ones are given, (c, m k) -> (c, m k) [row's unit]."""
+        weighed = self.weigh(white)
+        rows = weighed.reshape(len(white), self._rows, self.numbers).transpose(1, 2, 0)
+        total: Array = FLOOR**2 * rows
+        for source in self.sources:
+            moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
+            shared = self.sigmas[source.name] ** 2 * group_sums(moved, source.group)[source.group]
+            total = total + (shared if source.isotropic else source.effect @ shared)
+        return total.transpose(2, 0, 1).reshape(len(white), -1)
 
     def seen_through(self, J: Array) -> Array:
         """JᵀΣJ for a Jacobian (m k, d), -> (d, d)."""
