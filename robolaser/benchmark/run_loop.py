@@ -90,12 +90,12 @@ def compare(plan: RunPlan, engine: Engine | None = None) -> BenchmarkResult:
         engine: Where the runs are made; on all cores of this machine by default.
     """
     began = time.monotonic()
-    with engine or ThisMachine() as chosen:
-        workers = chosen.workers
-        runs = tuple(run_all(plan, chosen))
+    with engine or ThisMachine() as used:
+        workers = used.workers
+        runs = tuple(run_all(plan, used))
         lasted_s = time.monotonic() - began
         busy_s = sum(run.seconds for run in runs)
-        return plan.result(runs, Effort(chosen.label, workers, lasted_s, lasted_s * workers, busy_s))
+        return plan.result(runs, Effort(used.label, workers, lasted_s, lasted_s * workers, busy_s))
 
 
 def _left_s(plan: RunPlan, done: Mapping[Key, BenchmarkRun], workers: int) -> float | None:

@@ -15,7 +15,7 @@ from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
-from robolaser.estimation.nonlinear_parameters import initialize_effects, with_several_shapes
+from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -103,7 +103,7 @@ def _multistart(model: Model, seed: int, tell: Progress) -> Start:
     def optimum(part: Model, starts: Array | None) -> Optimum:
         return multistart(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
 
-    nonlinear = with_several_shapes(model)
+    nonlinear = with_nonlinear_grid(model)
     plain = _without(model, nonlinear)
     best = optimum(model.with_effects(()), None)
     evaluations = best.evaluations
@@ -132,7 +132,7 @@ def _with_effects_chosen(model: Model, effects: tuple[CandidateEffect, ...], x: 
     """The optimum x (d,) of the model with some of its effects, extended by start values of the nonlinear ones."""
     plain = model.with_effects(effects)
     values = dict(zip(plain.parameters.names, x, strict=True))
-    values |= initialize_effects(plain, x, with_several_shapes(model))
+    values |= initialize_effects(plain, x, with_nonlinear_grid(model))
     return np.array([values[name] for name in model.parameters.names])
 
 
@@ -164,7 +164,7 @@ def _descended(model: Model, starts: Array) -> tuple[Array, int]:
     Where effects have nonlinear parameters, each member has values of its own and ends in a valley of its own: they
     would never agree. So members descend without these effects, and with them only the first, beside chosen values.
     """
-    nonlinear = with_several_shapes(model)
+    nonlinear = with_nonlinear_grid(model)
     if not nonlinear:
         return descend_until_agreed(Problem.of(model), starts)
     plain = _without(model, nonlinear)

@@ -51,11 +51,11 @@ class Session:
         """Whether what is read means the angles that the arm has."""
         self._under_way = False
 
-    def run(self, told: Callable[[Waypoint], None], begins: Callable[[str], None] = _nothing) -> None:
+    def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = _nothing) -> None:
         """Visit all poses that remain.
 
         Args:
-            told: Is called with each pose once it is on the disk.
+            recorded: Is called with each pose once it is on the disk.
             begins: Is called with what is done next: homing, or the name of a pose.
 
         Raises:
@@ -64,14 +64,14 @@ class Session:
             PlanError: Nothing was moved: the plan is not safe, or it is not known where the arm stands.
         """
         try:
-            self._run(told, begins)
+            self._run(recorded, begins)
         except PlanError:
             raise
         except BaseException as error:
             standing = self._stopped(error)
             raise self._why(error, standing) from None
 
-    def _run(self, told: Callable[[Waypoint], None], begins: Callable[[str], None]) -> None:
+    def _run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None]) -> None:
         if self._cell.arm.home:
             begins("homing")
             self._arm.home()
@@ -90,7 +90,7 @@ class Session:
         for waypoint in waypoints:
             begins(waypoint.name)
             self._writer.add(self._record_pose(waypoint, self._at))
-            told(waypoint)
+            recorded(waypoint)
         if self._cell.laser_output is not None:
             self._arm.laser_off(self._cell.laser_output)
 
@@ -156,13 +156,15 @@ class Session:
             halted = self._mover.halt()
             if self._sure and not isinstance(cause, ArmRestarted):
                 stands = self._at = halted
-                said = f"The arm was stopped. It stands at {configuration_text(self._robot, stands)}."
+                outcome = f"The arm was stopped. It stands at {configuration_text(self._robot, stands)}."
             else:
-                said = f"The arm was stopped. It was not homed since it came on, so where it stands is not known.{last}"
+                outcome = (
+                    f"The arm was stopped. It was not homed since it came on, so where it stands is not known.{last}"
+                )
         except (RobolaserError, KeyboardInterrupt) as error:
             why = "" if type(error) is type(cause) else f" {error or 'Interrupted again.'}"
-            said = (
-                f"The arm could not be seen to stop.{why}{last} It goes no further than to the place it was on its way"
+            outcome = (
+                f"The arm could not be seen to stop.{why}{last} It goes no further than to the pose it was on its way"
                 " to; keep clear of it, and press its emergency button."
             )
         if self._cell.laser_output is not None:
@@ -171,7 +173,7 @@ class Session:
         if stands is not None and self._under_way:
             with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to go on from; the cause is said anyway
                 self._writer.add([Sample(self._writer.unused("stopped"), self._now(), stands)])
-        return said
+        return outcome
 
     def _why(self, error: BaseException, standing: str) -> BaseException:
         if isinstance(error, KeyboardInterrupt):

@@ -20,6 +20,7 @@ def calibrate(
     polish: Annotated[bool, Parameter(negative="--no-polish")] = True,
     weights: Literal["plain", "noise"] = "plain",
     loss: Literal["square", "huber", "cauchy"] = "square",
+    solver: Annotated[str | None, Parameter(metavar="NAME")] = None,
     effects: Annotated[tuple[str, ...], Parameter(name="--with", metavar="EFFECT[:WHERE]")] = (),
     generations: Count | None = None,
     seed: Seed = 1,
@@ -42,6 +43,7 @@ def calibrate(
         polish: Refine what the search found by Gauss-Newton steps.
         weights: Minimise J as it stands (plain), or weight each row by its noise.
         loss: Let gross errors count for less (huber, cauchy).
+        solver: Fit all points by one of `robolaser list solvers`. Default: levenberg-marquardt.
         effects: Add an effect to the model; may be given again.
         generations: Length of a search that has generations.
         seed: Seed of the search.
@@ -56,6 +58,7 @@ def calibrate(
     from robolaser.calibration.result import json_text
     from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
+    from robolaser.estimation.least_squares_solver import DEFAULT
     from robolaser.report.calibration import page, print_summary
 
     refuse_to_overwrite(output / "calibration.json", force=force)
@@ -63,6 +66,8 @@ def calibrate(
         raise OutputError(f"{output} holds a search that was stopped. Go on with --resume, or begin anew with --force.")
     if generations and algorithm in (None, SCREENING, POLISH_ONLY):
         terminal.warn(f"--generations changes nothing: {algorithm or 'the default search'} has none.")
+    if solver and not polish:
+        terminal.warn("--solver changes nothing: --no-polish leaves out the fit that it would do.")
     data = load(dataset)
     make_folder(output)
     plan = Plan(
@@ -70,6 +75,7 @@ def calibrate(
         polish=polish,
         weights=weights,
         loss=loss,
+        solver=solver or DEFAULT.name,
         effects=effects,
         seed=seed,
         generations=generations or GENERATIONS,

@@ -1,4 +1,4 @@
-"""robolaser list: the available robots, effects, algorithms and sensors."""
+"""robolaser list: the members of a family, those that installed packages announce included."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -7,9 +7,9 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "sensors"], /, *, terminal: Terminal = TERMINAL
+    family: Literal["robots", "effects", "algorithms", "solvers", "sensors"], /, *, terminal: Terminal = TERMINAL
 ) -> None:
-    """Show the available robots, effects, algorithms or sensors.
+    """Show the available robots, effects, algorithms, solvers or sensors.
 
     For example:
 
@@ -54,6 +54,13 @@ def _algorithms() -> Iterable[tuple[str, ...]]:
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 
+def _solvers() -> Iterable[tuple[str, ...]]:
+    from robolaser.estimation.least_squares_solver import solvers
+
+    for name, solver in solvers().items():
+        yield name, solver.title
+
+
 def _sensors() -> Iterable[tuple[str, ...]]:
     from robolaser.model.sensors import sensors
 
@@ -65,6 +72,7 @@ FAMILIES = {
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
+    "solvers": (("solver", "title"), _solvers),
     "sensors": (("sensor", "title"), _sensors),
 }
 """The columns of each family, and what gives its rows."""

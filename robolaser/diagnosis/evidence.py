@@ -1,6 +1,6 @@
 """How sure it is that an effect is the cause: what else could stand in its place."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -23,6 +23,7 @@ class EffectEvidence:
         explained: Chi-squared that only it explains.
         probability: Of it.
         credibility: Probability that it, and nothing unmodelled, explains what it does.
+        weights: Probabilities of it and of each candidate that was tried in its place, None for neither; sum 1.
         without: The final model without it, fitted.
         alternatives: Indistinguishable candidates, the cheapest first, and the final model with each in its place.
     """
@@ -31,6 +32,7 @@ class EffectEvidence:
     explained: float
     probability: float
     credibility: float
+    weights: Mapping[CandidateEffect | None, float]
     without: Fit
     alternatives: tuple[tuple[CandidateEffect, Fit], ...]
 
@@ -55,13 +57,15 @@ def evidence_for(
     near = [test for test in best if test.gain > ALTERNATIVE_SHARE * explained]
     others = [(test.candidate_effect, refits.refit(without, [test])) for test in near]
     costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
+    weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
     alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance, spread)]
     return EffectEvidence(
         candidate_effect,
         explained,
-        float(posterior_weights(costs)[0]) * believable,
+        float(weights[0]) * believable,
         believable,
+        dict(zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)),
         without,
         tuple(sorted(alike, key=lambda pair: refits.cost(pair[1], spread))),
     )

@@ -1,4 +1,4 @@
-"""Coordinates in which a gap may lie, as smooth functions of them: one column for each independent shape."""
+"""Coordinates in which a gap may lie, as smooth functions of them: one column for each basis function."""
 
 from collections.abc import Iterator
 from typing import final
@@ -16,15 +16,15 @@ SMOOTH_POSTURE = 0.6
 THIN = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
 KEPT = 1e-3
-"""Shapes with a smaller share of the variance are left out."""
+"""Basis functions with a smaller share of the variance are left out."""
 MOST = 24
-"""Shapes at most, but for the one coordinate in which each pose has its own."""
+"""Basis functions at most, but for the one coordinate in which each pose has its own."""
 LANDMARKS = 300
-"""Values of a coordinate that make its shapes; those between are interpolated (Nyström)."""
+"""Values of a coordinate that make its basis; those between are interpolated (Nyström)."""
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
-    """Independent shapes of a smooth function of coordinates (n, k), the most likely first, (n, p).
+    """Independent basis functions of a smooth function of coordinates (n, k), the most likely first, (n, p).
 
     A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
     by those of some of them (Williams, Seeger 2001), so that the cost grows as their number.
@@ -33,11 +33,11 @@ def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array
     spread = np.maximum(spread, THIN * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
-        return _shapes(_kernel(scaled, scaled), most)
+        return _basis(_kernel(scaled, scaled), most)
     order = np.lexsort(scaled.T[::-1])
     marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
-    shapes = _shapes(_kernel(marks, marks), most)
-    extended: Array = _kernel(scaled, marks) @ (shapes / (shapes**2).sum(axis=0))
+    basis = _basis(_kernel(marks, marks), most)
+    extended: Array = _kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
     return extended
 
 
@@ -47,11 +47,11 @@ def _kernel(some: Array, others: Array) -> Array:
     return kernel
 
 
-def _shapes(kernel: Array, most: int) -> Array:
+def _basis(kernel: Array, most: int) -> Array:
     variance, vectors = np.linalg.eigh(kernel)
     kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:most]
-    shapes: Array = vectors[:, kept] * np.sqrt(variance[kept])
-    return shapes
+    basis: Array = vectors[:, kept] * np.sqrt(variance[kept])
+    return basis
 
 
 @final
@@ -68,7 +68,7 @@ class OfPoses:
         self._angles: dict[int, Array] = {}
 
     def run(self) -> Iterator[tuple[str, Array]]:
-        """Those in which anything may change from pose to pose: (name, shapes (n, p))."""
+        """Those in which anything may change from pose to pose: (name, basis (n, p))."""
         poses = self._dataset.poses
         if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
             yield "time", smooth(self._scene.progress[:, None])

@@ -78,12 +78,13 @@ def _explained(tests: Sequence[ScoreTest], most: int) -> dict[int, dict[tuple[in
     return found
 
 
-def stepwise_order(tests: Sequence[ScoreTest], most: int = LEADERS) -> list[int]:
+def stepwise_order(tests: Sequence[ScoreTest], most: int = LEADERS, least: float = -np.inf) -> list[int]:
     """The order in which effects are taken, each the one that explains most for its penalty beside those before it.
 
     Args:
         tests: Of the effects, all against one model.
         most: Effects to be taken.
+        least: Chi-squared beyond its penalty that each must explain.
 
     Returns:
         Indices of the tests.
@@ -96,6 +97,8 @@ def stepwise_order(tests: Sequence[ScoreTest], most: int = LEADERS) -> list[int]
         others = [i for i in range(len(tests)) if i not in order]
         net = {i: _gain(G, spans[i]) - penalty(tests[i]) for i in others}
         best = max(others, key=net.__getitem__)
+        if net[best] < least:
+            break
         order.append(best)
         span = spans[best]
         G = G - G[:, span] @ _inverse(G, span) @ G[span]

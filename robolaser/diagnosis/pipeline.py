@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -109,6 +110,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         gap=gap,
         where=tuple(where),
         findings=findings,
+        classes=() if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out),
         outliers=outliers,
         not_testable=not_testable(kinds, dataset, limits, enough=enough),
         next_poses=_next_poses(final, evidence, seed),

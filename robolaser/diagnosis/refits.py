@@ -1,7 +1,7 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -63,7 +63,7 @@ class Refits:
     def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
         return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
-    def with_new_shapes(self, fit: Fit) -> Fit:
+    def with_nonlinear_searched(self, fit: Fit) -> Fit:
         """The same effects, the nonlinear parameters of each searched again now that the others are known."""
         for one in fit.effects[:-1]:
             if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
@@ -78,6 +78,10 @@ class Refits:
         fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
+
+    def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
+        """The same fits, with other candidates that may be added."""
+        return replace(self, effects=effects, _tests={})
 
     def linearize_again(self) -> None:
         """Forget derivatives that were worked out near an earlier model."""
@@ -138,7 +142,7 @@ def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
     at = 0
     for test in added:
         scale = prior_scales(test.candidate_effect)
-        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.shapes)
+        numbers = (*(amplitudes[at : at + len(scale)] * scale), *test.nonlinear)
         values |= dict(zip(test.candidate_effect.parameters.names, numbers, strict=True))
         at += len(scale)
     return values

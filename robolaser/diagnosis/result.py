@@ -65,6 +65,31 @@ class Finding:
 
 @final
 @dataclass(frozen=True)
+class CauseClass:
+    """A class of causes.
+
+    Attributes:
+        name: Of the class.
+        probability: That at least one of its members is at work.
+        gap_without_m: Held-out gap of the final model without all of its members [m]; None where it has none of them.
+        gap_with_m: The same of the final model [m].
+        members: Its effects that may be at work, each with its probability, the most probable first.
+        credible_sets: For each of its effects that were found, the fewest candidates of any class of which one is at
+            work with 95 %.
+        site: Of an unknown cause.
+    """
+
+    name: str
+    probability: float
+    gap_without_m: float | None
+    gap_with_m: float
+    members: tuple[tuple[CandidateEffect, float], ...] = ()
+    credible_sets: tuple[tuple[CandidateEffect, ...], ...] = ()
+    site: str = ""
+
+
+@final
+@dataclass(frozen=True)
 class Gap:
     """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m]."""
 
@@ -114,6 +139,7 @@ class Diagnosis:
         gap: How far the gap shrinks.
         where: Places of the gap; for `unexplained`, of what is left.
         findings: Effects found, most important first.
+        classes: Classes of causes that may be at work, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
         next_poses: Joint values by name, that would tell the leading rivals apart.
@@ -135,6 +161,7 @@ class Diagnosis:
     gap: Gap
     where: tuple[Localization, ...]
     findings: tuple[Finding, ...]
+    classes: tuple[CauseClass, ...]
     outliers: Ints
     not_testable: Mapping[str, str]
     next_poses: tuple[Mapping[str, float], ...]
@@ -169,6 +196,7 @@ class Diagnosis:
                 for lies in self.where
             ],
             "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.outliers) else []),
+            "classes": [_class(one) for one in self.classes],
             "gross_errors": self.outliers.tolist(),
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
@@ -212,6 +240,18 @@ def _finding(found: Finding) -> dict[str, Any]:
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
         "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
+    }
+
+
+def _class(one: CauseClass) -> dict[str, Any]:
+    return {
+        "class": one.name,
+        "probability": one.probability,
+        "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
+        "gap_mm_with": _mm(one.gap_with_m),
+        "members": [{**_place(member), "probability": probability} for member, probability in one.members],
+        "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
+        **({"site": one.site} if one.site else {}),
     }
 
 

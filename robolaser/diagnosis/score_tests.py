@@ -30,7 +30,7 @@ class ScoreTest:
 
     Attributes:
         candidate_effect: Which.
-        shapes: Its nonlinear parameters.
+        nonlinear: Its nonlinear parameters.
         white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
         columns: The same without what the fitted parameters imitate, above those of distances and priors, (K + e, a).
         against: The fitted model.
@@ -38,7 +38,7 @@ class ScoreTest:
     """
 
     candidate_effect: CandidateEffect
-    shapes: tuple[float, ...]
+    nonlinear: tuple[float, ...]
     white: Array
     columns: Array
     against: Fit
@@ -47,7 +47,7 @@ class ScoreTest:
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """What it tests: effect, location and nonlinear parameters."""
-        return self.candidate_effect.effect.name, self.candidate_effect.where, self.shapes
+        return self.candidate_effect.effect.name, self.candidate_effect.where, self.nonlinear
 
     @cached_property
     def basis(self) -> Array:
@@ -108,7 +108,7 @@ class Columns:
         return moves
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By its linear parameters in units of their prior scales, for each of its shapes (g, s): (K, g a)."""
+        """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
         key = candidate_effect, grid.tobytes()
         if key not in self._by_effect:
             if candidate_effect.effect.stage is Stage.JOINTS:
@@ -151,7 +151,7 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
         grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
         if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
-            grid = motions.best_shapes(one, grid)
+            grid = motions.best_nonlinear(one, grid)
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
         found.append(_best(fit, one, grid, tried, known))
@@ -160,7 +160,7 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
 
 def retest(test: ScoreTest, fit: Fit) -> ScoreTest:
     """The same effect with the same nonlinear parameters, against another model."""
-    return _best(fit, test.candidate_effect, np.array([test.shapes]), test.tried, Columns())
+    return _best(fit, test.candidate_effect, np.array([test.nonlinear]), test.tried, Columns())
 
 
 def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Columns) -> Array:
@@ -168,7 +168,7 @@ def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Col
     while len(grid) > DENSE_GRID:
         step = -(-len(grid) // (DENSE_GRID // 2))
         coarse = grid[::step]
-        best = _best(fit, candidate_effect, coarse, len(grid), known).shapes[0]
+        best = _best(fit, candidate_effect, coarse, len(grid), known).nonlinear[0]
         at = int(np.flatnonzero(coarse[:, 0] == best)[0]) * step
         grid = grid[max(0, at - step) : at + step + 1]
     return grid
@@ -180,8 +180,8 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
     a = white.shape[1] // len(grid)
     spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [
-        ScoreTest(candidate_effect, tuple(shapes), white[:, span], columns[:, span], fit, tried)
-        for shapes, span in zip(grid.tolist(), spans, strict=True)
+        ScoreTest(candidate_effect, tuple(values), white[:, span], columns[:, span], fit, tried)
+        for values, span in zip(grid.tolist(), spans, strict=True)
     ]
     return max(options, key=lambda option: option.gain)
 
@@ -227,7 +227,7 @@ class JointMotions:
             self._normal[joint] = gradient, own, shared
         return self._normal[joint]
 
-    def best_shapes(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    def best_nonlinear(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
         gradient, own, shared = self._normal_equations(candidate_effect.where)
         moves = self._known.own_moves(self._fit, candidate_effect, grid)

@@ -52,10 +52,10 @@ class Selection:
         refits = self._refits
         while True:
             options = self._better(fit, self._additions(fit, most))[:TESTED_ADDITIONS]
-            added = map(refits.with_new_shapes, options)
+            added = map(refits.with_nonlinear_searched, options)
             chosen = next((option for option in added if not refits.is_unmodelled(option, fit)), None)
             if chosen is None and len(fit.effects) <= MAX_EXCHANGED:
-                chosen = next(map(refits.with_new_shapes, self._better(fit, self._exchanges(fit))), None)
+                chosen = next(map(refits.with_nonlinear_searched, self._better(fit, self._exchanges(fit))), None)
             if chosen is None:
                 return fit
             fit = chosen

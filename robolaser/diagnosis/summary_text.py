@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from robolaser.arrays import Ints
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Finding, Gap
+from robolaser.diagnosis.thresholds import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 NAMED = 3
 """Effects that a sentence names; the rest are counted."""
-EVEN = 0.5
-"""Probability below which an effect is said to be perhaps the cause."""
 
 
 def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
@@ -23,15 +22,15 @@ def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localiza
         gap: How far the gap shrinks.
         gross: Rows that are gross errors.
     """
-    said = {"no_gap": _no_gap, "explained": _explained, "unexplained": _unexplained}[verdict](findings, where, gap)
+    text = {"no_gap": _no_gap, "explained": _explained, "unexplained": _unexplained}[verdict](findings, where, gap)
     if not len(gross):
-        return said
+        return text
     rows = (
         "One row of points.csv is a gross error"
         if len(gross) == 1
         else f"{len(gross)} rows of points.csv are gross errors"
     )
-    return f"{said} {rows}, listed and left out."
+    return f"{text} {rows}, listed and left out."
 
 
 def millimetres(length_m: float) -> str:
@@ -47,7 +46,7 @@ def _no_gap(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap
 
 
 def _explained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
-    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_untold(findings)}"
+    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_aliases(findings)}"
 
 
 def _unexplained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
@@ -57,7 +56,7 @@ def _unexplained(findings: Sequence[Finding], where: Sequence[Localization], gap
             f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
             f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
         )
-    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}.{lies}{_untold(findings)}"
+    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}.{lies}{_aliases(findings)}"
 
 
 def _shrinks(gap: Gap) -> str:
@@ -79,20 +78,20 @@ def _perhaps(found: Finding) -> str:
     return "" if found.probability >= EVEN else "perhaps "
 
 
-def _untold(findings: Sequence[Finding]) -> str:
+def _aliases(findings: Sequence[Finding]) -> str:
     """What could as well be the cause; may be empty."""
-    torn = [found for found in findings if found.alternatives]
-    said = [
-        f"{_at(found.candidate_effect)} from {_one_of([rival.candidate_effect for rival in found.alternatives])}"
-        for found in torn[:NAMED]
+    ambiguous = [found for found in findings if found.alternatives]
+    pairs = [
+        f"{_at(found.candidate_effect)} from {_one_of([other.candidate_effect for other in found.alternatives])}"
+        for found in ambiguous[:NAMED]
     ]
-    more = len(torn) - len(said)
+    more = len(ambiguous) - len(pairs)
     others = f", nor {more} more from theirs" if more else ""
-    return f" These poses do not tell {', nor '.join(said)}{others}." if said else ""
+    return f" These poses do not tell {', nor '.join(pairs)}{others}." if pairs else ""
 
 
-def _one_of(rivals: Sequence[CandidateEffect]) -> str:
-    return _at(rivals[0]) + (f" and {len(rivals) - 1} more" if len(rivals) > 1 else "")
+def _one_of(alternatives: Sequence[CandidateEffect]) -> str:
+    return _at(alternatives[0]) + (f" and {len(alternatives) - 1} more" if len(alternatives) > 1 else "")
 
 
 def _at(candidate_effect: CandidateEffect) -> str:

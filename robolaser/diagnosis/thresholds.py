@@ -98,6 +98,17 @@ ALIAS_SHARE: Final = 0.05
 ALIAS_LOCATIONS: Final = 3
 """Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
 
+# Classes of causes.
+
+CREDIBLE_MASS: Final = 0.95
+"""Probability that one of a credible set's members is at work. A convention (Wang et al. 2020)."""
+FURTHER_SUBSTITUTES: Final = 1
+"""Effects of other classes, beyond the number of a class's members, that may stand in their place."""
+EVEN: Final = 0.5
+"""Probability, below which an effect or a class is said to be perhaps the cause."""
+LEAST_PROBABILITY: Final = 0.01
+"""Probability, below which a class or an effect is not reported."""
+
 # The verdict.
 
 GAP_OVER_FLOOR: Final = 1.1

@@ -57,8 +57,8 @@ class Information:
             return cls(plain, plain, noise.seen_through(flat.T), reach)
         share = np.ones(flat.shape[1]) if row_weights is None else row_weights.repeat(k)
         white = flat if weights is None else weights.whiten(J)
-        pulls = share * white
-        weighed = pulls if weights is None else weights.weigh(pulls)
+        weighted = share * white
+        weighed = weighted if weights is None else weights.weigh(weighted)
         return cls(plain, triangle((np.sqrt(share) * white).T), noise.seen_through(weighed.T), reach)
 
     @classmethod

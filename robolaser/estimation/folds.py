@@ -98,7 +98,7 @@ def _configurations(dataset: Dataset) -> tuple[Ints, int]:
 
 @final
 @dataclass(frozen=True, eq=False)
-class HeldOut:
+class FoldFits:
     """What fits without each fold say.
 
     Attributes:
@@ -112,7 +112,7 @@ class HeldOut:
     evaluations: int
 
 
-def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> HeldOut:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
@@ -133,7 +133,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
     errors = _predicted(problem, fits, folds)
     if folds.whole:
         errors = problem.model.sensor.located_apart(errors)
-    return HeldOut(errors, fits, evaluations + folds.count)
+    return FoldFits(errors, fits, evaluations + folds.count)
 
 
 def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:

@@ -57,8 +57,8 @@ def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None =
     on_bound = bounded > 0
     free = np.flatnonzero(~fixed & ~on_bound)
     std = np.full(len(fixed), np.nan)
-    pulls = known.weighed[:, free].T @ known.weighed[:, on_bound]
-    of_bounded = known.inverse(free) @ pulls * (bounded[on_bound] * UNIFORM)
+    cross = known.weighed[:, free].T @ known.weighed[:, on_bound]
+    of_bounded = known.inverse(free) @ cross * (bounded[on_bound] * UNIFORM)
     std[free] = np.sqrt(np.diag(known.covariance(free)) + (of_bounded**2).sum(axis=1))
     for direction in null_directions(known.plain[:, ~fixed]):
         std[np.flatnonzero(~fixed)[direction != 0.0]] = np.nan

@@ -28,23 +28,23 @@ CANDIDATES = 1000
 
 @final
 @dataclass(frozen=True, eq=False)
-class Choice:
+class GridPoint:
     """A value of an effect's nonlinear parameters, and what the effect does with it.
 
     Attributes:
-        shapes: The nonlinear parameters, (s,).
+        nonlinear: The nonlinear parameters, (s,).
         amplitudes: The linear parameters that go with it, (q,).
         columns: Residuals by its amplitudes, (K, q).
         gain: By how much the cost shrinks, as far as the model is linear.
     """
 
-    shapes: Array
+    nonlinear: Array
     amplitudes: Array
     columns: Array
     gain: float
 
 
-def with_several_shapes(model: Model) -> tuple[CandidateEffect, ...]:
+def with_nonlinear_grid(model: Model) -> tuple[CandidateEffect, ...]:
     """The effects in a model with more than one value of their nonlinear parameters to try."""
     return tuple(one for one in model.effects if len(one.effect.grid(model.dataset, one.where)) > 1)
 
@@ -71,11 +71,11 @@ def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect
     return {
         name: float(value)
         for one, choice in chosen.items()
-        for name, value in zip(one.parameters.names, [*choice.amplitudes, *choice.shapes], strict=True)
+        for name, value in zip(one.parameters.names, [*choice.amplitudes, *choice.nonlinear], strict=True)
     }
 
 
-def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> Choice:
+def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> GridPoint:
     """The value of the grid that lowers the cost most, beside what a basis (K, n) of known columns explains."""
     grid = effect.effect.grid(at.problem.model.dataset, effect.where)
     rest = at.white - Q @ (Q.T @ at.white)
@@ -84,7 +84,7 @@ def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> Choice:
     return max(choices, key=lambda choice: choice.gain)
 
 
-def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, Q: Array) -> Choice:
+def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, Q: Array) -> GridPoint:
     bound = np.array([amplitude.bound for amplitude in effect.effect.amplitudes()])
     scaled = columns * bound
     imitated = Q.T @ scaled
@@ -96,7 +96,7 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
     share = np.clip(-np.linalg.solve(A, b[..., None])[..., 0], -1.0, 1.0)
     gains = -2.0 * (share * b).sum(axis=1) - np.einsum("gk,gkl,gl->g", share, A, share)
     i = int(np.argmax(gains))
-    return Choice(grid[i], share[i] * bound, columns[i], float(gains[i]))
+    return GridPoint(grid[i], share[i] * bound, columns[i], float(gains[i]))
 
 
 def _basis(columns: Array) -> Array:

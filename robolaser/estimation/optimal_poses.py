@@ -34,7 +34,7 @@ MOST_SWAPS = 200
 
 @final
 @dataclass(frozen=True)
-class _Sight:
+class _TargetView:
     """Where the target lies, and what looks at it."""
 
     robot: Robot
@@ -131,10 +131,10 @@ def planned(
         PlanError: The arm sees the board from too few postures where it may stand.
         UsageError, EffectError: The effects cannot be.
     """
-    sight = _sight(description)
+    target_view = _target_view(description)
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
-    candidates = sight.candidates(count, may, np.random.default_rng(seed))
-    chosen = most_telling(_slopes(description, sight, candidates, effects), count)
+    candidates = target_view.candidates(count, may, np.random.default_rng(seed))
+    chosen = most_telling(_slopes(description, target_view, candidates, effects), count)
     return candidates[chosen][_short_way(candidates[chosen])]
 
 
@@ -163,13 +163,13 @@ def most_telling(slopes: Array, count: int) -> Ints:
         known = known + of_each[chosen[-1]]
     for _ in range(MOST_SWAPS):
         best, swap = 1e-9, None
-        for place, gone in enumerate(chosen):
+        for i, gone in enumerate(chosen):
             without = known - of_each[gone]
             gain = _gain(slopes, without)
             gain -= gain[gone]
             gain[chosen] = -np.inf
             if gain.max() > best:
-                best, swap = float(gain.max()), (place, int(gain.argmax()))
+                best, swap = float(gain.max()), (i, int(gain.argmax()))
         if swap is None:
             break
         known = known - of_each[chosen[swap[0]]] + of_each[swap[1]]
@@ -184,14 +184,14 @@ def _gain(slopes: Array, known: Array) -> Array:
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
-def _sight(description: Dataset) -> _Sight:
+def _target_view(description: Dataset) -> _TargetView:
     robot, board, size = description.robot, description.board, description.image_px
     if robot is None or size is None:
         raise _cannot_plan("the cell has no [robot], or no stripe scanner")
     if board is None:
         raise _cannot_plan("dataset.toml has no [board], so there is no target to look at")
-    place = [f"target.{part}" for part in SIX]
-    missing = [name for name in place if name not in description.parameters]
+    placement = [f"target.{part}" for part in SIX]
+    missing = [name for name in placement if name not in description.parameters]
     if missing:
         raise DataError(
             f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be planned"
@@ -200,23 +200,23 @@ def _sight(description: Dataset) -> _Sight:
             file="dataset.toml",
         )
     values = {name: np.array([item.nominal]) for name, item in description.parameters.items()}
-    return _Sight(robot, view_of(description, values), board, motion(values, "target")[0])
+    return _TargetView(robot, view_of(description, values), board, motion(values, "target")[0])
 
 
 def _cannot_plan(lacking: str) -> DataError:
     return DataError(f"Poses cannot be planned: {lacking}. Or give your own poses with --poses.", file="dataset.toml")
 
 
-def _slopes(description: Dataset, sight: _Sight, q: Array, effects: Sequence[str]) -> Array:
+def _slopes(description: Dataset, target_view: _TargetView, q: Array, effects: Sequence[str]) -> Array:
     """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
     n = len(q)
-    T = inverse(sight.T_base_target) @ sight.robot.forward(q[None])[0] @ sight.view.T_flange_camera
-    lit = sight.view.illuminated(T, 0.0, np.linspace(*sight.view.stripe_range(), ALONG)[None])
+    T = inverse(target_view.T_base_target) @ target_view.robot.forward(q[None])[0] @ target_view.view.T_flange_camera
+    lit = target_view.view.illuminated(T, 0.0, np.linspace(*target_view.view.stripe_range(), ALONG)[None])
     names = tuple(str(i) for i in range(ALONG)) * n
     points = Points(
         np.repeat(np.arange(n), ALONG),
         names,
-        pixel=sight.view.pixels(lit).reshape(-1, 2),
+        pixel=target_view.view.pixels(lit).reshape(-1, 2),
         xyz=apply(T[:, None], lit).reshape(-1, 3),
     )
     poses = Poses(tuple(map(str, range(n))), time_s=np.arange(n, dtype=np.float64), q=q)

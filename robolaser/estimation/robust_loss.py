@@ -38,6 +38,8 @@ EFFICIENT: Mapping[str, float] = {"huber": 1.345, "cauchy": 2.385}
 line, as a scanner's nearly do; less is lost where they lie all around."""
 MEDIAN = 0.6745
 """Median length of such errors, in standard deviations."""
+NOTHING = 1e-12
+"""z of a row below which it costs its square: the root of a relative cost has no digits there."""
 HALF = 0.5
 """Weight of a row below which it counts as a gross error."""
 
@@ -116,10 +118,9 @@ class Loss:
             return residuals, J
         _, slope, bend = rho(z := self._z(residuals, starts))
         shrink = np.sqrt(np.maximum(1.0 + 2.0 * z * bend / slope, LEAST_CURVATURE))  # 1 - α
-        counts = np.diff(starts, append=residuals.shape[1])
 
         def of_numbers(of_rows: Array) -> Array:
-            return np.repeat(of_rows, counts, axis=-1)
+            return _of_numbers(of_rows, residuals, starts)
 
         length = np.sqrt(np.maximum(z, np.finfo(np.float64).tiny)) * self.scale
         away = residuals / of_numbers(length)
@@ -128,9 +129,35 @@ class Loss:
         straight = J - of_numbers((1.0 - shrink)[:, None] * along) * away[:, None]
         return root * residuals / of_numbers(shrink), root[:, None] * straight
 
+    def as_squares(self, residuals: Array, starts: Ints) -> Array:
+        """Residuals whose squares add up to the cost, (c, K) -> (c, K): each row scaled to the root of its cost."""
+        rho = LOSSES[self.name]
+        if rho is None:
+            return residuals
+        z = np.maximum(self._z(residuals, starts), NOTHING)
+        return np.asarray(residuals * _of_numbers(np.sqrt(rho(z)[0] / z), residuals, starts))
+
+    def slopes_as_squares(self, residuals: Array, J: Array, starts: Ints) -> Array:
+        """Derivatives of `as_squares` from those of the residuals, (c, d, K) -> (c, d, K)."""
+        rho = LOSSES[self.name]
+        if rho is None:
+            return J
+        z = np.maximum(self._z(residuals, starts), NOTHING)
+        value, slope, _ = rho(z)
+        factor = np.sqrt(value / z)
+        change = (slope - value / z) / (z * factor * self.scale**2)  # of the factor by |e|²/2
+        along = np.add.reduceat(J * residuals[:, None], starts, axis=-1)
+        turned = _of_numbers(change[:, None] * along, residuals, starts) * residuals[:, None]
+        return np.asarray(J * _of_numbers(factor, residuals, starts)[:, None] + turned)
+
     def _z(self, residuals: Array, starts: Ints) -> Array:
         z: Array = np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
         return z
+
+
+def _of_numbers(of_rows: Array, residuals: Array, starts: Ints) -> Array:
+    """What each row has, (..., m), for each of its numbers, (..., K)."""
+    return np.repeat(of_rows, np.diff(starts, append=residuals.shape[1]), axis=-1)
 
 
 SQUARE = Loss()

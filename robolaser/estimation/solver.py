@@ -2,9 +2,9 @@
 
 Every fit of the package is this one: the descents of a multistart, the fit of a calibration, the fits without some
 poses, the refits of a diagnosis. Levenberg 1944, Marquardt 1963; damping by Nielsen 1999; acceleration by Transtrum
-and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, without which few poses leave long bent valleys.
+and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, without which few poses leave long curved valleys.
 
-A candidate has converged when the best undamped step within the bounds promises to lower its cost by no more than a
+A candidate has converged when the best undamped step within the bounds would lower its cost by no more than a
 share `tol` of it, or by no more than rounding: the distance to go counts, not the length of the last step.
 """
 
@@ -20,11 +20,11 @@ from robolaser.estimation.least_squares import LeastSquares
 
 TOLERANCE = 1e-13
 MOST_STEPS = 3000
-"""Few points leave long bent valleys: 200 steps were needed along one, 20 are usual."""
+"""Few points leave long curved valleys: 200 steps were needed along one, 20 are usual."""
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 """In units of the squared length of each column; with the least, directions that move no row are not moved along."""
 MOST_RELIEF = 0.1
-"""Factor by which the damping falls after a step that kept its promise."""
+"""Factor by which the damping falls after a step that lowered the cost as predicted."""
 PROBE = 0.1
 """Share of a step at which the residuals' second derivative along it is measured."""
 ACCELERATED = 0.75
@@ -41,7 +41,7 @@ class Solution:
     Attributes:
         x: The parameters, (c, d).
         cost: Their cost, (c,); infinite where it is not finite at the start, which is then x.
-        to_go: By how much the best undamped step promises to lower the cost, (c,); at least by so much where it has not
+        to_go: By how much the best undamped step would lower the cost, (c,); at least by so much where it has not
             converged.
         converged: Whether that is no more than the tolerance, or the rounding error, (c,).
         iterations: Steps taken, (c,).
@@ -68,7 +68,6 @@ def solve(
     kept: Bools | None = None,
     tol: float = TOLERANCE,
     enough: float = 0.0,
-    most_steps: int = MOST_STEPS,
     hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
 ) -> Solution:
     """Descend from each start to the optimum of its valley.
@@ -81,7 +80,6 @@ def solve(
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
         enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
-        most_steps: Stop after so many.
         hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
     """
@@ -93,7 +91,7 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(most_steps, hopeless)
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(hopeless)
         for part in parts
     ]
     if len(ends) == 1:
@@ -130,16 +128,16 @@ class _Descents:
     def _keeps(self) -> bool:
         return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
-    def run(self, most_steps: int, hopeless: Callable[[Array, Bools, Ints], Bools] | None) -> Solution:
+    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
         if len(active):
             self._linearize(active)
-        for _ in range(4 * most_steps):
+        for _ in range(4 * MOST_STEPS):
             if not len(active):
                 break
             active = self._advance(active)
-            active = active[self._iterations[active] < most_steps]
+            active = active[self._iterations[active] < MOST_STEPS]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
         return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations)
@@ -184,22 +182,22 @@ class _Descents:
         g = self._g[active] / unit
         room = (problem.lower - x) / problem.scale * unit, (problem.upper - x) / problem.scale * unit
 
-        step, promised, side = _damped(A, damping, g, *room, self._side[active])
+        step, predicted, side = _damped(A, damping, g, *room, self._side[active])
         self._side[active] = side
         digits = EPS * np.abs(x / problem.scale)
         least = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
         enough = np.maximum(least, self._enough)
-        to_go = promised.copy()  # no more than what the undamped step promises, which matters near the optimum only
-        near = np.flatnonzero(promised <= enough)
+        to_go = predicted.copy()  # the undamped step may be predicted to gain less, which matters near the optimum only
+        near = np.flatnonzero(predicted <= enough)
         if len(near):
             undamped = np.full(len(near), LEAST_DAMPING)
             to_go[near] = _damped(A[near], undamped, g[near], room[0][near], room[1][near], side[near])[1]
         self._to_go[active] = to_go
-        self._converged[active] = (to_go <= enough) | ((promised <= least) & (to_go <= np.sqrt(self._tol) * cost))
-        going = (to_go > enough) & (promised > least) & (damping <= MOST_DAMPING)
+        self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self._tol) * cost))
+        going = (to_go > enough) & (predicted > least) & (damping <= MOST_DAMPING)
         if not going.all():
-            active, x, cost, damping, unit, A, g, step, side, promised, c = (
-                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, side, promised)),
+            active, x, cost, damping, unit, A, g, step, side, predicted, c = (
+                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, side, predicted)),
                 int(going.sum()),
             )
             room = room[0][going], room[1][going]
@@ -207,10 +205,10 @@ class _Descents:
                 return active
 
         if self._J:
-            pull = self._pull(active, x, step / unit) / unit
-            bent = _damped(A, damping, g + 0.5 * pull, *room, side)[0]
-            near = 2.0 * np.linalg.norm(bent - step, axis=1) <= ACCELERATED * np.linalg.norm(step, axis=1)
-            step = np.where(near[:, None], bent, step)
+            curvature = self._second_derivative(active, x, step / unit) / unit
+            accelerated = _damped(A, damping, g + 0.5 * curvature, *room, side)[0]
+            near = 2.0 * np.linalg.norm(accelerated - step, axis=1) <= ACCELERATED * np.linalg.norm(step, axis=1)
+            step = np.where(near[:, None], accelerated, step)
         trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
         trial = np.where(step >= room[1], problem.upper, np.where(step <= room[0], problem.lower, trial))
         residuals = [self._of_block(i, trial, active) for i in range(len(problem.blocks))]
@@ -218,7 +216,7 @@ class _Descents:
         self._evaluations += c
 
         better = there < cost
-        ratio = np.clip((cost - there) / promised, -1.0, 1.0, where=better, out=np.zeros(c))
+        ratio = np.clip((cost - there) / predicted, -1.0, 1.0, where=better, out=np.zeros(c))
         easier = np.maximum(damping * np.maximum(MOST_RELIEF, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
         self._damping[active] = np.where(better, easier, damping * self._growth[active])
         self._growth[active] = np.where(better, 2.0, 2.0 * self._growth[active])
@@ -231,11 +229,11 @@ class _Descents:
             self._linearize(moved)
         return active
 
-    def _pull(self, active: Ints, x: Array, step: Array) -> Array:
+    def _second_derivative(self, active: Ints, x: Array, step: Array) -> Array:
         """Jᵀ r'' of the residuals' second derivative along each step, (c, d); zero where one is not finite."""
         problem = self._problem
         probe = np.clip(x + PROBE * problem.scale * step, problem.lower, problem.upper)
-        pull = np.zeros_like(step)
+        curvature = np.zeros_like(step)
         for i, (_, part) in enumerate(problem.blocks):
             r, J = self._r[i][active], self._J[i][active]
             second = self._of_block(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
@@ -244,9 +242,9 @@ class _Descents:
                 counts = np.diff(part.starts, append=r.shape[1])
                 second *= np.repeat(part.loss.weights(r, part.starts), counts, axis=1)
             with np.errstate(invalid="ignore"):
-                pull += (J @ second[..., None])[..., 0]
+                curvature += (J @ second[..., None])[..., 0]
         self._evaluations += len(active)
-        return np.where(np.isfinite(pull).all(axis=1, keepdims=True), pull, 0.0)
+        return np.where(np.isfinite(curvature).all(axis=1, keepdims=True), curvature, 0.0)
 
 
 def _damped(A: Array, damping: Array, g: Array, lower: Array, upper: Array, side: Ints) -> tuple[Array, Array, Ints]:

@@ -31,8 +31,8 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
     """
     run = _run_of(calibrated, recording)
     carried = tuple(_carried(calibrated, run))
-    scanner = _sight(calibrated, run, (one.effect for _, one in carried))
-    bare = _sight(calibrated, run, ())
+    scanner = _scanner_model(calibrated, run, (one.effect for _, one in carried))
+    bare = _scanner_model(calibrated, run, ())
     notes = []
     for effect, one in carried:
         reference = bare if one.effect is None else scanner
@@ -49,7 +49,7 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
 def scanner_in(calibrated: Calibrated, recording: Dataset) -> ScannerModel:
     """What the scanner sees in a recording, as `Calibrated.fitted_to` gives it."""
     run = _run_of(calibrated, recording)
-    return _sight(calibrated, run, (one.effect for _, one in _carried(calibrated, run)))
+    return _scanner_model(calibrated, run, (one.effect for _, one in _carried(calibrated, run)))
 
 
 def _run_of(calibrated: Calibrated, recording: Dataset) -> Run:
@@ -68,13 +68,13 @@ def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOv
             yield effect, CarryOver(effect) if as_found else effect.carried_to(run, calibrated.run)
 
 
-def _sight(calibrated: Calibrated, run: Run, effects: Iterable[Effect | None]) -> ScannerModel:
+def _scanner_model(calibrated: Calibrated, run: Run, effects: Iterable[Effect | None]) -> ScannerModel:
     acting = tuple(effect for effect in effects if effect is not None)
     return ScannerModel(run.dataset, calibrated.values, acting, run.course)
 
 
 def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:
-    """The same with an alternative in the place of an effect; None stands for no effect."""
+    """The same with an alternative instead of an effect; None stands for no effect."""
     if effect is None:
         return scanner if alternative is None else replace(scanner, effects=(*scanner.effects, alternative))
     changed = (alternative if one is effect else one for one in scanner.effects)

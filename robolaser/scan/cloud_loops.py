@@ -106,7 +106,7 @@ def _slide(x: float, y: float, z: float, light: Array) -> float:
 def warm_up() -> None:
     """Compile `vertices`."""
     stripes, out = np.zeros((1, 5), np.float32), np.zeros((1, 6), np.float32)
-    camera, frame, bent = np.ones(6), np.zeros((1, 4, 4)), (np.zeros((1, 3)), np.zeros((1, 4)))
+    camera, frame, nothing_else = np.ones(6), np.zeros((1, 4, 4)), (np.zeros((1, 3)), np.zeros((1, 4)))
     arm, plane = np.zeros(1), np.ones((1, 4))
-    taken = stripes.view(np.uint32), camera, True, plane, frame, arm, *bent, 1.0, out, out.view(np.uint32)
+    taken = stripes.view(np.uint32), camera, True, plane, frame, arm, *nothing_else, 1.0, out, out.view(np.uint32)
     vertices(stripes, *taken)

@@ -14,7 +14,7 @@ NORMAL_95 = 1.959964
 SIZED = ("encoder_scale", "joint_offset", "laser_roll", "target_scale")
 """Effects whose principal number means the same in the truth's form and in the library's, save for its sign."""
 
-Place = tuple[str, str]
+LocatedEffect = tuple[str, str]
 
 
 @final
@@ -39,8 +39,8 @@ class Outcome:
 
     group: str
     right: bool
-    truth: tuple[Place, ...]
-    named: tuple[Place, ...]
+    truth: tuple[LocatedEffect, ...]
+    named: tuple[LocatedEffect, ...]
     verdict: str
     stated: tuple[tuple[float, bool], ...]
     sure_and_wrong: bool
@@ -105,7 +105,7 @@ def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
     return "confusable" if each[0]["rivals"] else "one"
 
 
-def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[Place], classes: Sequence[set[Any]]) -> bool:
+def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], classes: Sequence[set[Any]]) -> bool:
     """Whether each true effect can be paired with one that was named: itself, or one of its class."""
 
     def alike(item: Mapping[str, Any], i: int) -> bool:

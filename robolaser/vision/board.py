@@ -37,7 +37,7 @@ _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 @final
 @dataclass(frozen=True)
-class Board:
+class BoardCorners:
     """A checkerboard as one image shows it.
 
     Attributes:
@@ -50,7 +50,7 @@ class Board:
     white_level: float
 
 
-def find_board(image: Image, *, columns: int, rows: int) -> Board | None:
+def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
     """Find a board's inner corners, to a fraction of a pixel.
 
     x runs along the columns, y along the rows, z into the board, the origin is a corner whose outward
@@ -78,7 +78,7 @@ def find_board(image: Image, *, columns: int, rows: int) -> Board | None:
         if _alternates(shades):
             even = _even(shades.shape)
             white_level = float(max(np.median(shades[even]), np.median(shades[~even])))
-            return Board(_orientations(np.where(on_pattern[..., None], grid, np.nan), shades), white_level)
+            return BoardCorners(_orientations(np.where(on_pattern[..., None], grid, np.nan), shades), white_level)
     return None
 
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.board import Board, find_board
+from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
 from robolaser.vision.board_placement import jumps, on_plane
 from robolaser.vision.candidates import Axis, LineCentres, every
 from robolaser.vision.images import ambient, lights
-from robolaser.vision.lens import Lens, View, find_lens, view_board
+from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
 from robolaser.vision.line_centres import DEFAULT, SMOOTHING
 from robolaser.vision.stripe_detection import find_line_centres
 
@@ -78,7 +78,7 @@ class Extraction:
 @final
 @dataclass(frozen=True)
 class _Seen:
-    board: Board | None
+    board: BoardCorners | None
     centres: tuple[LineCentres, ...]
 
 
@@ -197,7 +197,7 @@ class _Cut:
 def _cut(
     pose: str,
     shots: tuple[LineCentres, ...],
-    view: View | None,
+    view: BoardPlane | None,
     lens: Lens,
     board_m: tuple[float, float],
     stripe_axis: Axis,
@@ -211,7 +211,7 @@ def _cut(
     pixels, places, repeats, offs, scatter = [], [], [], [], []
     for number, centres in enumerate(shots, start=1):
         straight = lens.undistort(centres.pixel)
-        place = view.places(straight)
+        place = view.intersect(straight)
         along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
         kept, off = on_plane(centres, along, across, _nearness(place, board_m))
         if kept.sum() < FEWEST_LINES:

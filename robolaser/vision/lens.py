@@ -1,4 +1,4 @@
-"""The lens that bent the images of a recording, and where the board's plane lay in each of them."""
+"""The lens that distorted the images of a recording, and where the board's plane lay in each of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -54,14 +54,14 @@ class Lens:
         """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
         if not self.known or len(pixel) == 0:
             return pixel
-        bent = np.ascontiguousarray(pixel, dtype=np.float64).reshape(-1, 1, 2)
-        straight = cv2.undistortPoints(bent, self.matrix, self.distortion, P=self.matrix)
+        distorted = np.ascontiguousarray(pixel, dtype=np.float64).reshape(-1, 1, 2)
+        straight = cv2.undistortPoints(distorted, self.matrix, self.distortion, P=self.matrix)
         return np.asarray(straight, dtype=np.float64).reshape(-1, 2)
 
 
 @final
 @dataclass(frozen=True)
-class View:
+class BoardPlane:
     """The board's plane as one image shows it.
 
     Attributes:
@@ -74,7 +74,7 @@ class View:
     R_camera_board: Array
     corner_rms_px: float
 
-    def places(self, straight: Array) -> Array:
+    def intersect(self, straight: Array) -> Array:
         """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""
         if len(straight) == 0:
             return straight
@@ -132,7 +132,7 @@ def _intrinsics(lens: Lens) -> Array:
     return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *lens.distortion])
 
 
-def view_board(grid: Array, square_m: float, lens: Lens) -> View:
+def view_board(grid: Array, square_m: float, lens: Lens) -> BoardPlane:
     """Find the plane of a board in one image from its corners, (rows, columns, 2) [px].
 
     With a known lens the plane has the six freedoms of a rigid board, which carries further beyond the
@@ -148,7 +148,7 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> View:
         H_pixel_board, R = lay(board[near], straight[near], lens)
         off = _misfit(H_pixel_board, board[near], straight[near])
     H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)
-    return View(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
+    return BoardPlane(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
 
 
 def _misfit(H_pixel_board: Array, board: Array, straight: Array) -> Array:

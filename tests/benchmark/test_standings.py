@@ -76,7 +76,7 @@ def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(sp
 def test_runs_that_are_yet_to_be_made_are_no_runs():
     arrays = _arrays({"one": 1.0, "other": 2.0})
     found = _ranked(_of(np.full_like(arrays.evaluations, np.nan), arrays.algorithms))
-    assert [place.rank for place in found.evaluations.places] == [None, None]
+    assert [standing.rank for standing in found.evaluations.places] == [None, None]
     assert "too few runs" in found.evaluations.answer
     assert found.by_problem[0].results[0].final is None
 
@@ -84,8 +84,8 @@ def test_runs_that_are_yet_to_be_made_are_no_runs():
 def test_the_faster_rank_before_the_slower_and_all_differ_significantly():
     found = _ranked(_arrays({"slow": 9.0, "fast": 1.0, "middling": 3.0}))
     for order in (found.evaluations, found.seconds, found.by_problem[1].evaluations):
-        assert [place.algorithm for place in order.places] == ["fast", "middling", "slow"]
-        assert [place.rank for place in order.places] == [1, 2, 3]
+        assert [standing.algorithm for standing in order.places] == ["fast", "middling", "slow"]
+        assert [standing.rank for standing in order.places] == [1, 2, 3]
         assert all(pair.significant and pair.effect == "large" for pair in order.pairs)
         assert "fast is better than both others" in order.answer
         assert "middling comes next" in order.answer
@@ -149,7 +149,7 @@ def test_ties_for_first_place_are_named():
     arrays.evaluations[:, 1] = arrays.evaluations[:, 0]
     arrays.final[:, 1] = arrays.final[:, 0]
     found = _ranked(arrays)
-    assert [place.rank for place in found.evaluations.places] == [1, 1]
+    assert [standing.rank for standing in found.evaluations.places] == [1, 1]
     assert "one, which ties for first place with other" in found.evaluations.answer
 
 
@@ -189,7 +189,7 @@ def test_while_runs_are_missing_the_blocks_that_are_complete_count():
     arrays = _without(_arrays({"a": 1.0, "b": 2.0}), algorithm=1, problem=0, seeds=slice(9, None))
     found = _ranked(arrays).evaluations
     assert found.ranks.blocks == 24 - 3
-    assert [place.runs for place in found.places] == [24, 21]
+    assert [standing.runs for standing in found.places] == [24, 21]
 
 
 def test_new_labels_change_nothing_but_labels():

@@ -6,7 +6,7 @@ import pytest
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Noise
-from robolaser.estimation.nonlinear_parameters import initialize_effects, with_several_shapes
+from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
@@ -54,7 +54,7 @@ def test_waves_of_two_joints_are_not_taken_for_one_anothers() -> None:
     made = tracked({first: 6e-4, f"{first}.cycles": 47.0, second: 9e-4, f"{second}.cycles": 110.0})
     plain = Model(made.dataset)
     x = solve(Problem.of(plain), plain.parameters.nominal[None]).x[0]
-    sought = with_several_shapes(Model(made.dataset, candidate_effects([first, second], made.dataset)))
+    sought = with_nonlinear_grid(Model(made.dataset, candidate_effects([first, second], made.dataset)))
     values = initialize_effects(plain, x, sought)
     for joint, cycles in (("joint_1", 47.0), ("joint_2", 110.0)):
         near = values[f"transmission_error.{joint}.cycles"] / cycles

@@ -116,7 +116,7 @@ def test_a_known_plane_gives_places_far_beyond_the_corners():
     far = np.array([[0.09, 0.0], [0.09, 0.06], [-0.03, -0.02]])
     for one in scenes:
         view = view_board(one.corners(), SQUARE, lens)
-        np.testing.assert_allclose(view.places(lens.undistort(one.project(far))), far, atol=3e-6)
+        np.testing.assert_allclose(view.intersect(lens.undistort(one.project(far))), far, atol=3e-6)
         np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-3)
 
 
@@ -137,4 +137,4 @@ def test_too_few_views_leave_the_lens_unknown_and_the_corners_in_place(views):
     lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
     assert not lens.known
     view = view_board(scenes[0].corners(), SQUARE, lens)
-    np.testing.assert_allclose(view.places(scenes[0].corners().reshape(-1, 2))[-1], [0.06, 0.05], atol=1e-7)
+    np.testing.assert_allclose(view.intersect(scenes[0].corners().reshape(-1, 2))[-1], [0.06, 0.05], atol=1e-7)

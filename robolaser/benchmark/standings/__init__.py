@@ -8,10 +8,10 @@ from robolaser.benchmark.standings.table import (
     OnProblem,
     Order,
     Pair,
-    Place,
     Ranks,
     Reached,
     Result,
+    Standing,
     Standings,
 )
 
@@ -22,10 +22,10 @@ __all__ = [
     "OnProblem",
     "Order",
     "Pair",
-    "Place",
     "Ranks",
     "Reached",
     "Result",
+    "Standing",
     "Standings",
     "standings",
     "standings_of",

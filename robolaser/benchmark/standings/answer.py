@@ -3,21 +3,21 @@
 from collections.abc import Sequence
 
 from robolaser.benchmark.standings import phrases, significance
-from robolaser.benchmark.standings.table import Measure, Pair, Place
+from robolaser.benchmark.standings.table import Measure, Pair, Standing
 
 
-def answer(measure: Measure, places: Sequence[Place], *, problems: int, runs: int, comparisons: int) -> str:
+def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
     """Put an order into words.
 
     Args:
         measure: Evaluations or seconds.
-        places: The ranking.
+        standings: The ranking.
         problems: Number of problems.
         runs: The smallest number of runs of any ranked solver on any problem.
         comparisons: Number of comparisons for which p is corrected.
     """
-    ranked = [place for place in places if place.rank is not None]
-    left_out = [place.algorithm for place in places if place.rank is None]
+    ranked = [standing for standing in standings if standing.rank is not None]
+    left_out = [standing.algorithm for standing in standings if standing.rank is None]
     if not ranked:
         sentences = ["No algorithm can be ranked: there are too few runs."] if left_out else ["There are no runs yet."]
     elif len(ranked) == 1:
@@ -29,25 +29,25 @@ def answer(measure: Measure, places: Sequence[Place], *, problems: int, runs: in
     return " ".join(sentences)
 
 
-def _alone(place: Place, measure: Measure) -> str:
+def _alone(standing: Standing, measure: Measure) -> str:
     time = ""
-    if (expected := place.running_time).value is not None:
+    if (expected := standing.running_time).value is not None:
         time = (
             f", with an expected running time of {phrases.figure(expected.value)}{phrases.between(expected)} {measure}"
         )
     return (
-        f"Only {place.algorithm} can be ranked: it reached the target in {phrases.share(place.success)} of its "
+        f"Only {standing.algorithm} can be ranked: it reached the target in {phrases.share(standing.success)} of its "
         f"runs{time}."
     )
 
 
-def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int, comparisons: int) -> list[str]:
+def _several(measure: Measure, ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
     first = ranked[0].algorithm
-    against = [(place.algorithm, place.against_first) for place in ranked[1:]]
+    against = [(standing.algorithm, standing.against_first) for standing in ranked[1:]]
     rivals = [name for name, pair in against if pair is None or not pair.significant]
     beaten = [(name, pair) for name, pair in against if pair is not None and pair.significant]
     sentences = []
-    if not any(place.solved for place in ranked):
+    if not any(standing.solved for standing in ranked):
         sentences.append("No algorithm reached the target, so the ranking is by how close they came.")
     if not beaten:
         sentences += _nothing_significant(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
@@ -65,17 +65,17 @@ def _several(measure: Measure, ranked: list[Place], *, problems: int, runs: int,
     return [*sentences, *_surprise(ranked)]
 
 
-def _surprise(ranked: list[Place]) -> list[str]:
+def _surprise(ranked: list[Standing]) -> list[str]:
     """Name the solvers that reached the target, if the first did not."""
-    solved = [place.algorithm for place in ranked if place.solved]
+    solved = [standing.algorithm for standing in ranked if standing.solved]
     if not solved or ranked[0].solved:
         return []
     return [f"Only {phrases.names(solved)} reached the target, but too rarely to rank first: most runs are ranked by "
             "how close they came."]  # fmt: skip
 
 
-def _ranks_first(ranked: list[Place]) -> str:
-    level = [place.algorithm for place in ranked[1:] if place.rank == ranked[0].rank]
+def _ranks_first(ranked: list[Standing]) -> str:
+    level = [standing.algorithm for standing in ranked[1:] if standing.rank == ranked[0].rank]
     return f"ties for first place with {phrases.names(level)}" if level else "ranks first"
 
 
@@ -85,11 +85,11 @@ def _others(beaten: list[tuple[str, Pair]]) -> str:
     return "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
 
 
-def _reaching(place: Place) -> str:
-    return f", reaching the target in {phrases.share(place.success)} of its runs" if place.solved else ""
+def _reaching(standing: Standing) -> str:
+    return f", reaching the target in {phrases.share(standing.success)} of its runs" if standing.solved else ""
 
 
-def _by_how_much(measure: Measure, first: Place, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
+def _by_how_much(measure: Measure, first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
     sure = _how_sure(first.algorithm, next_, pair, comparisons)
     if not first.solved:
         return f"{next_} comes next: {sure}."
@@ -113,7 +113,7 @@ def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
 
 
 def _nothing_significant(
-    measure: Measure, ranked: list[Place], *, problems: int, runs: int, comparisons: int
+    measure: Measure, ranked: list[Standing], *, problems: int, runs: int, comparisons: int
 ) -> list[str]:
     first, second = ranked[0], ranked[1]
     needed = significance.fewest_runs(problems, comparisons)

@@ -10,7 +10,7 @@ from robolaser.benchmark.standings import significance
 from robolaser.benchmark.standings.answer import answer
 from robolaser.benchmark.standings.estimates import UNKNOWN, estimate, plain, success
 from robolaser.benchmark.standings.measurements import Measurements
-from robolaser.benchmark.standings.table import Order, Pair, Place, Ranks
+from robolaser.benchmark.standings.table import Order, Pair, Ranks, Standing
 from robolaser.benchmark.statistics import ecdf, mean_ranks, running_time, superiority
 from robolaser.benchmark.statistics.difference import holm_pairs, stratified
 
@@ -35,7 +35,7 @@ def order(measured: Measurements, problems: Sequence[int], refused: Mapping[tupl
     pairs = _pairs(measured, at, standing)
     areas = _areas(measured, at)
     places = tuple(
-        Place(
+        Standing(
             algorithm=names[a],
             rank=1 + sum(other < mean[a] - 1e-9 for other in mean.values()) if a in mean else None,
             mean_rank=mean.get(a),

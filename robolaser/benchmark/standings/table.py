@@ -1,4 +1,4 @@
-"""What is known of solvers: places, running_times, how sure both are, and sentences that say so.
+"""What is known of solvers: standings, running times, how sure both are, and sentences that say so.
 
 Plain values throughout, ready for JSON: None stands for a number that there is none of, never NaN or infinity.
 """
@@ -92,7 +92,7 @@ class Pair:
             Vargha and Delaney, over several problems its mean.
         effect: Its size in a word: negligible, small, medium or large; None without runs.
         ratio: Expected running time of the other over that of the one at the headline target; above one if the one is
-            faster. BudgetExhausted several problems the geometric mean of those in `ratio_problems`.
+            faster. Over several problems the geometric mean of those in `ratio_problems`.
         ratio_problems: Problems on which both reached the target.
         p: Probability of runs as different as these if the two were the same; None without runs.
         p_adjusted: After Holm's correction for all comparisons made.
@@ -112,13 +112,13 @@ class Pair:
 
 @final
 @dataclass(frozen=True)
-class Place:
+class Standing:
     """Where a solver stands.
 
     Attributes:
         algorithm: Its name.
         rank: From 1; equal mean ranks share one. None where it cannot be ranked with the others, see `unranked`.
-        mean_rank: BudgetExhausted the blocks (problem, seed), 1 being the best; None as `rank`.
+        mean_rank: Over the blocks (problem, seed), 1 being the best; None as `rank`.
         runs: That were made.
         failed: Those of them that failed.
         success: Share of them that reached the headline target.
@@ -184,7 +184,7 @@ class Order:
 
     measure: Measure
     problems: tuple[str, ...]
-    places: tuple[Place, ...]
+    places: tuple[Standing, ...]
     pairs: tuple[Pair, ...]
     ranks: Ranks
     answer: str

@@ -32,6 +32,7 @@ class Backlash(Effect):
     remedy = "Approach each pose of {where} from the same side, or have its gear adjusted."
     reference = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
     stage = Stage.JOINTS
+    cause = "transmission"
     needs = (path,)
     depends_on_trajectory = True
 

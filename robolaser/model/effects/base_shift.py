@@ -37,6 +37,7 @@ class BaseShift(Effect):
     remedy = "Find what is loose, clamp base and target, and measure again."
     reference = "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
     stage = Stage.FLANGE
+    cause = "base"
     site = "base"
     needs = (pose_order, enough_poses)
     depends_on_trajectory = True

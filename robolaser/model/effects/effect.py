@@ -42,6 +42,8 @@ class Effect(ABC):
         remedy: What to do about it in the cell, with {where} for the location.
         reference: Where its physics and its size are from.
         stage: Where on the way from encoder and image to a residual it acts.
+        cause: The class of causes that it belongs to, such as `transmission`: where its members cannot be told apart,
+            the class still can. Empty: it is a class of its own.
         site: The location, one of `camera laser hand_eye target base timing image tool`; empty: each moving joint.
         needs: What the data must have besides values that pass the stage, see `requirements`.
         depends_on_trajectory: Whether `apply` looks at other poses or points than the one that it changes.
@@ -56,6 +58,7 @@ class Effect(ABC):
     remedy: ClassVar[str] = "Use the corrected model."
     reference: ClassVar[str]
     stage: ClassVar[Stage]
+    cause: ClassVar[str] = ""
     site: ClassVar[str] = ""
     needs: ClassVar[tuple[Callable[[Dataset], str], ...]] = ()
     depends_on_trajectory: ClassVar[bool] = False

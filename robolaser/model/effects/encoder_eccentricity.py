@@ -28,6 +28,7 @@ class EncoderEccentricity(Effect):
     remedy = "Correct {where} by the model, or have its encoder centred."
     reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
     stage = Stage.JOINTS
+    cause = "transmission"
     needs = (turning_joint,)
 
     sine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)

@@ -21,6 +21,7 @@ class EncoderScale(Effect):
     remedy = "Correct the gear ratio or the counts per turn of {where}."
     reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
     stage = Stage.JOINTS
+    cause = "transmission"
 
     scale: Array = parameter(unit="", bound=0.05, prior_scale=1e-3)
 

@@ -32,6 +32,7 @@ class HandEyeDrift(Effect):
     remedy = "Tighten the scanner's bracket, or calibrate at shorter intervals."
     reference = "Findley, Lai, Onaran 1976, Creep and Relaxation of Nonlinear Viscoelastic Materials"
     stage = Stage.MOUNT
+    cause = "mount"
     site = "hand_eye"
     needs = (pose_order,)
     depends_on_trajectory = True

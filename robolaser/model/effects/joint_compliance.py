@@ -31,6 +31,7 @@ class JointCompliance(Effect):
     remedy = "Reduce the payload, or correct the angle of {where} for the torque that it bears."
     reference = "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad"
     stage = Stage.JOINTS
+    cause = "elasticity"
     needs = (masses,)
     depends_on_trajectory = True
 

@@ -21,6 +21,7 @@ class JointOffset(Effect):
     remedy = "Set the zero of {where} again, or use `robot_corrected.urdf`, which includes the offset."
     reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration; homing leaves 0.1°"
     stage = Stage.JOINTS
+    cause = "arm_geometry"
     in_urdf = True
 
     offset: Array = parameter(unit="rad", bound=0.1, prior_scale=1.7e-3)

@@ -28,6 +28,7 @@ class LaserCurvature(Effect):
     remedy = "Use the corrected model: turning the projector does not flatten its plane."
     reference = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device; 0.1 mm"
     stage = Stage.POINTS
+    cause = "laser"
     site = "laser"
 
     curvature: Array = parameter(unit="1/m", bound=1.0, prior_scale=0.04)

@@ -37,6 +37,7 @@ class LaserDrift(Effect):
     remedy = "Switch the projector on well before measuring."
     reference = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device"
     stage = Stage.LASER_PLANE
+    cause = "laser"
     site = "laser"
     needs = (warm_up,)
     depends_on_trajectory = True

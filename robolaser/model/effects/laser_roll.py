@@ -21,6 +21,7 @@ class LaserRoll(Effect):
     remedy = "Turn the projector in its mount, or use the corrected model."
     reference = "Lee et al. 2004, eqs. 5-6, which take γ = 0"
     stage = Stage.LASER_PLANE
+    cause = "laser"
     site = "laser"
 
     angle: Array = parameter(unit="rad", bound=0.5, prior_scale=0.02)

@@ -21,6 +21,7 @@ class Latency(Effect):
     remedy = "Trigger the camera and read the joints together, or stand still at each exposure."
     reference = "Furgale, Rehder, Siegwart 2013, Unified temporal and spatial calibration; 20-200 ms"
     stage = Stage.JOINTS
+    cause = "timing"
     site = "timing"
     needs = (velocities,)
 

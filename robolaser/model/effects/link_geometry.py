@@ -28,6 +28,7 @@ class LinkGeometry(Effect):
     remedy = "Use `robot_corrected.urdf`: it has {where} where it was found."
     reference = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
     stage = Stage.LINKS
+    cause = "arm_geometry"
     in_urdf = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)

@@ -21,6 +21,7 @@ class RadialDistortion(Effect):
     remedy = "Use the lens as found here: `camera.yaml` has it."
     reference = "Tsai 1987, A versatile camera calibration technique, eq. 5; Brown 1971"
     stage = Stage.IMAGE
+    cause = "camera"
     site = "camera"
 
     k_2: Array = parameter(unit="1/m⁴", bound=3e8, prior_scale=1e7)

@@ -33,6 +33,7 @@ class StripeBias(Effect):
     remedy = "View surfaces squarely, expose shorter, or use a duller target."
     reference = "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
     stage = Stage.PIXELS
+    cause = "laser"
     site = "laser"
     needs = (flat_target,)
     depends_on_trajectory = True

@@ -26,6 +26,7 @@ class TangentialDistortion(Effect):
     remedy = "Use the lens as found here: `camera.yaml` has it."
     reference = "Brown 1966, Decentering distortion of lenses"
     stage = Stage.IMAGE
+    cause = "camera"
     site = "camera"
 
     p_1: Array = parameter(unit="1/m", bound=5.0, prior_scale=0.1)

@@ -27,6 +27,7 @@ class TargetScale(Effect):
     remedy = "Measure the target with a caliper: its squares are not of the size that the data set states."
     reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"
     stage = Stage.TARGET
+    cause = "target"
     site = "target"
     needs = (flat_target,)
     depends_on_trajectory = True

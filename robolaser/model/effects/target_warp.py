@@ -32,6 +32,7 @@ class TargetWarp(Effect):
     remedy = "Use a stiffer target, or glue it to glass."
     reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; 0.1 mm good, 0.5-3 poor"
     stage = Stage.TARGET
+    cause = "target"
     site = "target"
     needs = (flat_target,)
     depends_on_trajectory = True

@@ -41,6 +41,7 @@ class ThermalDrift(Effect):
     remedy = "Let the arm warm up before measuring, or correct for the temperature."
     reference = "Heisel, Richter, Wurst 1997, Thermal behaviour of industrial robots, CIRP Annals 46"
     stage = Stage.LINKS
+    cause = "thermal"
     needs = (warm_up,)
     depends_on_trajectory = True
 

@@ -32,6 +32,7 @@ class TransmissionError(Effect):
     remedy = "Correct {where} by the model, or have its gear inspected."
     reference = "Tuttle, Seering 1996, A nonlinear model of a harmonic drive; 0.5-2 arcmin"
     stage = Stage.JOINTS
+    cause = "transmission"
     needs = (turning_joint,)
 
     sine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)

@@ -144,11 +144,11 @@ def _descended(
                 break
         else:
             break
-        moved, bent, gain = there - x, turned - slope, value - lower
+        step, slope_change, gain = there - x, turned - slope, value - lower
         x, value, slope = there, lower, turned
-        if moved @ bent > np.finfo(float).tiny:
-            left = np.eye(len(x)) - np.outer(moved, bent) / (moved @ bent)
-            H = left @ H @ left.T + np.outer(moved, moved) / (moved @ bent)
+        if step @ slope_change > np.finfo(float).tiny:
+            left = np.eye(len(x)) - np.outer(step, slope_change) / (step @ slope_change)
+            H = left @ H @ left.T + np.outer(step, step) / (step @ slope_change)
         if gain <= ENOUGH * max(abs(value), 1.0) * CONVERGED:
             break
     return x, value

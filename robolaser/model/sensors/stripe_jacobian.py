@@ -99,11 +99,11 @@ def _in_camera(pixel: Array, values: Values, stripe_axis: str, axes: Array) -> t
         for column, by in zip(columns[name], (by_pitch, -pitch[at]), strict=True):
             along_x[:, column], along_y[:, column] = image[0] * by, image[1] * by
     along_x[:, 5], along_y[:, 5] = u * r2, v * r2
-    pull = along_x[:, 1:6] * by_x[:, None]  # the ray's length, relative
+    log_length = along_x[:, 1:6] * by_x[:, None]  # of the ray
     along_x[:, 1:6] *= depth[:, None]
     along_y[:, 1:6] *= depth[:, None]
     for moves, component, ray in zip((along_x, along_y, along_z), point, (x, y, f), strict=True):
-        moves[:, 1:6] += component[:, None] * pull
+        moves[:, 1:6] += component[:, None] * log_length
         moves[:, 0] = component * by_z
         moves[:, 6] = ray * by_b
         moves[:, 7] = ray * by_theta

@@ -28,7 +28,7 @@ class PairwiseCell:
 
 def pairwise_matrix(order: Order) -> tuple[Sequence[str], Sequence[Sequence[PairwiseCell | None]]]:
     """Algorithms in order, and each against each."""
-    names = [place.algorithm for place in order.places]
+    names = [standing.algorithm for standing in order.places]
     of = {(pair.one, pair.other): pair for pair in order.pairs}
     return names, [[_cell(of, one, other) for other in names] for one in names]
 

@@ -64,13 +64,13 @@ class PlotContext:
     @cached_property
     def order(self) -> tuple[str, ...]:
         """Algorithms, the best first."""
-        return tuple(place.algorithm for place in self.standings.evaluations.places)
+        return tuple(standing.algorithm for standing in self.standings.evaluations.places)
 
     @cached_property
     def coloured(self) -> Mapping[str, str]:
         """Colours of those with one: the leading ones, the first by wall time, and the paper's."""
         evaluations, seconds = (
-            [place.algorithm for place in order.places if place.rank is not None]
+            [standing.algorithm for standing in order.places if standing.rank is not None]
             for order in (self.standings.evaluations, self.standings.seconds)
         )
         wanted = [*evaluations[:LEADING], *seconds[:1], *(name for name in self.order if name == PAPERS)]

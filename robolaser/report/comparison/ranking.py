@@ -6,7 +6,7 @@ from typing import final
 
 from robolaser.benchmark.result import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Place, Reached, Result
+from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Reached, Result, Standing
 from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
@@ -70,37 +70,40 @@ class ResultRow:
 
 def standing_rows(context: PlotContext) -> list[StandingRow]:
     """All algorithms of a family, the best first."""
-    by_seconds = {place.algorithm: place for place in context.standings.seconds.places}
-    return [_standing(context, place, by_seconds[place.algorithm]) for place in context.standings.evaluations.places]
+    by_seconds = {standing.algorithm: standing for standing in context.standings.seconds.places}
+    return [
+        _standing(context, standing, by_seconds[standing.algorithm])
+        for standing in context.standings.evaluations.places
+    ]
 
 
-def _standing(context: PlotContext, place: Place, in_seconds: Place) -> StandingRow:
-    name = place.algorithm
+def _standing(context: PlotContext, standing: Standing, in_seconds: Standing) -> StandingRow:
+    name = standing.algorithm
     results = [result for on in context.standings.by_problem for result in on.results if result.algorithm == name]
     at = [(result.problem, one) for result in results if (one := reached(result, context.standings.tolerance))]
     problems = len(context.problems)
     return StandingRow(
-        rank=_rank(place),
+        rank=_rank(standing),
         name=name,
         title=context.comparison.solvers[name],
         colour=line_number(context, name),
         success=TableCell(
-            "" if place.success.value is None else rate(place.success.value),
+            "" if standing.success.value is None else rate(standing.success.value),
             _lines(
-                _interval(place.success),
-                f"{place.solved} of {problems} problems" if place.solved < problems > 1 and place.runs else "",
+                _interval(standing.success),
+                f"{standing.solved} of {problems} problems" if standing.solved < problems > 1 and standing.runs else "",
             ),
         ),
-        evaluations=_price(place, [(problem, count(_known(one.evaluations))) for problem, one in at]),
+        evaluations=_price(standing, [(problem, count(_known(one.evaluations))) for problem, one in at]),
         seconds=_price(
             in_seconds,
             [(problem, duration(_known(one.seconds))) for problem, one in at],
-            f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (place.rank, None) else "",
+            f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (standing.rank, None) else "",
         ),
-        against=_against(place),
+        against=_against(standing),
         final=_final(context, [result for result in results if result.final is not None]),
-        failed=f"{place.failed} of {place.runs}" if place.failed else "",
-        remark=place.unranked,
+        failed=f"{standing.failed} of {standing.runs}" if standing.failed else "",
+        remark=standing.unranked,
     )
 
 
@@ -110,13 +113,13 @@ def result_rows(context: PlotContext, on: OnProblem) -> list[ResultRow]:
     problem = context.contested(on.problem)
     return [
         ResultRow(
-            _rank(place),
-            place.algorithm,
-            line_number(context, place.algorithm),
-            [_target(reached(of[place.algorithm], tolerance), place.runs) for tolerance in SHOWN],
-            _quality(context, problem, of[place.algorithm].final),
+            _rank(standing),
+            standing.algorithm,
+            line_number(context, standing.algorithm),
+            [_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN],
+            _quality(context, problem, of[standing.algorithm].final),
         )
-        for place in on.evaluations.places
+        for standing in on.evaluations.places
     ]
 
 
@@ -135,8 +138,8 @@ def _known(estimate: IntervalEstimate) -> float:
     return float("inf") if estimate.value is None else estimate.value
 
 
-def _rank(place: Place) -> str:
-    return "–" if place.rank is None else str(place.rank)
+def _rank(standing: Standing) -> str:
+    return "–" if standing.rank is None else str(standing.rank)
 
 
 def _interval(estimate: IntervalEstimate) -> str:
@@ -149,13 +152,13 @@ def _lines(*lines: str) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def _price(place: Place, each: Sequence[tuple[str, str]], remark: str = "") -> TableCell:
+def _price(standing: Standing, each: Sequence[tuple[str, str]], remark: str = "") -> TableCell:
     """The price itself on one problem, times the first's over several."""
-    if not place.runs:
+    if not standing.runs:
         return TableCell("")
-    if not place.solved:
+    if not standing.solved:
         return TableCell(NEVER, _lines(remark))
-    ratio, between = ("the first", "") if place.rank == 1 else _ratio(place.against_first)
+    ratio, between = ("the first", "") if standing.rank == 1 else _ratio(standing.against_first)
     if len(each) == 1:
         return TableCell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
     prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
@@ -174,8 +177,8 @@ def _ratio(pair: Pair | None) -> tuple[str, str]:
     return shown, f"{manifold(lower)} to {manifold(upper)}"
 
 
-def _against(place: Place) -> TableCell:
-    pair = place.against_first
+def _against(standing: Standing) -> TableCell:
+    pair = standing.against_first
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
         return TableCell("")
     return TableCell(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
-from robolaser.diagnosis.summary_text import EVEN
+from robolaser.diagnosis.thresholds import EVEN
 
 SURE = 0.95
 """Probability below which a finding is called likely."""

@@ -28,7 +28,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
     x = quantity("effects", "effects in the model", domain=(counts[0] - 0.2, counts[-1] + 0.6))
     x["axis"] = {"values": list(range(counts[0], counts[-1] + 1)), "format": "d"}
     y = quantity("gap", "error on new poses, RMS [mm]", log=True)
-    told = hover("members", effects="effects", gap="error on new poses [mm]")
+    tooltip = hover("members", effects="effects", gap="error on new poses [mm]")
     note = {"type": "text", "align": "left", "dx": 8, "dy": -9, "color": MUTED, "fontSize": 11.5}
     aside = {"type": "text", "align": "left", "dx": 4, "dy": -7, "color": NOISE}
     return chart(
@@ -40,9 +40,9 @@ def front(diagnosis: Diagnosis) -> Chart | None:
             layer({"type": "line", "color": FITTED}, data, x=x, y=y),
             layer(rule(color=NOISE), floor, y=y),
             layer(aside, floor, x={"value": 0}, y=y, text={"field": "said"}),
-            layer({"type": "point", "size": 70, "color": FITTED, "opacity": 1}, data, tooltip=told, x=x, y=y),
+            layer({"type": "point", "size": 70, "color": FITTED, "opacity": 1}, data, tooltip=tooltip, x=x, y=y),
             layer({"type": "point", "filled": False, "size": 260, "color": HELD_OUT, "opacity": 1, "strokeWidth": 2},
-                  ring, tooltip=told, x=x, y=y),
+                  ring, tooltip=tooltip, x=x, y=y),
             layer(note, data, x=x, y=y, text={"field": "added"}),
         ],
     )  # fmt: skip

@@ -78,7 +78,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     y = {"field": "step", "type": "nominal", "sort": None, "title": None,
          "axis": {"labelColor": INK, "domain": False}}  # fmt: skip
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
-    told = hover("step", before="gap before [mm]", after="gap after [mm]")
+    tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
     interval = records(step=LEFT, low=ci[0], high=ci[1])
     scale = " The axis is logarithmic." if logarithmic else ""
     return chart(
@@ -89,10 +89,10 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         f"The gap falls from {millimetres(diagnosis.gap.nominal_m)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
         [
-            layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=told,
+            layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=tooltip,
                   x=x | {"field": "before"}, x2={"field": "after"}, y=y, color=colour),
             layer(rule(color=NOISE), records(after=rows[-1].after), x=x),
-            layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=told, x=x, y=y, color=colour),
+            layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=tooltip, x=x, y=y, color=colour),
             layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, interval,
                   tooltip=hover(low="95 % from [mm]", high="to [mm]"),
                   x=x | {"field": "low"}, x2={"field": "high"}, y=y),

@@ -1,0 +1,125 @@
+"""What kind of cause is at work: often certain where its members cannot be told apart.
+
+An arm that is off everywhere a little has a dozen effects that could each stand in for another one, but nothing outside
+the arm's geometry could stand in for all of them.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pareto_front import stepwise_order
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.result import CauseClass
+from robolaser.diagnosis.thresholds import (
+    CHI2_OF_UNMODELLED_CAUSE,
+    CREDIBLE_MASS,
+    EVEN,
+    FURTHER_SUBSTITUTES,
+    LEAST_PROBABILITY,
+)
+from robolaser.diagnosis.verdict import credibility, posterior_weights
+from robolaser.model.effects.effect import CandidateEffect
+
+UNKNOWN: Final = "unknown"
+"""The class of causes that no effect of the library describes."""
+
+
+def class_of(candidate_effect: CandidateEffect) -> str:
+    """The class of an effect: the one that it declares, or else one of its own."""
+    return candidate_effect.effect.cause or candidate_effect.effect.name
+
+
+def cause_classes(
+    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: Sequence[Localization], held_out: HeldOut
+) -> tuple[CauseClass, ...]:
+    """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
+
+    Args:
+        refits: Fits sets of effects.
+        final: The final model.
+        evidence: For each of its effects.
+        left: Where its residuals still lie.
+        held_out: Errors on held-out poses.
+    """
+    unexplained = sum(place.likelihood_ratio for place in left)
+    gap = held_out.gap(final)
+    probabilities = member_probabilities(evidence)
+    found: list[CauseClass] = []
+    for name in dict.fromkeys(map(class_of, probabilities)):
+        members = {one: p for one, p in probabilities.items() if class_of(one) == name}
+        own = [one for one in evidence if class_of(one.candidate_effect) == name]
+        some = 1.0 - float(np.prod([1.0 - p for p in members.values()]))
+        without_m = None
+        if own:
+            without = _without(refits, final, own)
+            without_m = held_out.gap(refits.of(without))
+            some = max(some, _probability(refits, final, without, name, unexplained))
+        if some < LEAST_PROBABILITY:
+            continue
+        ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
+        found.append(CauseClass(name, some, without_m, gap, ordered, tuple(credible_set(one.weights) for one in own)))
+    if left:
+        ratio = left[0].likelihood_ratio
+        odds = posterior_weights(np.array([0.0, ratio - CHI2_OF_UNMODELLED_CAUSE]))
+        found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=left[0].site))
+    return tuple(sorted(found, key=_importance))
+
+
+def _importance(one: CauseClass) -> tuple[bool, float, float]:
+    """Probable classes first, those without which the gap is largest at their head."""
+    doubtful = one.probability < EVEN
+    return doubtful, -(one.gap_without_m or 0.0) * (not doubtful), -one.probability
+
+
+def member_probabilities(evidence: Sequence[EffectEvidence]) -> dict[CandidateEffect, float]:
+    """Of each candidate that it is one of the causes, where each found effect has one, by its alternatives' weights."""
+    none: dict[CandidateEffect, float] = {}
+    for one in evidence:
+        for candidate, weight in one.weights.items():
+            if candidate is not None:
+                none[candidate] = none.get(candidate, 1.0) * (1.0 - weight * one.credibility)
+    return {candidate: 1.0 - p for candidate, p in none.items() if 1.0 - p >= LEAST_PROBABILITY}
+
+
+def credible_set(weights: Mapping[CandidateEffect | None, float]) -> tuple[CandidateEffect, ...]:
+    """The fewest candidates that together have the credible mass; empty where that none is at work must be one."""
+    chosen: list[CandidateEffect] = []
+    mass = 0.0
+    for candidate in sorted(weights, key=lambda one: -weights[one]):
+        if candidate is None:
+            return ()
+        chosen.append(candidate)
+        mass += weights[candidate]
+        if mass >= CREDIBLE_MASS:
+            break
+    return tuple(chosen)
+
+
+def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
+    for one in own:
+        final = refits.refit(final, removed=one.candidate_effect)
+    return final
+
+
+def _probability(refits: Refits, final: Fit, without: Fit, name: str, unexplained: float) -> float:
+    """Of a class, against the best that effects of other classes, or an unmodelled cause, do in its place."""
+    spread = final.dispersion
+    rivals = [without, *_substitutes(refits, final, without, name)]
+    costs = np.array([refits.cost(fit, spread) for fit in (final, *rivals)])
+    explained = without.chi2 - final.chi2
+    return float(posterior_weights(costs)[0]) * credibility(refits.unmodelled(final, without), unexplained, explained)
+
+
+def _substitutes(refits: Refits, final: Fit, without: Fit, name: str) -> list[Fit]:
+    """Models with effects of other classes in the place of those of one class, as the linear model ranks them."""
+    others = refits.among([one for one in refits.effects if class_of(one) != name])
+    tests = others.score_tests(without)
+    most = len(final.effects) - len(without.effects) + FURTHER_SUBSTITUTES
+    order = stepwise_order(tests, most, least=0.0)
+    return [others.of(without, [tests[i] for i in order])] if order else []

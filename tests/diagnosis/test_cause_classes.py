@@ -1,0 +1,90 @@
+"""Classes of causes: certain where single effects are not."""
+
+from dataclasses import replace
+
+import pytest
+
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import Diagnosis, examine
+from robolaser.diagnosis.cause_classes import class_of, credible_set, member_probabilities
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.simulation import simulate
+
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+
+
+def candidate(name: str, where: str) -> CandidateEffect:
+    return CandidateEffect(BY_NAME[name], where)
+
+
+ELBOW, WRIST = candidate("joint_offset", "joint_3"), candidate("joint_offset", "joint_4")
+GEAR = candidate("backlash", "joint_3")
+
+
+def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1.0) -> EffectEvidence:
+    first = next(one for one in weights if one is not None)
+    return EffectEvidence(first, 100.0, weights[first], credibility, weights, None, ())  # type: ignore[arg-type]
+
+
+def test_every_effect_of_the_package_belongs_to_a_class() -> None:
+    assert all(effect.cause for effect in EFFECTS)
+
+
+def test_an_effect_without_a_class_is_one_of_its_own() -> None:
+    class Fan(BY_NAME["backlash"]):  # type: ignore[misc, valid-type]
+        name = "fan"
+        cause = ""
+
+    assert class_of(CandidateEffect(Fan, "joint_1")) == "fan"
+
+
+def test_a_credible_set_has_the_fewest_candidates_that_hold_95_percent() -> None:
+    assert credible_set({ELBOW: 0.6, WRIST: 0.37, GEAR: 0.03, None: 0.0}) == (ELBOW, WRIST)
+    assert credible_set({ELBOW: 0.97, WRIST: 0.03, None: 0.0}) == (ELBOW,)
+
+
+def test_a_set_that_none_may_explain_as_well_is_not_credible() -> None:
+    assert credible_set({ELBOW: 0.6, None: 0.4}) == ()
+
+
+def test_candidates_share_the_probability_of_what_they_could_each_explain() -> None:
+    found = member_probabilities([weighed({ELBOW: 0.6, WRIST: 0.4, None: 0.0}, credibility=0.5)])
+    assert found == pytest.approx({ELBOW: 0.3, WRIST: 0.2})
+
+
+def test_a_candidate_of_two_places_is_as_probable_as_either() -> None:
+    found = member_probabilities([weighed({ELBOW: 0.5, WRIST: 0.5}), weighed({GEAR: 0.8, ELBOW: 0.2})])
+    assert found[ELBOW] == pytest.approx(1 - 0.5 * 0.8)
+
+
+def parallel_joints() -> Dataset:
+    """A few poses in which two joints with parallel axes hardly move: their offsets look alike."""
+    noise = Noise(pixel_px=0.1, target_m=3e-5)
+    return simulate(
+        find_robot("scorbot_er7"), poses=25, points=6, noise=noise, effects={"joint_offset:joint_3": 0.01}, seed=5
+    ).dataset
+
+
+@pytest.fixture(scope="module")
+def diagnosis() -> Diagnosis:
+    return examine(parallel_joints(), seed=0)
+
+
+def test_a_class_is_at_least_as_probable_as_each_of_its_members(diagnosis: Diagnosis) -> None:
+    for one in diagnosis.classes:
+        assert one.probability >= max((p for _, p in one.members), default=0.0) - 1e-9
+
+
+def test_the_class_of_a_large_offset_is_certain(diagnosis: Diagnosis) -> None:
+    first = diagnosis.classes[0]
+    assert first.name == "arm_geometry"
+    assert first.probability > 0.99
+    assert first.gap_without_m is not None
+    assert first.gap_without_m > 2 * first.gap_with_m
+
+
+def test_without_a_gap_there_is_no_class() -> None:
+    assert examine(replace(simulate(find_robot("ur5"), poses=25, points=6, seed=1).dataset), seed=0).classes == ()
