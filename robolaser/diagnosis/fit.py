@@ -106,8 +106,9 @@ class Fit:
     @cached_property
     def _profile(self) -> tuple[float, float]:
         noise = self.noise
-        shares = 1.0 - len(self.x) / max(1, np.count_nonzero(noise.scatter > SEEN))
-        return profile(noise.scatter_squares(self.at.white), noise.scatter, max(shares, LEAST_SHARE))
+        telling = int(np.count_nonzero(noise.scatter > SEEN))
+        share = max(LEAST_SHARE, 1.0 - len(self.x) / max(1, telling))
+        return profile(noise.scatter_squares(self.at.white), noise.scatter, share)
 
     @property
     def deviance(self) -> float:

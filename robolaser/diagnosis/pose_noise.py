@@ -41,8 +41,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     every = np.hstack(parts)
     if min(len(every), MOTIONS * len(fit.poses)) < MIN_RESIDUALS * every.shape[1]:
         return own
-    _, s, Vt = np.linalg.svd(fit.noise.whiten(every.T.reshape(every.shape[1], *plain.plain.shape)).T, full_matrices=False)
-    U = fit.noise.whiten((every @ Vt.T / s).T.reshape(len(s), *plain.plain.shape)).T
+    white = fit.noise.whiten(every.T.reshape(-1, *plain.plain.shape)).T
+    U, s, Vt = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
     plausible = np.abs(along) <= MAX_SIGMA * s
@@ -56,8 +56,10 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
 
 
 def explained(fit: Fit) -> Array:
-    """Directions of the plain residuals that a model's own parameters explain, and smooth functions at sites that the
-    residuals speak for, (K, n)."""
+    """Directions of the plain residuals that a model's parameters explain, or smooth functions at some sites, (K, n).
+
+    The sites are those that the residuals speak for.
+    """
     own = Linearization(fit.problem.with_noise(None), fit.x).slopes / fit.problem.scale
     smooth = smooth_remainder(fit)
     return np.hstack([own, fit.noise.correlate(smooth.T).T]) if smooth.size else own

@@ -12,6 +12,7 @@ from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.thresholds import SCATTER_CHANGE
@@ -50,7 +51,7 @@ class Preparation:
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)
         start = find_start(small, Plan(seed=seed)).x
-        noise = some.noise(small, start, dataset)
+        noise = row_noise(some, small, start, dataset)
         near = robust_fit(Fit.of(problem_of(small, noise, sensor), start)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
@@ -67,14 +68,14 @@ class Preparation:
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
         model, x = Model(data.dataset), self.near
-        noise = data.noise(model, x, self.dataset)
+        noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
-        noise = data.scatter(model, fit.x, explainable(fit, effects), self.dataset)
+        noise = whole_noise(data, model, fit.x, explainable(fit, effects), self.dataset)
         return data, Fit.of(problem_of(model, noise, self.sensor), fit.x)
 
     def with_other_scatter(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the scatter that the final model leaves, where that is not what was assumed."""
-        noise = data.scatter(final.model, final.x, explained(final), self.dataset)
+        noise = whole_noise(data, final.model, final.x, explained(final), self.dataset)
         change = float(np.abs(np.log1p(noise.scatter) - np.log1p(start.noise.scatter)).mean()) / 2.0
         if change < np.log(SCATTER_CHANGE):
             return None

@@ -59,6 +59,10 @@ SCATTER_CHANGE: Final = 1.1
 for the search to start again."""
 SCATTER_ROUNDS: Final = 3
 """Times that it starts again for that."""
+NOISE_CONTRADICTED: Final = 1.25
+"""Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
+NOISE_CONTRADICTED_SIGMA: Final = 4.0
+"""Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 

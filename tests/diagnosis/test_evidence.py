@@ -44,7 +44,7 @@ def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40
 
 def begun(dataset: Dataset) -> tuple[AveragedData, Fit]:
     preparation, outliers = Preparation.of(dataset, 1)
-    return preparation.fit(outliers, ())
+    return preparation.fit(outliers, library(EFFECTS, dataset))
 
 
 @pytest.fixture(scope="module")
