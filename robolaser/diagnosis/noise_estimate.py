@@ -36,7 +36,7 @@ class Excess:
     @classmethod
     def of(cls, squares: float, freedoms: float) -> "Excess":
         """By the cube root of chi-squared over its freedoms, which is nearly normal (Wilson, Hilferty 1931)."""
-        ratio, width = squares / freedoms, 2.0 / (9.0 * freedoms)
+        ratio, width = max(squares, 0.0) / freedoms, 2.0 / (9.0 * freedoms)
         return cls(float(np.sqrt(ratio)), float((np.cbrt(ratio) - (1.0 - width)) / np.sqrt(width)))
 
     @property
@@ -80,7 +80,7 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
     noise = estimated_noise(data.dataset, sources, residuals, J, known)
-    if not row_excess(noise, residuals, J).is_above:
+    if not row_excess(noise, _left(noise, residuals, J), J.shape[1]).is_above:
         return noise
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
     opened = tuple(
@@ -91,16 +91,27 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     return estimated_noise(data.dataset, opened, residuals, J, still)
 
 
-def row_excess(noise: NoiseModel, residuals: Array, J: Array) -> Excess:
-    """How much rows scatter within their poses, beyond their noise, given what columns J (K, n) explain."""
+def row_excess(noise: NoiseModel, white: Array, fitted: int) -> Excess:
+    """How much rows scatter within their poses, beyond their noise.
+
+    Args:
+        noise: Of them.
+        white: Whitened residuals (K,) that a fit left.
+        fitted: Numbers that were fitted.
+    """
+    of_poses = noise.scatter > SEEN
+    squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
+    freedoms = len(white) - fitted - int(np.count_nonzero(of_poses))
+    return Excess.of(squares, float(max(1, freedoms)))
+
+
+def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
+    """Whitened residuals without what columns J (K, n) explain, (K,)."""
     length = np.linalg.norm(J, axis=0)
     unit = J / np.where(length > 0.0, length, 1.0)
     Q = np.linalg.qr(noise.whiten(unit.T.reshape(-1, *residuals.shape)).T)[0]
     white = noise.whiten(residuals[None])[0]
-    white = white - Q @ (Q.T @ white)
-    of_poses = noise.scatter > SEEN
-    squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
-    return Excess.of(squares, max(1.0, len(white) - Q.shape[1] - np.count_nonzero(of_poses)))
+    return np.asarray(white - Q @ (Q.T @ white))
 
 
 def _known(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:

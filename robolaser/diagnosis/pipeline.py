@@ -18,10 +18,12 @@ from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, n
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
@@ -103,10 +105,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     nested = nested_fits(refits, final)
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
+    repeatability = repeatability_of(final)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, where, gap, outliers),
+        sentence=sentence(verdict, findings, where, gap, repeatability, outliers),
         gap=gap,
         where=tuple(where),
         findings=findings,
@@ -122,7 +125,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=dict(final.noise.sigmas),
+        noise=noise_sources(final),
+        repeatability=repeatability,
+        noise_remarks=noise_remarks(final, dataset),
         seconds=time.perf_counter() - began,
     )
 

@@ -74,10 +74,11 @@ class Preparation:
         return data, Fit.of(problem_of(model, noise, self.sensor), fit.x)
 
     def with_other_scatter(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
-        """The start with the scatter that the final model leaves, where that is not what was assumed."""
+        """The start with the noise that the final model leaves, where that is not what was assumed."""
         noise = whole_noise(data, final.model, final.x, explained(final), self.dataset)
-        change = float(np.abs(np.log1p(noise.scatter) - np.log1p(start.noise.scatter)).mean()) / 2.0
-        if change < np.log(SCATTER_CHANGE):
+        of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
+        of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
+        if max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all)) < np.log(SCATTER_CHANGE):
             return None
         return Fit.of(problem_of(start.model, noise, self.sensor), start.x)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 5000.0, 160)])
+FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])
 """Scatter over the assumed one, where its likelihood is first looked at."""
 ZOOM = np.linspace(-1.0, 1.0, 41)
 

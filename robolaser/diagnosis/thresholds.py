@@ -63,6 +63,8 @@ NOISE_CONTRADICTED: Final = 1.25
 """Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
 NOISE_CONTRADICTED_SIGMA: Final = 4.0
 """Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
+LEAST_RANGE_EXPONENT: Final = 0.3
+"""Power of the range with which noise must grow to be worth a remark. A judgement."""
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 

@@ -59,7 +59,7 @@ def test_scatter_alone_is_no_gap(kind: str):
     diagnosis = diagnosed(kind)
     assert diagnosis.verdict == "no_gap"
     assert not diagnosis.findings
-    assert diagnosis.noise["joint"] == pytest.approx(JOINT_RAD, rel=0.3)
+    assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
 
 
 def test_scatter_counts_in_the_noise_floor():
@@ -76,7 +76,7 @@ def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind: str
     diagnosis = diagnosed(kind, effect=effect, size=size)
     assert [str(found.candidate_effect) for found in diagnosis.findings] == [effect.replace(":", " at ")]
     assert diagnosis.findings[0].probability > 0.9
-    assert diagnosis.noise["joint"] == pytest.approx(JOINT_RAD, rel=0.3)
+    assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
 
 
 def test_a_smooth_cause_that_the_library_lacks_is_not_swallowed():
@@ -97,8 +97,8 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
     dataset = simulate(find_robot("ur5"), poses=30, points=10, repeats=2, noise=noise, seed=5).dataset
     diagnosis = examine(replace(dataset, noise=Noise(pixel_px=0.04, target_m=2.4e-5)), seed=0)
     assert diagnosis.verdict == "no_gap"
-    assert diagnosis.noise["pixel"] == pytest.approx(0.1, rel=0.1)
-    assert diagnosis.noise["target"] == pytest.approx(6e-5, rel=0.15)
+    assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
+    assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
 
 
 def test_noise_is_contradicted_by_a_quarter_and_four_standard_deviations():
