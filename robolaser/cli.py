@@ -15,6 +15,7 @@ from robolaser.commands.compare import compare
 from robolaser.commands.diagnose import diagnose
 from robolaser.commands.emulate import emulate
 from robolaser.commands.extract import extract
+from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
 from robolaser.commands.options import shown_default
 from robolaser.commands.record import record
@@ -54,6 +55,7 @@ app.command(diagnose, group=find)
 app.command(simulate, group=data)
 app.command(extract, group=data)
 app.command(record, group=data)
+app.command(import_files, name="import", group=data)
 app.command(scan, group=use)
 app.command(view, group=use)
 app.command(compare, group=methods)

@@ -32,6 +32,20 @@ def central_differences(function: Callable[[Array], Array], steps: Array) -> Arr
     return np.asarray(np.moveaxis(values[: len(steps)] - values[len(steps) :], 0, -1) / (2 * steps))
 
 
+def central_quotients(ends: Array, steps: Array) -> Array:
+    """The same from a function's values at both ends of each step.
+
+    Args:
+        ends: Ahead and behind, (c, q, 2, ...).
+        steps: (q,).
+
+    Returns:
+        (c, q, ...).
+    """
+    ahead, behind = ends[:, :, 0], ends[:, :, 1]
+    return np.asarray((ahead - behind) / (2.0 * steps).reshape(-1, *(1,) * (ahead.ndim - 2)))
+
+
 def forward_differences(function: Callable[[Array], Array], steps: Array, at_zero: Array) -> Array:
     """The same by one-sided differences, given the function at zero (...): half the evaluations."""
     return np.asarray(np.moveaxis(function(np.diag(steps)) - at_zero, 0, -1) / steps)

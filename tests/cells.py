@@ -12,7 +12,7 @@ from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter
 

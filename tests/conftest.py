@@ -1,5 +1,6 @@
 """What all tests share."""
 
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -11,3 +12,9 @@ def one_thread() -> Iterator[None]:
     """Linear algebra on one thread: small matrices are slower on two, and far slower on a busy machine."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interruptible() -> None:
+    """Programs that tests start obey Ctrl-C, which they would ignore if a script runs the tests in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,4 +1,4 @@
-"""From a folder with up to a million stripe points to calibration.json and its report: seconds by stage, and memory."""
+"""Time and memory of `robolaser calibrate` on up to a million stripe points, by stage."""
 
 import argparse
 import resource
@@ -44,7 +44,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--most", type=int, default=1_000_000, help="points of the largest data set")
     most = options.parse_args().most
-    print("| points | wall [s] | CPU [s] | peak memory [MB] | read | search | polish | hold out | precision | report |")
+    print("| points | wall [s] | CPU [s] | peak memory [MB] | read | search | fit | hold out | precision | report |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     for poses, points in SIZES:
         if poses * points <= most:
@@ -60,12 +60,12 @@ def command(cell: Path, output: Path) -> tuple[float, float, float]:
     """Seconds of `robolaser calibrate` in a process of its own, those of its processor, and its peak memory [MB]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
-    words = [sys.executable, "-c", COMMAND, "calibrate", str(cell), "--output", str(output)]
-    said = subprocess.run(words, check=True, capture_output=True, text=True).stderr
+    arguments = [sys.executable, "-c", COMMAND, "calibrate", str(cell), "--output", str(output)]
+    status = subprocess.run(arguments, check=True, capture_output=True, text=True).stderr
     seconds = time.perf_counter() - began
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    peak_kb = int(said.split(PEAK)[1].split()[0])
+    peak_kb = int(status.split(PEAK)[1].split()[0])
     return seconds, cpu, peak_kb / 1024
 
 

@@ -17,6 +17,7 @@ def diagnose(
     *,
     output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
     without: Annotated[tuple[str, ...], Parameter(metavar="EFFECT")] = (),
+    validate: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
     seed: Seed = 1,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -28,11 +29,13 @@ def diagnose(
 
         robolaser diagnose measured --output why
         robolaser diagnose measured --output why --without thermal_drift
+        robolaser diagnose measured --output why --validate measured-later
 
     Args:
         dataset: Folder with dataset.toml, poses.csv and points.csv.
         output: Folder for the result.
         without: Take an effect out of the library, see `robolaser list effects`; may be given again.
+        validate: Predict other data of the same arm with what is found here; may be given again.
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
@@ -45,10 +48,10 @@ def diagnose(
 
     for name in ("diagnosis.json", "calibration.json"):
         refuse_to_overwrite(output / name, force=force)
-    data = load(dataset)
+    data, others = load(dataset), [load(other) for other in validate]
     make_folder(output)
     with terminal.progress() as progress:
-        found = examine(data, seed=seed, without=without, progress=progress)
+        found = examine(data, seed=seed, without=without, validate=others, progress=progress)
     for warning in data.warnings:
         terminal.warn(warning)
     model = corrected(found, seed)

@@ -36,7 +36,8 @@ def extract(
     """Find board and laser stripe in a recording's images and write points.csv.
 
     In a recording without [board], the stripe's centres in every image go to stripes.npy.
-    Images with the laser off (column image_off of poses.csv) are subtracted first. For example:
+    Where poses.csv names an image with the laser off (column image_off), the board is found
+    in it, and the stripe in the difference of the two. For example:
 
         robolaser extract recording --output measured
 

@@ -7,9 +7,12 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "solvers", "sensors"], /, *, terminal: Terminal = TERMINAL
+    family: Literal["robots", "effects", "algorithms", "solvers", "sensors", "importers"],
+    /,
+    *,
+    terminal: Terminal = TERMINAL,
 ) -> None:
-    """Show the available robots, effects, algorithms, solvers or sensors.
+    """Show the available robots, effects, algorithms, solvers, sensors or importers.
 
     For example:
 
@@ -68,11 +71,19 @@ def _sensors() -> Iterable[tuple[str, ...]]:
         yield kind, sensor.format.title
 
 
+def _importers() -> Iterable[tuple[str, ...]]:
+    from robolaser.data.importers import importers
+
+    for name, importer in importers().items():
+        yield name, importer.title
+
+
 FAMILIES = {
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
     "solvers": (("solver", "title"), _solvers),
     "sensors": (("sensor", "title"), _sensors),
+    "importers": (("importer", "title"), _importers),
 }
 """The columns of each family, and what gives its rows."""

@@ -12,7 +12,7 @@ from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
 from robolaser.data.sensor_format import SensorFormat, sensor_format
 from robolaser.data.toml_schema import read_toml, typed, wrong
-from robolaser.errors import DataError, unreadable
+from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.parameters import Parameter
@@ -117,7 +117,7 @@ def describe(folder: str | Path) -> Dataset:
     """
     folder = Path(folder)
     if not (folder / FILE).is_file():
-        what = "is not there" if not folder.exists() else f"has no {FILE}"
+        what = "does not exist" if not folder.exists() else f"has no {FILE}"
         raise DataError(
             f"{folder} {what}. A data set is a folder with dataset.toml, poses.csv and points.csv.", file=folder / FILE
         )
@@ -232,7 +232,10 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
     elif table.urdf.endswith((".urdf", ".xml")) or "/" in table.urdf:
         raise unreadable(path, "no such file")
     else:
-        text = find_robot(table.urdf).urdf
+        try:
+            text = find_robot(table.urdf).urdf
+        except UsageError as error:
+            raise DataError(f"{FILE}, [robot] urdf: {error}", file=FILE, column="urdf") from None
     return Robot.from_urdf(text, flange=table.flange, joints=table.joints, gravity=table.gravity, source=table.urdf)
 
 

@@ -27,8 +27,13 @@ def read_points(folder: Path, described: Dataset) -> Points:
     Raises:
         DataError: With row and column of what is wrong.
     """
+    columns = [column for group in described.format.columns.values() for column in group]
+    return points_of(read_table(folder / FILE, ["repeat", *columns]), described)
+
+
+def points_of(table: Table, described: Dataset) -> Points:
+    """The points of a table with the columns of points.csv; see `read_points`."""
     declared = described.format
-    table = read_table(folder / FILE, ["repeat", *(column for group in declared.columns.values() for column in group)])
     in_pose = table.texts("pose")
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))
     if "repeat" in table:
@@ -53,9 +58,9 @@ def _numbers_of(table: Table, in_pose: Sequence[str], poses: Sequence[str]) -> I
     if strangers:
         row = min(map(in_pose.index, strangers))
         raise DataError(
-            f"{FILE}, row {table.lines[row]}: no pose {in_pose[row]!r} in poses.csv, which has {len(poses)}."
+            f"{table.file}, row {table.lines[row]}: no pose {in_pose[row]!r} in poses.csv, which has {len(poses)}."
             f"{meant(in_pose[row], poses)} Add the pose or delete the row.",
-            file=FILE,
+            file=table.file,
             row=table.lines[row],
             column="pose",
         )
@@ -66,7 +71,7 @@ def _repeats(table: Table) -> Ints:
     numbers = table.numbers(["repeat"])[:, 0]
     for i in np.flatnonzero((numbers != np.round(numbers)) | (np.abs(numbers) > LARGEST_REPEAT))[:1]:
         expected = f"a whole number up to {LARGEST_REPEAT:.0g}"
-        raise bad_cell(FILE, table.lines[i], "repeat", f"{numbers[i]:.12g}", expected)
+        raise bad_cell(table.file, table.lines[i], "repeat", f"{numbers[i]:.12g}", expected)
     return numbers.astype(np.int64)
 
 
@@ -84,7 +89,7 @@ def _no_point_twice(table: Table, points: Points, in_pose: Sequence[str]) -> Non
         first, row = order[at], order[at + 1]
         shown = "" if points.repeat is None else f", repeat {points.repeat[row]}"
         what = f"pose {in_pose[row]}, point {points.names[row]}{shown}"
-        raise row_twice(FILE, table.lines[row], table.lines[first], what)
+        raise row_twice(table.file, table.lines[row], table.lines[first], what)
 
 
 def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None:
@@ -92,8 +97,8 @@ def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None
     if outside.any():
         row = int(np.argmax(outside))
         raise DataError(
-            f"{FILE}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the image "
-            f"of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
-            file=FILE,
+            f"{table.file}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the"
+            f" image of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
+            file=table.file,
             row=table.lines[row],
         )

@@ -38,13 +38,19 @@ def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
         DataError: With row and column of what is wrong.
     """
     joints = () if robot is None else robot.joints
+    readings = FLANGE_COLUMNS if robot is None else [f"{q}_{joint}" for q in ("q", "qd") for joint in joints]
+    return poses_of(read_table(folder / FILE, ["time_s", *readings]), folder, robot)
+
+
+def poses_of(table: Table, folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
+    """The poses of a table with the columns of poses.csv; see `read_poses`."""
+    joints = () if robot is None else robot.joints
     q_columns, qd_columns = [f"q_{joint}" for joint in joints], [f"qd_{joint}" for joint in joints]
     readings = FLANGE_COLUMNS if robot is None else (*q_columns, *qd_columns)
-    table = read_table(folder / FILE, ["time_s", *readings])
     names = table.texts("pose")
     all_different(table, names, "pose")
     if not names:
-        raise bad_cell(FILE, 1 + 1, "pose", "", "at least one pose")
+        raise bad_cell(table.file, 1 + 1, "pose", "", "at least one pose")
     poses = Poses(
         names,
         time_s=table.numbers(["time_s"])[:, 0] if "time_s" in table else None,
@@ -112,7 +118,7 @@ def some(names: list[str]) -> str:
 def _images(table: Table, folder: Path) -> tuple[str, ...]:
     images = table.columns[IMAGES]
     for line, image in zip(table.lines, images, strict=True):
-        inside(folder, image, f"{FILE}, row {line}, column {IMAGES}")
+        inside(folder, image, f"{table.file}, row {line}, column {IMAGES}")
     return images
 
 
@@ -126,7 +132,7 @@ def _flange(table: Table) -> Array:
     not_too_far(table, numbers[:, :3])
     lengths = np.linalg.norm(numbers[:, 3:], axis=1)
     for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
-        raise no_rotation(f"{FILE}, row {table.lines[i]}", float(lengths[i]), FILE, table.lines[i])
+        raise no_rotation(f"{table.file}, row {table.lines[i]}", float(lengths[i]), table.file, table.lines[i])
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
 
 
@@ -136,10 +142,10 @@ def _outside_limits(table: Table, q: Array, robot: Robot) -> list[str]:
     for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:
         joint, line = robot.joints[j], table.lines[i]
         raise DataError(
-            f"{FILE}, row {line}: q_{joint} is {q[i, j]:.4g} {units[j]}, but the URDF limits {joint} to "
+            f"{table.file}, row {line}: q_{joint} is {q[i, j]:.4g} {units[j]}, but the URDF limits {joint} to "
             f"{robot.lower[j]:.2f} .. {robot.upper[j]:.2f} {units[j]}. Are these "
             f"{'millimetres' if robot.prismatic[j] else 'degrees'}?",
-            file=FILE,
+            file=table.file,
             row=line,
             column=f"q_{joint}",
         )
@@ -157,7 +163,7 @@ def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
         return []
     which = "that joint" if len(unread) == 1 else "those joints"
     return [
-        f"{FILE} has {some(unread)}, but [robot] joints in dataset.toml does not list {which}:"
+        f"{table.file} has {some(unread)}, but [robot] joints in dataset.toml does not list {which}:"
         " taken to stay at neutral."
     ]
 
@@ -165,8 +171,8 @@ def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
 def _no_coordinates(table: Table, poses: Poses) -> list[str]:
     """Warnings of further columns that no gap can be sought along: neither numbers nor empty throughout."""
     return [
-        f"{FILE}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but the"
-        " diagnosis does not look for a gap along it."
+        f"{table.file}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but"
+        " the diagnosis does not look for a gap along it."
         for name, cells in poses.extra.items()
         if name not in poses.coordinates and any(cells) and not name.startswith(IMAGES)
     ]

@@ -40,7 +40,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         raise unwritable(folder, error.strerror or str(error)) from None
     if dataset.robot is not None:
         write_text(folder / "robot.urdf", dataset.robot.urdf)
-    _write_columns(folder / "poses.csv", dict(_poses(dataset)))
+    _write_columns(folder / "poses.csv", dict(pose_columns(dataset)))
     if len(dataset.points):
         save_points(dataset, folder)
     else:
@@ -50,7 +50,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 def save_points(dataset: Dataset, folder: Path) -> None:
     """Write points.csv and nothing else."""
-    _write_columns(folder / "points.csv", dict(_points(dataset)))
+    _write_columns(folder / "points.csv", dict(point_columns(dataset)))
 
 
 def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:
@@ -66,7 +66,8 @@ def _spread(names: Sequence[str], values: Array) -> Iterator[tuple[str, Sequence
     yield from ((name, _digits(values[:, i])) for i, name in enumerate(names))
 
 
-def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+def pose_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+    """The columns of poses.csv, as they are written."""
     poses, robot = dataset.poses, dataset.robot
     yield "pose", poses.names
     if poses.time_s is not None:
@@ -87,7 +88,8 @@ def _poses(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
     yield from poses.extra.items()
 
 
-def _points(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
+    """The columns of points.csv, as they are written."""
     points = dataset.points
     yield "pose", [dataset.poses.names[i] for i in points.pose]
     yield "point", points.names

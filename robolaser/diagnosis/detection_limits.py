@@ -1,31 +1,87 @@
-"""The smallest size of each effect that the data would have shown."""
+"""The sizes of each effect that the data would have shown, told from others, and what it costs to overlook one.
 
-from collections.abc import Iterable
+Geodesy knows the three as minimal detectable bias, minimal separable bias, and external reliability (Baarda 1968, A
+testing procedure for use in geodetic networks; Förstner 1983).
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 
+from robolaser.arrays import Array
+from robolaser.calibration.result import rms
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest, prior_scales
 from robolaser.diagnosis.thresholds import DETECTION_SIGMA
+from robolaser.model.effects.effect import CandidateEffect
 
 
-def detection_limits(tests: Iterable[ScoreTest], spread: float) -> tuple[DetectionLimit, ...]:
+def detection_limits(tests: Sequence[ScoreTest], spread: float) -> tuple[DetectionLimit, ...]:
     """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
 
     A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
-    measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty.
+    measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty. Beside a
+    rival at an angle c to it only (1 - cos² c) of that is left to tell the two apart. Sizes beyond the effect's bound
+    are none.
 
     Args:
-        tests: Against the final model.
+        tests: All against the final model.
         spread: The dispersion: by how much whole poses scatter more than noise.
     """
     limits = []
-    for test in tests:
-        name, unit, *_ = test.candidate_effect.effect.amplitudes()[0]
+    for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
+        amplitude = test.candidate_effect.effect.amplitudes()[0]
         length = float(np.linalg.norm(test.columns[:, 0]))
-        imitated = length**2 < NEGLIGIBLE * max(float((test.white[:, 0] ** 2).sum()), 1e-12)
         needed = (np.sqrt(penalty(test)) + DETECTION_SIGMA) * np.sqrt(spread)
-        size = None if imitated else float(needed / length * prior_scales(test.candidate_effect)[0])
-        limits.append(DetectionLimit(test.candidate_effect, name, size, unit))
+        size = np.inf if _is_imitated(test) else needed / length * amplitude.prior_scale
+        identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
+        is_seen, is_identified = size <= amplitude.bound, identifiable <= amplitude.bound
+        limits.append(
+            DetectionLimit(
+                test.candidate_effect,
+                amplitude.name,
+                float(size) if is_seen else None,
+                amplitude.unit,
+                identifiable=float(identifiable) if is_identified else None,
+                rival=rival if is_seen else None,
+                at_tool_m=_at_tool(test, float(size)) if is_seen else None,
+            )
+        )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))
+
+
+def _is_imitated(test: ScoreTest) -> bool:
+    left, whole = float((test.columns[:, 0] ** 2).sum()), float((test.white[:, 0] ** 2).sum())
+    return left < NEGLIGIBLE * max(whole, 1e-12)
+
+
+def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | None, float]]:
+    """Of each effect the candidate, of no higher penalty, that imitates its principal column best, and cos² of both.
+
+    A dearer rival is no rival: it would have to explain more.
+    """
+    if not tests:
+        return []
+    principal = np.stack([test.columns[:, 0] for test in tests], axis=1)
+    squares = np.maximum((principal**2).sum(axis=0), np.finfo(float).tiny)
+    shares = np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares
+    prices = np.array([penalty(test) for test in tests])
+    shares[prices[:, None] > prices] = 0.0
+    np.fill_diagonal(shares, 0.0)
+    nearest = shares.argmax(axis=0)
+    alike = np.minimum(shares.max(axis=0), 1.0)
+    return [
+        (tests[j].candidate_effect if share > 0.0 else None, float(share))
+        for j, share in zip(nearest.tolist(), alike.tolist(), strict=True)
+    ]
+
+
+def _at_tool(test: ScoreTest, size: float) -> float:
+    """Root mean square over the rows of how far an effect of a size moves what is measured, nothing refitted [m]."""
+    fit, one = test.against, test.candidate_effect
+    model = fit.model.with_effects((*fit.model.effects, one))
+    numbers = (size, *np.zeros(len(prior_scales(one)) - 1), *test.nonlinear)
+    values: dict[str, Array] = {name: np.array([value]) for name, value in fit.values.items()}
+    values |= {name: np.array([value]) for name, value in zip(one.parameters.names, numbers, strict=True)}
+    return rms(fit.in_metres(model.residuals_at(values)[0] - fit.at.plain))

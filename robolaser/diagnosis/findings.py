@@ -14,28 +14,28 @@ from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.thresholds import MIN_POSES
+from robolaser.diagnosis.thresholds import MIN_POSES, UNDETERMINED
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.requirements import has_stage
 
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
 
-def nested_fits(refits: Refits, final: Fit) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added that explains the most; the start first."""
-    fits, remaining = [refits.start], refits.tests_of(final)
-    while len(remaining) > 1:
-        options = [refits.of(fits[-1], [test]) for test in remaining]
-        best = int(np.argmin([option.chi2 for option in options]))
-        fits.append(options[best])
-        del remaining[best]
+def nested_fits(refits: Refits, final: Fit, held_out: HeldOut) -> list[Fit]:
+    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first."""
+    gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
+    remaining = sorted(refits.tests_of(final), key=lambda test: -gaps[test.candidate_effect])
+    fits = [refits.start]
+    for test in remaining[:-1]:
+        fits.append(refits.of(fits[-1], [test]))
     return [*fits, final] if remaining else fits
 
 
 def findings_of(
     refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order in which they were added."""
+    """Each effect with its gaps, in the order in which they were added: the greatest loss first."""
     final = nested[-1]
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
@@ -73,10 +73,13 @@ def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
 def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
     names = fit.problem.parameters.names
     columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
-    return {
-        item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), float(fit.deviations[i]), item.unit)
-        for item, i in columns
-    }
+    prior = fit.problem.prior
+    assert prior is not None  # `problem_of` has it
+
+    def std(i: int) -> float | None:
+        return float(fit.deviations[i]) if fit.deviations[i] < UNDETERMINED * prior[i] else None
+
+    return {item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), std(i), item.unit) for item, i in columns}
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:
@@ -97,15 +100,15 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
 def not_testable(
     kinds: Sequence[type[Effect]], dataset: Dataset, limits: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
-    """Why an effect could not be tested, by its name."""
+    """Why an effect could not be tested, by its name; effects that this kind of sensor cannot have are left out."""
+    kinds = [kind for kind in kinds if has_stage(kind.stage, dataset)]
     if not enough:
         return {kind.name: f"fewer than {MIN_POSES} poses have points" for kind in kinds}
     reasons = {kind.name: reason for kind in kinds if (reason := kind.missing(dataset))}
-    imitated: dict[str, list[str]] = {}
+    unseen: dict[str, list[str]] = {}
     for one in limits:
         if one.size is None:
-            imitated.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
-    for name, locations in imitated.items():
-        reason = f"at {', '.join(locations)} these poses cannot tell it from the ordinary parameters"
-        reasons.setdefault(name, reason)
+            unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
+    for name, locations in unseen.items():
+        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses, whatever its size")
     return reasons

@@ -1,12 +1,14 @@
 """A model with some effects in it, fitted: `calibrate`'s problem with whitened rows and weak priors."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
@@ -18,7 +20,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameters
 
-TOLERANCE, SHARE = 1e-3, 1e-6
+TOLERANCE, SHARE = 1e-2, 1e-5
 """Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
 model leaves much."""
 SEEN, LEAST_SHARE = 1e-3, 0.1
@@ -33,7 +35,8 @@ SINGULAR = 1e-5
 def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
     """The problem that a diagnosis solves: bounds count as a prior, a uniform distribution's standard deviation wide.
 
-    Nonlinear parameters have no prior: while the others are zero they mean nothing.
+    Nonlinear parameters have no prior: while the others are zero they mean nothing. The geometry of a whole arm has
+    that of its usual size.
 
     Args:
         model: With its effects.
@@ -43,6 +46,9 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
     parameters = sensor + model.effect_parameters
     nonlinear = [one.key(name) for one in model.effects for name, *_ in one.effect.nonlinear_parameters()]
     prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
+    for one in placements_of_arm(model.effects):
+        for amplitude in one.effect.amplitudes():
+            prior[parameters.names.index(one.key(amplitude.name))] = amplitude.prior_scale
     return Problem.of(model, noise, prior=prior, parameters=parameters)
 
 
@@ -167,6 +173,22 @@ class Fit:
     def deviations(self) -> Array:
         """One standard deviation of each parameter, (d,); zero for fixed ones."""
         return np.sqrt(np.maximum(np.diag(self.at.covariance), 0.0))
+
+    def marginal_cost(self, effects: Sequence[CandidateEffect]) -> float:
+        """What the freedom of effects with usual sizes costs, in chi-squared; those on a bound are left out."""
+        own = self._free_parameters(effects)
+        prior = self.problem.prior
+        assert prior is not None  # `problem_of` has it
+        return marginal_cost(self.x[own], self.at.covariance[np.ix_(own, own)], prior[own])
+
+    def wald(self, candidate_effect: CandidateEffect) -> float:
+        """Chi-squared by which an effect's parameters differ from zero; those on a bound are left out."""
+        own = self._free_parameters([candidate_effect])
+        return float(self.x[own] @ np.linalg.solve(self.at.covariance[np.ix_(own, own)], self.x[own]))
+
+    def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
+        keys = [key for one in effects for key in one.parameters.names]
+        return np.asarray(np.isin(self.problem.parameters.names, keys) & self.at.free)
 
     @cached_property
     def pose_of_number(self) -> Ints:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,13 +30,18 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.validation import check_same_arm, validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 
 def diagnose(
-    dataset: Dataset, effects: Sequence[type[Effect]] | None = None, seed: int | None = None
+    dataset: Dataset,
+    effects: Sequence[type[Effect]] | None = None,
+    seed: int | None = None,
+    *,
+    validate: Sequence[Dataset] = (),
 ) -> dict[str, Any]:
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
@@ -43,14 +49,15 @@ def diagnose(
         dataset: The real; its nominal parameters are the sim.
         effects: The library of effects; `[*robolaser.EFFECTS, Mine]` extends ours.
         seed: Assigns poses to folds and resamples them; the same one gives the same answer.
+        validate: Other data of the same arm, which what is found is to predict.
 
     Returns:
         What diagnosis.json holds: gaps in millimetres, else SI.
 
     Raises:
-        DataError: The data set holds nothing to judge.
+        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
-    return examine(dataset, effects, seed=seed).as_json()
+    return examine(dataset, effects, seed=seed, validate=validate).as_json()
 
 
 def examine(
@@ -59,6 +66,7 @@ def examine(
     *,
     seed: int | None = None,
     without: Sequence[str] = (),
+    validate: Sequence[Dataset] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
     """The same, with all that a report shows.
@@ -68,15 +76,24 @@ def examine(
         effects: The library of effects.
         seed: Of everything random.
         without: Names of effects that are taken out of the library.
+        validate: Other data of the same arm, which what is found is to predict.
         progress: Is called with what is going on, and what share of the work is done.
 
     Raises:
         UsageError: There is no such effect to take out.
-        DataError: The data set holds nothing to judge.
+        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
     began = time.perf_counter()
+    for other in validate:
+        check_same_arm(dataset, other)
+    tell = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
-        return _examine(dataset, _kinds(effects, without), seed or 0, progress or (lambda what, share: None), began)
+        found = _examine(dataset, _kinds(effects, without), seed or 0, tell, began)
+        if not validate:
+            return found
+        tell("predicting other data", 0.9)
+        found = validated(found, validate, seed or 0)
+    return replace(found, seconds=time.perf_counter() - began)
 
 
 def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> list[type[Effect]]:
@@ -102,7 +119,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     verdict = judge(_evidence(start, final, left, gap))
     where = _where(verdict, refits, final, evidence, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
-    nested = nested_fits(refits, final)
+    nested = nested_fits(refits, final, held_out)
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
     repeatability = repeatability_of(final)
@@ -122,6 +139,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         model=final.model,
         x=final.x,
         std=np.where(final.problem.fixed, np.nan, final.deviations),
+        calibrated_x=start.x,
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),

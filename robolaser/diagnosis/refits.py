@@ -6,10 +6,11 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
-from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_UNMODELLED, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -104,7 +105,10 @@ class Refits:
         return fit.deviance / spread + self._penalties(fit)
 
     def _penalties(self, fit: Fit) -> float:
-        return sum(penalty(test) for test in self.tests_of(fit))
+        """Of a fit's effects. The geometry of a whole arm is one effect, and costs what the data say of it."""
+        arm = placements_of_arm(fit.effects)
+        price = CHI2_PER_EFFECT + fit.marginal_cost(arm) if arm else 0.0
+        return price + sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains what some effects do, with no need of them.

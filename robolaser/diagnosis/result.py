@@ -109,14 +109,22 @@ class DetectionLimit:
     Attributes:
         candidate_effect: Which, and where.
         parameter: Name of its principal parameter.
-        size: In its unit; None where no size shows.
+        size: In its unit; None where no size within its bound shows.
         unit: SI.
+        identifiable: The smallest size at which it is told from its nearest rival; None where no size within its bound
+            is.
+        rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
+        at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
+            data, nothing refitted [m].
     """
 
     candidate_effect: CandidateEffect
     parameter: str
     size: float | None
     unit: str
+    identifiable: float | None = None
+    rival: CandidateEffect | None = None
+    at_tool_m: float | None = None
 
 
 @final
@@ -126,6 +134,34 @@ class ParetoPoint:
 
     effects: tuple[CandidateEffect, ...]
     gap_m: float
+
+
+@final
+@dataclass(frozen=True)
+class Validation:
+    """Other data of the same arm, predicted with what was found; only where things stand was fitted anew.
+
+    Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors left out [m].
+
+    Attributes:
+        dataset: Name of the other data set.
+        nominal_m: With the sim's arm and sensor.
+        calibrated_m: With the ordinary parameters that were found, without effects.
+        after_m: With all effects found, as they carry over.
+        noise_floor_m: What noise alone would give.
+        is_better: Whether the effects clearly lower the error, poses being drawn by chance.
+        rows: Rows compared, repeats averaged.
+        remarks: What did not carry over as it was found, and rows left out.
+    """
+
+    dataset: str
+    nominal_m: float
+    calibrated_m: float
+    after_m: float
+    noise_floor_m: float
+    is_better: bool
+    rows: int
+    remarks: tuple[str, ...]
 
 
 @final
@@ -149,6 +185,7 @@ class Diagnosis:
         model: The final model, on averaged rows.
         x: Its parameters, in the order of `model.parameters`.
         std: One standard deviation of each; NaN for what is held.
+        calibrated_x: The sensor's parameters without effects in the model, in the same order.
         observed: Averaged rows without gross errors.
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
@@ -156,6 +193,7 @@ class Diagnosis:
         repeatability: How much whole poses scatter.
         noise_remarks: Sentences on what is not as it should be with the noise.
         seconds: Time taken.
+        validation: Other data of the same arm, predicted with what was found.
     """
 
     dataset: Dataset
@@ -173,6 +211,7 @@ class Diagnosis:
     model: Model
     x: Array
     std: Array
+    calibrated_x: Array
     observed: Dataset
     before_m: Array
     after_m: Array
@@ -180,6 +219,7 @@ class Diagnosis:
     repeatability: Repeatability
     noise_remarks: tuple[str, ...]
     seconds: float
+    validation: tuple[Validation, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """What diagnosis.json holds."""
@@ -205,10 +245,7 @@ class Diagnosis:
             "gross_errors": self.outliers.tolist(),
             "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
             "next_poses": [dict(pose) for pose in self.next_poses],
-            "detection_limits": [
-                {**_place(limit.candidate_effect), "number": limit.parameter, "size": limit.size, "unit": limit.unit}
-                for limit in self.limits
-            ],
+            "detection_limits": [_limit(one) for one in self.limits],
             "front": [
                 {
                     "effects": [_pair(candidate_effect) for candidate_effect in choice.effects],
@@ -220,6 +257,7 @@ class Diagnosis:
             "repeatability": {name: _noise(source) for name, source in self.repeatability.sources.items()}
             | {"mm_at_sensor": _mm(self.repeatability.at_sensor_m)},
             "noise_remarks": list(self.noise_remarks),
+            "validation": [_validation(one) for one in self.validation],
             "seconds": self.seconds,
         }
 
@@ -240,6 +278,18 @@ def _pair(candidate_effect: CandidateEffect) -> list[str]:
     return [candidate_effect.effect.name, candidate_effect.where]
 
 
+def _limit(one: DetectionLimit) -> dict[str, Any]:
+    return {
+        **_place(one.candidate_effect),
+        "number": one.parameter,
+        "size": one.size,
+        "unit": one.unit,
+        "identifiable": one.identifiable,
+        "rival": None if one.rival is None else _pair(one.rival),
+        "at_tool_mm": None if one.at_tool_m is None else _mm(one.at_tool_m),
+    }
+
+
 def _finding(found: Finding) -> dict[str, Any]:
     return {
         **_place(found.candidate_effect),
@@ -252,6 +302,18 @@ def _finding(found: Finding) -> dict[str, Any]:
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
         "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
+    }
+
+
+def _validation(one: Validation) -> dict[str, Any]:
+    return {
+        "dataset": one.dataset,
+        "nominal_mm": _mm(one.nominal_m),
+        "calibrated_mm": _mm(one.calibrated_m),
+        "after_mm": _mm(one.after_m),
+        "noise_floor_mm": _mm(one.noise_floor_m),
+        "rows": one.rows,
+        "remarks": list(one.remarks),
     }
 
 

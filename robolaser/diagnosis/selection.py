@@ -18,6 +18,7 @@ from robolaser.diagnosis.thresholds import (
     MAX_SEPARATE_EFFECTS,
     MIN_IMPROVEMENT,
     PAIRED_CANDIDATES,
+    PLACEMENTS_OF_AN_ARM,
     REFITS_PER_ADDITION,
     REFITS_PER_EXCHANGE,
     REFITTED_PAIRS,
@@ -93,9 +94,8 @@ class Selection:
 def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda what: None) -> Fit:
     """The set of effects that explains the most for its cost.
 
-    Where a few separate effects do not explain the residuals of a tracked arm, its whole geometry is put into the
-    model, and joints are taken out again one by one. A scanner's own parameters imitate too much of the geometry for
-    that.
+    Where a few separate effects do not explain the residuals, the geometry of the whole arm is put into the model as
+    one effect, and others are added to it.
 
     Args:
         refits: Fits sets of effects.
@@ -103,26 +103,26 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
         progress: Is called with what is being tried.
     """
     selection = Selection(refits, progress)
-    if begin is not None or refits.start.has_optics:
-        return selection.stepwise(begin or refits.start)
-    few = selection.stepwise(refits.start, MAX_SEPARATE_EFFECTS)
+    if begin is not None:
+        return selection.stepwise(begin)
+    few = selection.stepwise(refits.start, MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
     enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
-    if enough or not geometry:
+    if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:
         return few
-    arm = _reduced(refits, refits.refit(refits.start, geometry), few)
+    progress("fitting the geometry of the whole arm")
+    arm = _reduced(refits, refits.refit(refits.start, geometry))
     arm = selection.stepwise(arm, len(arm.effects) + MAX_BESIDE_GEOMETRY)
     spread = min(few.dispersion, arm.dispersion)
     return min(few, arm, key=lambda fit: refits.cost(fit, spread))
 
 
-def _reduced(refits: Refits, arm: Fit, few: Fit) -> Fit:
-    """Without the effects that do not pay, taken out one by one."""
-    spread = min(few.dispersion, arm.dispersion)
-    while arm.effects:
-        options = [refits.refit(arm, removed=one) for one in arm.effects]
-        less = min(options, key=lambda fit: refits.cost(fit, spread))
-        if refits.cost(less, spread) > refits.cost(arm, spread):
+def _reduced(refits: Refits, arm: Fit) -> Fit:
+    """The geometry of an arm without the placements that the data say nothing of, taken out one by one."""
+    while len(arm.effects) > PLACEMENTS_OF_AN_ARM:
+        least = min(arm.effects, key=arm.wald)
+        less = refits.refit(arm, removed=least)
+        if refits.cost(less, arm.dispersion) > refits.cost(arm, arm.dispersion):
             break
         arm = less
     return arm

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from robolaser.arrays import Ints
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
-from robolaser.diagnosis.result import Finding, Gap
+from robolaser.diagnosis.result import Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -47,6 +47,25 @@ def sentence(
         else f"{len(gross)} rows of points.csv are gross errors"
     )
     return f"{text} {rows}, listed and left out."
+
+
+def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
+    """Say whether what was found holds for other data of the same arm.
+
+    Args:
+        validation: Errors there.
+        has_effects: Whether anything was found.
+    """
+    name, floor = validation.dataset, f"where noise alone gives {millimetres(validation.noise_floor_m)}"
+    before, after = millimetres(validation.calibrated_m), millimetres(validation.after_m)
+    if not has_effects:
+        return f"On {name}, predicted with the same model, the error is {after}, {floor}."
+    if validation.is_better:
+        return f"It carries over to {name}: there the error falls from {before} to {after}, {floor}."
+    compared = f"the error there is {before} without the effects and {after} with them, {floor}"
+    if validation.after_m < validation.calibrated_m:
+        return f"Whether it carries over to {name} is not certain: {compared}."
+    return f"It does not carry over to {name}: {compared}."
 
 
 def millimetres(length_m: float) -> str:

@@ -52,6 +52,9 @@ MAX_EFFECTS: Final = 8
 """Effects in a model."""
 MAX_SEPARATE_EFFECTS: Final = 3
 """Effects, from which on the geometry of the whole arm is tried: errors of several joints hide each other."""
+PLACEMENTS_OF_AN_ARM: Final = 3
+"""Link placements, from which on they stand for the geometry of a whole arm. A judgement: a maker's tolerances are off
+at every joint, a damaged arm at one or two."""
 MAX_BESIDE_GEOMETRY: Final = 4
 """Effects beside the geometry of a whole arm."""
 SCATTER_CHANGE: Final = 1.1
@@ -112,6 +115,9 @@ FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
 """Probability, below which an effect or a class is said to be perhaps the cause."""
+UNDETERMINED: Final = 0.5
+"""Standard deviation of a parameter, in units of its prior's, from which on the data do not determine it. Geometry: of
+two parameters of which the data see only the sum, each keeps 0.71 of its prior's, of more even more."""
 LEAST_PROBABILITY: Final = 0.01
 """Probability, below which a class or an effect is not reported."""
 

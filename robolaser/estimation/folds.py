@@ -25,8 +25,6 @@ TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 SAMPLE = 10_000
 """Rows on which these fits of large data are made."""
-FINE = 1e-10
-"""Of the fits on a sample, where steps cost little."""
 CHORDS, SHORTER = 8, 0.3
 """Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little. A step that
 does not lower the cost is tried again, shorter."""
@@ -127,7 +125,11 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:
-        fits, evaluations = _by_chords(problem, x, folds, enough)
+        unmoved = np.zeros((folds.count, len(x)))
+        fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough)
+        if len(going):
+            ends = solve(problem, fits[going], kept=folds.of_row != going[:, None], tol=TOLERANCE, enough=enough)
+            fits[going], evaluations = ends.x, evaluations + ends.evaluations
     else:
         fits, evaluations = _by_sample(problem, x, folds, sample)
     errors = _predicted(problem, fits, folds)
@@ -152,12 +154,19 @@ def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
 def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, Ints]) -> tuple[Array, int]:
     """Fits without each fold (f, d) on a sample of the rows, each with the gradient of all rows that it keeps."""
     some, rows = sample
-    of_fold = gradients(problem, x, folds.of_row)
-    others = of_fold.sum(axis=0) - of_fold
-    fits, evaluations = np.empty((folds.count, len(x))), len(x) + 1
-    for fold in range(folds.count):
+    of_row = folds.of_row[rows]
+    others = 1.0 - np.eye(folds.count)
+    of_all = others @ gradients(problem, x, folds.of_row, folds.count)
+    shares = (others @ np.bincount(of_row, minlength=folds.count)) / (
+        others @ np.bincount(folds.of_row, minlength=folds.count)
+    )
+    lacking = shares[:, None] * of_all - others @ gradients(some, x, of_row, folds.count)
+    fits, going, evaluations = _by_chords(some, x, of_row, lacking)
+    evaluations += 2 * (len(x) + 1)
+    for fold in going:
         kept = folds.of_row != fold
-        end = solve_corrected(some, x, others[fold] / np.count_nonzero(kept), kept=kept[rows], tol=FINE)
+        mean = of_all[fold] / np.count_nonzero(kept)
+        end = solve_corrected(some, x, mean, kept=kept[rows], tol=TOLERANCE)
         fits[fold], evaluations = end.x[0], evaluations + end.evaluations
     return fits, evaluations
 
@@ -168,15 +177,28 @@ def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
     def of_block(i: int) -> Array:
         return np.asarray(problem.blocks[i][1].jacobian(x[None])[0])
 
-    return cache(of_block) if len(problem.blocks) == 1 else of_block
+    return cache(of_block) if len(problem.blocks) == 1 or problem.rows <= SAMPLE else of_block
 
 
-def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, int]:
-    """Fits without each fold (f, d) by steps with the derivatives of all rows at x, then by the solver."""
-    f, d, slopes_of = folds.count, len(x), _slopes(problem, x)
+def _by_chords(
+    problem: Problem, x: Array, of_row: Ints, lacking: Array, enough: float = 0.0
+) -> tuple[Array, Ints, int]:
+    """Fits without each fold by steps with the derivatives of all rows at x.
+
+    Args:
+        problem: What to minimise.
+        x: Where its derivatives are taken, (d,).
+        of_row: Fold of each row, (m,).
+        lacking: What is added to the gradient of the others of each fold, by each parameter over its scale, (f, d).
+        enough: See `held_out`.
+
+    Returns:
+        The parameters (f, d), the folds whose fits should go on, and the residual vectors evaluated.
+    """
+    (f, d), slopes_of = lacking.shape, _slopes(problem, x)
     others = 1.0 - np.eye(f)
     extra = problem.extra_jacobian(x[None])[0]
-    A = np.einsum("gf,fij->gij", others, _normals(problem, x, folds, slopes_of)) + extra @ extra.T
+    A = np.einsum("gf,fij->gij", others, _normals(problem, x, of_row, f, slopes_of)) + extra @ extra.T
     lengths = np.sqrt(np.einsum("gii->gi", A))
     unit = np.where(lengths > 0.0, lengths, 1.0)
     A = A / unit[:, :, None] / unit[:, None, :] + LEAST_DAMPING * np.eye(d)
@@ -184,10 +206,11 @@ def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple
     unfinished, evaluations = np.ones(f, dtype=bool), d + 1
     length, trial = np.ones(f), fits.copy()
     for _ in range(CHORDS):
-        costs, gradients = _at(problem, trial, folds, slopes_of)
+        costs, at_trial = _at(problem, trial, of_row, slopes_of)
+        costs += 2.0 * (lacking * (trial - x) / problem.scale).sum(axis=1)
         evaluations += f
         better = unfinished & (costs < cost)
-        fits[better], cost[better], gradient[better] = trial[better], costs[better], gradients[better]
+        fits[better], cost[better], gradient[better] = trial[better], costs[better], at_trial[better] + lacking[better]
         length = np.where(better, 1.0, SHORTER * length)
         room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
         steps, gains, _ = bounded_steps(A, gradient / unit, *room)
@@ -196,33 +219,29 @@ def _by_chords(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple
             break
         trial = fits + length[:, None] * problem.scale * (steps / unit)
         trial = np.clip(trial, problem.lower, problem.upper)
-    going = np.flatnonzero(unfinished)
-    if len(going):
-        ends = solve(problem, fits[going], kept=folds.of_row != going[:, None], tol=TOLERANCE, enough=enough)
-        fits[going], evaluations = ends.x, evaluations + ends.evaluations
-    return fits, evaluations
+    return fits, np.flatnonzero(unfinished), evaluations
 
 
-def _normals(problem: Problem, x: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> Array:
+def _normals(problem: Problem, x: Array, of_row: Ints, count: int, slopes_of: Callable[[int], Array]) -> Array:
     """JᵀJ of each fold's rows at x, (f, d, d)."""
-    A = np.zeros((folds.count, len(x), len(x)))
+    A = np.zeros((count, len(x), len(x)))
     for i, (rows, block) in enumerate(problem.blocks):
         _, J = block.loss.linearized(block.residuals(x[None]), slopes_of(i)[None], block.starts)
-        of_number = folds.of_row[rows][block.row_of_number]
+        of_number = of_row[rows][block.row_of_number]
         for fold in np.unique(of_number):
             part = J[0][:, of_number == fold]
             A[fold] += part @ part.T
     return A
 
 
-def _at(problem: Problem, fits: Array, folds: Folds, slopes_of: Callable[[int], Array]) -> tuple[Array, Array]:
+def _at(problem: Problem, fits: Array, of_row: Ints, slopes_of: Callable[[int], Array]) -> tuple[Array, Array]:
     """Cost of the others at each fold's parameters, (f,), and its gradient by the given derivatives, (f, d)."""
     extra = problem.extra_residuals(fits)
     costs = np.square(extra).sum(axis=1)
     gradients = (problem.extra_jacobian(fits) @ extra[..., None])[..., 0]
     for i, (rows, block) in enumerate(problem.blocks):
-        of_number = folds.of_row[rows][block.row_of_number]
-        r = block.residuals(fits) * (of_number != np.arange(folds.count)[:, None])
+        of_number = of_row[rows][block.row_of_number]
+        r = block.residuals(fits) * (of_number != np.arange(len(fits))[:, None])
         costs = costs + block.loss.costs(r, block.starts)
         if not block.loss.is_square:
             weights = block.loss.weights(r, block.starts)

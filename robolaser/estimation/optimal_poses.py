@@ -16,8 +16,8 @@ from robolaser.geometry.visibility import TILT, View, random_configurations
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
-from robolaser.model.sensors.sensor import SIX, motion
 
 SPARE = 4  # candidates for each posture wanted,
 LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted

@@ -15,6 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.least_squares import Rows
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
@@ -56,15 +57,16 @@ def solve_corrected(
     of_number = counts[sample.row_of_number]
     J = sample.jacobian(x[None])[0] * of_number
     lacking = np.count_nonzero(counts) * gradient - J @ sample.residuals(x[None])[0]
-    lengths = np.linalg.norm(J, axis=1)
-    unit = np.where(lengths > 0.0, lengths, 1.0)
-    shift = np.linalg.lstsq(J / unit[:, None], lacking / unit, rcond=RANK)[0]
+    _, s, Vt = np.linalg.svd(triangle(J.T), full_matrices=False)
+    seen = s > RANK * s.max(initial=0.0)
+    shift = ((Vt[seen] @ lacking) / s[seen] ** 2) @ Vt[seen] @ J
     return solve(_Shifted(sample, shift), x[None], kept=None if kept is None else kept[None], tol=tol)
 
 
-def gradients(problem: Problem, x: Array, groups: Ints | None = None) -> Array:
-    """Jᵀr of each group of rows (m,), or of all, by each parameter over its scale, (g, d)."""
-    count = 1 if groups is None else int(groups.max()) + 1
+def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int | None = None) -> Array:
+    """Jᵀr of each of so many groups of rows (m,), or of all, by each parameter over its scale, (g, d)."""
+    if count is None:
+        count = 1 if groups is None else int(groups.max()) + 1
     total = np.zeros((count, len(x)))
     for rows, block in problem.blocks:
         r = block.residuals(x[None])

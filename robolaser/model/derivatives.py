@@ -13,7 +13,8 @@ STEP = 1e-5
 def jacobian(model: Model, x: Array) -> Array:
     """Derivatives of the residuals by all parameters.
 
-    By the sensor's own where it knows them, by the others, such as those of effects, numerically.
+    By the sensor's own parameters as it knows them; by the others, such as those of effects, by the chain rule, or
+    numerically where the sensor does not know how its rows move.
 
     Args:
         model: With its effects.
@@ -27,19 +28,27 @@ def jacobian(model: Model, x: Array) -> Array:
     known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
     if known is not None and known.shape[-1] == x.shape[1]:
         return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
-    m, k = len(model.dataset.points), model.sensor.format.numbers
-    J = np.empty((*x.shape, m, k))
+    steps = STEP * model.parameters.width
+    chain = model.chain_rule(x, steps)
+    J = model.sensor.slopes(model.flange_tangent(chain), chain)
     analytic = 0 if known is None else known.shape[-1]
+    if J is None:
+        J = _differences(model, x, steps, analytic)
     if known is not None:
         J[:, :analytic] = np.moveaxis(known, -1, 1)
-    if analytic < x.shape[1]:
-        numeric, everywhere = np.arange(analytic, x.shape[1]), np.full(x.shape[1], np.inf)
+    return J
 
-        def flat(candidates: Array) -> Array:
-            return model.residuals(candidates).reshape(len(candidates), -1)
 
-        slopes = differences(flat, x, STEP * model.parameters.width, numeric, -everywhere, everywhere)
-        J[:, analytic:] = slopes.reshape(len(x), -1, m, k)
+def _differences(model: Model, x: Array, steps: Array, first: int) -> Array:
+    """Derivatives by the parameters from a number on, (c, d, m, k), the others' left open."""
+    everywhere = np.full(x.shape[1], np.inf)
+
+    def flat(candidates: Array) -> Array:
+        return model.residuals(candidates).reshape(len(candidates), -1)
+
+    slopes = differences(flat, x, steps, np.arange(first, x.shape[1]), -everywhere, everywhere)
+    J = np.empty((*x.shape, len(model.dataset.points), model.sensor.format.numbers))
+    J[:, first:] = slopes.reshape(len(x), -1, *J.shape[2:])
     return J
 
 

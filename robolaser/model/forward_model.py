@@ -1,6 +1,6 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -10,10 +10,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
+from robolaser.geometry.flange_motion import moved_by_joints, moved_by_placements
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
+from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import Acting, ChainRule, Tangent
 from robolaser.parameters import Parameters, Values
 
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -27,10 +30,12 @@ class Model:
     Attributes:
         dataset: What was measured.
         effects: Effects that are in the model; those at one stage act in this order.
+        course: How far a run had come, where that is not counted from its own beginning.
     """
 
     dataset: Dataset
     effects: tuple[CandidateEffect, ...] = ()
+    course: Course | None = None
 
     def __post_init__(self) -> None:
         if not len(self.dataset.points):
@@ -50,11 +55,11 @@ class Model:
     @cached_property
     def run(self) -> Run:
         """What effects may look at."""
-        return Run(self.dataset)
+        return Run(self.dataset, self.course)
 
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
-        other = Model(self.dataset, candidate_effects)
+        other = Model(self.dataset, candidate_effects, self.course)
         other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
         return other
 
@@ -69,6 +74,19 @@ class Model:
         nominal = {item.name: np.array([item.nominal]) for item in self.effect_parameters.items}
         perturb = self.perturb(nominal)
         return self.sensor.parameters(self.flange(nominal, perturb), perturb) + self.effect_parameters
+
+    def chain_rule(self, x: Array, steps: Array) -> ChainRule:
+        """How what passes the stages moves with all parameters.
+
+        Args:
+            x: Candidates, (c, d).
+            steps: Of the numerical derivatives by each parameter, (d,).
+        """
+        acting = tuple(Acting(one.effect.stage, one.parameters.names, self._act(one)) for one in self.effects)
+        return ChainRule(acting, self.parameters.values(x), steps)
+
+    def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
+        return lambda value, values: one.at(values).apply(value, self.run)
 
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""
@@ -90,6 +108,21 @@ class Model:
             return perturb(Stage.FLANGE, self._nominal_flange)
         q = perturb(Stage.JOINTS, poses.q[None])
         return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, robot.placements[None, None])))
+
+    def flange_tangent(self, chain: ChainRule) -> Tangent:
+        """T_base_flange and how it moves, (c or 1, n, 4, 4)."""
+        poses, robot = self.dataset.poses, self.dataset.robot
+        if robot is None or poses.q is None or not chain.moves(Stage.JOINTS, Stage.LINKS):
+            return chain(Stage.FLANGE, Tangent.constant(self._nominal_flange))
+        q = chain(Stage.JOINTS, Tangent.constant(poses.q[None]))
+        placements = chain(Stage.LINKS, Tangent.constant(robot.placements[None, None]))
+        frames = robot.joint_frames(q.value, placements.value)
+        slopes = (
+            moved_by_joints(robot, frames, q.slopes),
+            moved_by_placements(robot, frames, placements.value, placements.slopes),
+        )
+        moved = Tangent(frames[:, :, -1] @ robot.end, np.concatenate(slopes, axis=1), np.append(q.of, placements.of))
+        return chain(Stage.FLANGE, moved)
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))

@@ -44,7 +44,7 @@ def depends_on_trajectory(model: Model) -> bool:
 def with_rows(model: Model, rows: Ints) -> Model:
     """The model of some rows; where effects look around, they see no more than these and all poses."""
     points = model.dataset.points.take(rows)
-    return _like(model, Model(replace(model.dataset, points=points), model.effects))
+    return _like(model, Model(replace(model.dataset, points=points), model.effects, model.course))
 
 
 def _cut(model: Model) -> Iterator[Block]:

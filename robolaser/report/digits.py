@@ -62,6 +62,15 @@ def millimetres(length_m: float | None) -> str:
     return "unknown" if length_m is None else f"{_plain(length_m * 1e3, SIGNIFICANT)} mm"
 
 
+def millimetre_interval(low_m: float, high_m: float) -> str:
+    """From one error to another, with the same decimals: "0.100 to 0.122 mm"."""
+    high = high_m * 1e3
+    last = math.floor(math.log10(high)) - SIGNIFICANT + 1 if high > 0 else 0
+    if not -6 <= last <= 1:
+        return f"{millimetres(low_m)} to {millimetres(high_m)}"
+    return f"{_rounded(low_m * 1e3, last)} to {_rounded(high, last)} mm"
+
+
 def percent(share: float) -> str:
     """A probability, never quite none and never quite all."""
     if share > 1 - SURE:

@@ -12,7 +12,7 @@ from robolaser.calibration.result import FORMAT
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
-from robolaser.errors import ScanError
+from robolaser.errors import DataError, ScanError
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
@@ -124,7 +124,11 @@ def read_calibration(path: Path) -> Calibrated:
         EffectError: An effect is not known here.
         DataError, RobotError: It or the robot beside it cannot be read.
     """
-    path = path / FILE if path.is_dir() else path
+    file_path = path / FILE if path.is_dir() else path
+    if not file_path.exists():
+        what = f"has no {FILE}" if path.is_dir() else "does not exist"
+        raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
+    path = file_path
     try:
         whole = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:

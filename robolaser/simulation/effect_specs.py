@@ -23,7 +23,7 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
             value = float(size)
         except ValueError:
             raise _unclear(text) from None
-        if not name or not np.isfinite(value):
+        if not name or "=" in name or not np.isfinite(value):
             raise _unclear(text)
         sizes[name] = value
     return sizes

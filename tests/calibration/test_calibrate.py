@@ -21,7 +21,7 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Noise
-from robolaser.errors import AlgorithmError, EstimationError
+from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.geometry.robots import find_robot
@@ -70,7 +70,7 @@ def test_the_papers_algorithm_ends_where_the_default_does(calibrated: Calibratio
 
 
 @pytest.mark.parametrize("seed", [1, 7, 11])
-def test_members_from_anywhere_agree_along_a_bent_valley(seed: int) -> None:
+def test_members_from_anywhere_agree_along_a_curved_valley(seed: int) -> None:
     """With 25 points and two bounds active the last steps are many; ends that are no optimum would not agree."""
     model = Model(paper(find_robot("scorbot_er7"), seed=seed).dataset)
     problem = ReducedCalibration(model)
@@ -87,6 +87,11 @@ def test_the_result_keeps_to_the_bounds_and_f_to_its_nominal_value(calibrated: C
     assert (calibrated.x <= parameters.upper).all()
     assert calibrated.x[0] == parameters.nominal[0]
     assert np.isnan(calibrated.std[0])
+
+
+def test_a_mistyped_parameter_is_answered_with_the_one_that_was_meant(calibrated: Calibration) -> None:
+    with pytest.raises(UsageError, match=r"No parameter 'theeta'\. Did you mean 'theta'"):
+        calibrated.value("theeta")
 
 
 def test_the_gauge_is_named(calibrated: Calibration) -> None:

@@ -13,13 +13,12 @@ import robolaser
 from robolaser.compiled import kept
 from robolaser.compiled.loops import SWITCH, Loops, compile_now, ready
 
-MODULES = [
-    ".".join(("robolaser", *source.relative_to(Path(robolaser.__file__).parent).with_suffix("").parts))
-    for source in sorted(Path(robolaser.__file__).parent.rglob("*_loops.py"))
-]
-WITH_A_WAY_IN = [
-    module for module in MODULES if "def warm_up" in Path(*module.split(".")).with_suffix(".py").read_text()
-]
+PACKAGE = Path(robolaser.__file__).parent
+SOURCES = {
+    ".".join(("robolaser", *source.relative_to(PACKAGE).with_suffix("").parts)): source.read_text()
+    for source in sorted(PACKAGE.rglob("*_loops.py"))
+}
+WITH_A_WAY_IN = [module for module, source in SOURCES.items() if "def warm_up" in source]
 DOUBLED = """
 from {package}.twice_loops import twice
 from robolaser.compiled.decorators import compiled

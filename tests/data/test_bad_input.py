@@ -155,6 +155,7 @@ MISTAKES = {
     "noise negative": (added("dataset.toml", "\n[noise]\npixel_px = -1\n"), ["[noise] pixel_px", "positive"]),
     "urdf elsewhere": (replaced("dataset.toml", '"robot.urdf"', '"../robot.urdf"'), ["../robot.urdf", "leaves"]),
     "urdf absolute": (replaced("dataset.toml", '"robot.urdf"', '"/etc/passwd"'), ["/etc/passwd", "leaves"]),
+    "robot unknown": (replaced("dataset.toml", '"robot.urdf"', '"ur55"'), ["dataset.toml", "[robot] urdf", "'ur5'"]),
     "urdf missing": (replaced("dataset.toml", '"robot.urdf"', '"rob.urdf"'), ["rob.urdf", "no such file"]),
     "urdf no path": (replaced("dataset.toml", '"robot.urdf"', '"a\\u0000b.urdf"'), ["[robot] urdf", "leaves"]),
     "unknown flange": (replaced("dataset.toml", '"flange"', '"flangge"'), ["flangge", "Did you mean 'flange'"]),

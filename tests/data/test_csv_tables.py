@@ -58,10 +58,11 @@ def test_truncated_and_damaged_tables_only_ever_raise_our_errors(tmp_path: Path)
 
 
 def tables_of(text: str) -> list[str]:
-    """The same table as plainly written, with every cell in quotes, with blank lines, a BOM and CRLF."""
+    """The same table as plainly written, with all or later cells in quotes, with blank lines, a BOM and CRLF."""
     rows = [line.split(",") for line in text.splitlines()]
     quoted = "\n".join(",".join(f'"{cell}"' for cell in row) for row in rows)
-    return [text, text.rstrip("\n"), quoted, text + "\n\n", "\ufeff" + text.replace("\n", "\r\n"), "\n" + text]
+    later = "\n".join(text.splitlines()[:9] + quoted.splitlines()[9:])
+    return [text, text.rstrip("\n"), quoted, later, text + "\n\n", "\ufeff" + text.replace("\n", "\r\n"), "\n" + text]
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 1 << 17])
@@ -69,6 +70,7 @@ def test_numbers_are_the_same_however_a_table_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
 ) -> None:
     monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_ROWS", chunk)
+    monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_LETTERS", chunk)
     values = np.random.default_rng(3).normal(size=(30, 2)) * 10.0 ** np.arange(-15, 15)[:, None]
     text = "name,x, y \n" + "".join(f"p_{i % 4}, {x!r} ,{y:.7g}\n" for i, (x, y) in enumerate(values.tolist()))
     for i, written in enumerate(tables_of(text)):

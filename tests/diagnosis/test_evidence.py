@@ -21,6 +21,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import Columns, library, prior_scales, score_tests
 from robolaser.diagnosis.selection import select
 from robolaser.errors import UsageError
@@ -194,6 +195,47 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData
     }
     assert all(found[1.8])
     assert not any(found[0.3])
+
+
+def limits_of(fitted: Fit, *wanted: str, spread: float = 1.0) -> list[DetectionLimit]:
+    tests = score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))
+    return list(detection_limits(tests, spread))
+
+
+def test_an_effect_without_rival_is_identified_where_it_is_detected(clean: tuple[AveragedData, Fit]) -> None:
+    (limit,) = limits_of(clean[1], "joint_offset:joint_3")
+    assert limit.rival is None
+    assert limit.identifiable == limit.size
+
+
+def test_beside_a_rival_an_effect_must_be_larger_to_be_told_apart(clean: tuple[AveragedData, Fit]) -> None:
+    gain, offset = limits_of(clean[1], "joint_offset:joint_3", "encoder_scale:joint_3")
+    assert offset.rival == gain.candidate_effect
+    assert gain.rival == offset.candidate_effect
+    for limit in (gain, offset):
+        assert limit.size is not None
+        assert limit.identifiable is not None
+    assert offset.identifiable / offset.size == pytest.approx(gain.identifiable / gain.size)  # type: ignore[operator]
+    assert offset.identifiable > offset.size  # type: ignore[operator]
+
+
+def test_what_explains_no_less_for_more_parameters_is_no_rival(clean: tuple[AveragedData, Fit]) -> None:
+    offset, geometry = limits_of(clean[1], "joint_offset:joint_3", "link_geometry:joint_3")
+    assert offset.rival is None
+    assert geometry.rival == offset.candidate_effect
+
+
+def test_an_overlooked_effect_costs_at_the_tool_what_it_moves(clean: tuple[AveragedData, Fit]) -> None:
+    _, fitted = clean
+    (limit,) = limits_of(fitted, "joint_offset:joint_1")
+    assert limit.size is not None
+    radius = np.linalg.norm(fitted.model.dataset.flange()[:, :2, 3], axis=1)
+    assert limit.at_tool_m == pytest.approx(limit.size * radius.mean(), rel=0.5)
+
+
+def test_a_size_beyond_the_bound_is_none(clean: tuple[AveragedData, Fit]) -> None:
+    (limit,) = limits_of(clean[1], "joint_offset:joint_3", spread=1e10)
+    assert (limit.size, limit.identifiable, limit.at_tool_m) == (None, None, None)
 
 
 def _search(dataset: Dataset) -> Fit:

@@ -96,7 +96,7 @@ def test_one_set_of_effects_has_one_gap_throughout_a_diagnosis(perturbed):
 
 def test_the_front_is_nowhere_worse_than_the_chosen_effects_added_one_by_one(stripe):
     tests = [test for test in stripe.tests if test.candidate_effect in stripe.simulated.effects]
-    nested = nested_fits(stripe.refits, stripe.refits.of(stripe.fit, tests))
+    nested = nested_fits(stripe.refits, stripe.refits.of(stripe.fit, tests), stripe.held_out)
     front = pareto_front(stripe.refits, nested, stripe.held_out)
     for count, fit in enumerate(nested):
         assert min(p.gap_m for p in front if len(p.effects) <= count) <= stripe.held_out.gap(fit)

@@ -60,7 +60,7 @@ def only(dataset, poses):
 def test_too_few_poses_speak_for_no_effect(kind, poses):
     found = answer(only(recorded(kind), poses))
     assert not found["effects"]
-    assert set(reasons(found)) == {kind.name for kind in TESTED}
+    assert set(reasons(found)) == {one.name for one in TESTED if kind == "stripe" or one.site != "laser"}
 
 
 @pytest.mark.parametrize("kind", ["stripe", "point", "socket"])

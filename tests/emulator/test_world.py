@@ -15,7 +15,7 @@ from robolaser.emulator.world.faults import WORLD_FAULTS, TrackedBacklash, World
 from robolaser.errors import RobolaserError
 from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.vision.board import find_board
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -10,7 +10,7 @@ from robolaser.errors import DataError, PlanError
 from robolaser.estimation.optimal_poses import most_telling, planned
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
 from robolaser.geometry.robots import find_robot
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.parameters import Parameter
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.errors import DataError, DependencyMissing, RobotError
+from robolaser.errors import DataError, DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
 from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
@@ -72,7 +72,7 @@ def test_its_arm_weighs_something(robot):
 
 
 def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
-    with pytest.raises(RobotError, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
+    with pytest.raises(UsageError, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
         find_robot("ur55")
     with pytest.raises(DataError, match="No such file"):
         find_robot(tmp_path / "robot.urdf")

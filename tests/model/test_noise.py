@@ -7,7 +7,7 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 from robolaser.data.dataset import Noise
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
-from robolaser.model.noise.reml import restricted
+from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
@@ -210,6 +210,14 @@ def test_likelihood_slopes_are_those_of_finite_differences(repeated):
     _, expected, there = restricted(at, known, unit, e, Q)
     up, down = ([restricted(at + way * step * axis, known, unit, e, Q)[0] for axis in np.eye(2)] for way in (1, -1))
     np.testing.assert_allclose(expected - there, (np.array(up) - np.array(down)) / (2 * step), rtol=1e-6)
+
+
+def test_sources_that_are_all_on_their_bounds_stay_there():
+    rng = np.random.default_rng(18)
+    unit = [np.einsum("nij,nkj->nik", A, A) for A in rng.normal(size=(2, 4, 6, 3))]
+    known, e, J = np.tile(np.eye(6), (4, 1, 1)), 1e-9 * rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
+    least = np.array([1e-3, 2e-3])
+    np.testing.assert_allclose(estimate(known, unit, e, J, least), least)
 
 
 def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():

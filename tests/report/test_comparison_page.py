@@ -215,6 +215,13 @@ def test_the_leading_and_the_papers_algorithm_have_colours_and_the_others_are_gr
     assert context.back_to_front(context.order)[-1] == context.order[0]
 
 
+def test_the_legend_is_in_the_order_of_the_ranking_in_every_chart(pages, standings):
+    ranking = [place.algorithm for place in standings["complete"][0].evaluations.places]
+    for chart in titled(pages["complete"]).values():
+        names = list(series(chart))
+        assert names == [name for name in ranking if name in names]
+
+
 def test_names_from_data_and_contestants_stay_text():
     one = made(names=("de", LONG, "rcga"), problems=(replace(PROBLEMS[0], name=HOSTILE, title=HOSTILE),), seeds=6)
     runs = tuple(replace(run, algorithm=HOSTILE) if run.algorithm == "de" else run for run in one.runs)

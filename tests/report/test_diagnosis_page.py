@@ -26,10 +26,10 @@ from page_claims import (
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
-from robolaser.report.diagnosis.charts.cell import suspected
+from robolaser.report.diagnosis.charts.cell import beside, suspected
 from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
-from robolaser.report.diagnosis.rows import limit_rows
+from robolaser.report.diagnosis.rows import limit_rows, untestable_rows
 from robolaser.report.digits import percent
 
 
@@ -118,13 +118,22 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
 
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     diagnosis = made["explained"]
-    one = replace(diagnosis.limits[0], size=np.radians(0.01))
-    rows = list(
-        limit_rows(replace(diagnosis, limits=(one, DetectionLimit(one.candidate_effect, one.parameter, None, "rad"))))
+    first, rival = diagnosis.limits[0].candidate_effect, diagnosis.limits[1].candidate_effect
+    one = DetectionLimit(first, "lost_motion", np.radians(0.01), "rad", np.radians(0.03), rival, 2e-4)
+    ((name, _, lines),) = limit_rows(
+        replace(diagnosis, limits=(one, DetectionLimit(first, "lost_motion", None, "rad")))
     )
-    assert len(rows) == 1
-    assert rows[0][0] == one.candidate_effect.effect.name
-    assert rows[0][2].startswith(f"{one.candidate_effect.where} < 0.01°")
+    assert name == first.effect.name
+    assert lines == [
+        f"{first.where} < 0.01°; 0.2 mm at the tool; from 0.03° on told from {rival}",
+        f"{first.where}: cannot be seen in these poses",
+    ]
+
+
+def test_each_reason_why_effects_cannot_be_tested_stands_once(made):
+    untested = {"latency": "no velocities", "backlash": "no order", "base_shift": "no order"}
+    found = untestable_rows(replace(made["explained"], not_testable=untested))
+    assert found == [("latency", "no velocities"), ("backlash, base_shift", "no order")]
 
 
 def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
@@ -153,6 +162,12 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange():
     np.testing.assert_allclose(outline.line[-1], flange[:3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ np.append(outline.tip, 1.0))[:3], mount[:3, 3], atol=1e-12)
     assert len(outline.line) == 2 + len(outline.joints)
+
+
+def test_a_label_stands_on_the_side_where_no_other_symbol_is():
+    for x, y in ((0.1, -0.1), (0.1, 0.1), (-0.1, -0.1), (-0.1, 0.1)):
+        label = beside(np.zeros(2), np.array([[x, y]]), 1.0)
+        assert (label["dx"] > 0) == (label["align"] == "left") == (x < 0)
 
 
 def test_names_from_data_stay_text():

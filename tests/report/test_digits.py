@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.report.digits import human, measured, plain, times
+from robolaser.report.digits import human, measured, millimetre_interval, plain, times
 
 
 @pytest.mark.parametrize(
@@ -49,3 +49,17 @@ def test_units_that_nobody_reads_otherwise_stay():
 
 def test_ratios_have_one_decimal_until_it_no_longer_matters():
     assert (times(1.26), times(9.96), times(49.6)) == ("1.3", "10", "50")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        (1e-4, 1.22e-4, "0.100 to 0.122 mm"),
+        (9.96e-5, 1.1649e-4, "0.100 to 0.116 mm"),
+        (0.0, 2e-3, "0.00 to 2.00 mm"),
+        (0.11, 0.123456, "110 to 123 mm"),
+        (0.0, 0.0, "0 to 0 mm"),
+    ],
+)
+def test_both_ends_of_an_interval_have_the_same_decimals(low, high, said):
+    assert millimetre_interval(low, high) == said

@@ -1,10 +1,12 @@
 """What is printed after a calibration."""
 
 import io
+from dataclasses import replace
 
 from calibrated import arm, stripe
 from rich.console import Console
 
+from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.report.calibration import print_summary
 
 
@@ -29,3 +31,11 @@ def test_the_summary_names_effects_and_where_the_page_is(tmp_path):
 
 def test_names_are_not_taken_for_markup():
     assert "[bold]x[/bold]" in printed(stripe(name="[bold]x[/bold]"))
+
+
+def test_what_cannot_be_separated_is_said_once():
+    made = stripe()
+    groups = (Unidentifiable(("f", "s_u"), ""), Unidentifiable(("b", "theta"), ""))
+    text = printed(replace(made, unidentifiable=groups))
+    assert text.count("cannot separate") == 1
+    assert "These data cannot separate: f, s_u; b, theta" in text

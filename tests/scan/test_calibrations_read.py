@@ -155,6 +155,13 @@ def test_a_file_that_is_not_there_or_no_json_is_told(folder):
         read_calibration(folder)
 
 
+def test_a_folder_that_holds_no_calibration_is_answered_with_where_one_comes_from(tmp_path):
+    with pytest.raises(DataError, match=r"nowhere does not exist\. Name the folder that `robolaser calibrate` wrote"):
+        read_calibration(tmp_path / "nowhere")
+    with pytest.raises(DataError, match=r"has no calibration\.json"):
+        read_calibration(tmp_path)
+
+
 def test_older_files_that_say_nothing_of_run_and_noise_are_read(folder):
     for key in ("run", "noise"):
         change(folder, (key,), ...)

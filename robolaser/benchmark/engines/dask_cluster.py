@@ -108,7 +108,8 @@ class DaskCluster(Engine):
         self._executor.shutdown(wait=False)
         with suppress(Exception):  # nor may it fail because a worker does
             _in_thread(lambda: self._client.run(_close_pool, self._program, on_error="ignore")).result(CLOSE_S)
-        self._client.close(timeout=CLOSE_S)
+        with suppress(RuntimeError):  # distributed may reschedule a timeout that a lost scheduler has let expire
+            self._client.close(timeout=CLOSE_S)
 
     def _completed(self, task: Task, inner: Future[BenchmarkRun | _Foreign], outer: Future[BenchmarkRun]) -> None:
         from distributed import KilledWorker  # noqa: PLC0415

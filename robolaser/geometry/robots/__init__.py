@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.errors import DependencyMissing, RobotError, near
+from robolaser.errors import DependencyMissing, RobotError, UsageError, near
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.tree import MOST_LISTED
@@ -74,8 +74,9 @@ def find_robot(
         gravity: In the base frame, (3,) [m/s²].
 
     Raises:
-        RobotError: Neither a known name nor a file; a URDF with several ends, and no flange; or its URDF, flange or
-            joints are not usable, see `Robot.from_urdf`.
+        UsageError: Neither a known name nor a file.
+        RobotError: A URDF with several ends, and no flange; or its URDF, flange or joints are not usable, see
+            `Robot.from_urdf`.
         DataError: The path leads to no file that can be read.
         DependencyMissing: Known, but its package is absent.
     """
@@ -89,7 +90,7 @@ def find_robot(
         path = Path(name_or_path)
         if path.suffix != ".urdf" and not path.is_file():
             known = [file.stem for file in sorted(_HERE.glob("*.toml"))]
-            raise RobotError(
+            raise UsageError(
                 f"No robot '{name_or_path}'.{near(str(name_or_path), known)} Or give the path of a .urdf file."
             )
     text = urdf.load_text(path)

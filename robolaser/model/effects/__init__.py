@@ -45,7 +45,7 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
     """Read `EFFECT[:WHERE]`; without WHERE it is meant at every location that the data set has for it.
 
     Raises:
-        UsageError: There is no such effect, or it is a finding and no part of a model.
+        UsageError: There is no such effect, it is a finding and no part of a model, or a size is stated.
         EffectError: The data cannot test it, or it cannot be at that location.
         PluginError: What an installed package announces cannot be used.
     """
@@ -55,6 +55,10 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
         name, _, where = text.partition(":")
         if name == outliers.NAME:
             raise UsageError(f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis.")
+        if "=" in text:
+            raise UsageError(
+                f"'{text}' states a size, but an effect is only named here: write {text.partition('=')[0]}."
+            )
         if name not in by_name:
             raise unknown_effect(name, by_name)
         effect = by_name[name]

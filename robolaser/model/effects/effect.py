@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -170,7 +171,7 @@ class CandidateEffect:
         """What to do about it."""
         return self.effect.remedy.format(where=self.where)
 
-    @property
+    @cached_property
     def parameters(self) -> Parameters:
         """Its parameters, named `effect.where.parameter`: amplitudes, then nonlinear ones."""
         amplitudes = [
@@ -188,7 +189,11 @@ class CandidateEffect:
 
     def at(self, values: Values) -> Effect:
         """The effect with the values of each candidate."""
-        return self.effect(where=self.where, **{name: values[self.key(name)] for name in self.effect.units()})
+        return self.effect(where=self.where, **{name: values[key] for name, key in self._keys.items()})
+
+    @cached_property
+    def _keys(self) -> dict[str, str]:
+        return {name: self.key(name) for name in self.effect.units()}
 
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:

@@ -22,8 +22,13 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
-    stages = sensor_class(dataset.kind).stages
-    return "" if stage in stages else f"a sensor of kind '{dataset.kind}' has no {PARTS.get(stage, 'flange')}"
+    has_it = has_stage(stage, dataset)
+    return "" if has_it else f"a sensor of kind '{dataset.kind}' has no {PARTS.get(stage, 'flange')}"
+
+
+def has_stage(stage: Stage, dataset: Dataset) -> bool:
+    """Whether a stage has a meaning for this kind of sensor; arms have joints and links, read or not."""
+    return stage in (Stage.JOINTS, Stage.LINKS) or stage in sensor_class(dataset.kind).stages
 
 
 def joint_angles(dataset: Dataset) -> str:

@@ -12,6 +12,8 @@ from robolaser.model.stages import Stage
 
 FIELD = 1.2
 """Half the extent of the field of waves over that of the points: a wave need not be even beyond the points."""
+WAVES = 4
+"""The most half waves along either side."""
 
 
 @final
@@ -66,9 +68,17 @@ class TargetWarp(Effect):
         xi, eta = np.moveaxis((points - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         lift = bow + self.z[:, None] + self.x[:, None] * xi + self.y[:, None] * eta
-        along, across = (np.pi * (place / FIELD + 1.0) / 2.0 for place in (xi, eta))
+        along, across = (_cosines(np.pi * (place / FIELD + 1.0) / 2.0) for place in (xi, eta))
         for name, *_ in self.amplitudes():
             if name.startswith("wave_"):
                 i, j = map(int, name.split("_")[1:])
-                lift = lift + getattr(self, name)[:, None] * np.cos(i * along) * np.cos(j * across)
+                lift += getattr(self, name)[:, None] * (along[i] * across[j])
         return np.asarray(points + lift[..., None] * plane.axes[:, 2])
+
+
+def _cosines(phase: Array) -> list[Array]:
+    """cos(i phase) for i from 0 to `WAVES`, by Chebyshev's recurrence."""
+    cosines = [np.ones_like(phase), np.cos(phase)]
+    for _ in range(WAVES - 1):
+        cosines.append(2.0 * cosines[1] * cosines[-1] - cosines[-2])
+    return cosines

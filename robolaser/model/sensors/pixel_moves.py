@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.finite_differences import central_differences
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values

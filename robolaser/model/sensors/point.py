@@ -11,9 +11,12 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
 from robolaser.geometry.rigid_motion import angle_axes, carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of, vector
+from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 ENOUGH_ROWS = 3000
@@ -86,6 +89,18 @@ class Point(Sensor):
             own = self._tool == number
             slopes[:, own, :, 6 + 3 * number : 9 + 3 * number] = -R[:, own]
         return slopes
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """In closed form."""
+        values = chain.values
+        known, T_world_base = chain(Stage.TARGET, Tangent.constant(self._measured)), motion(values, "base")
+        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
+        J = np.zeros((len(tools), chain.count, len(self._tool), 3))
+        J[:, known.of] = known.slopes
+        J[:, flange.of] -= carried(flange, self.dataset.points.pose, tools[:, self._tool]) @ np.swapaxes(
+            T_world_base[:, None, :3, :3], -1, -2
+        )
+        return J
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""

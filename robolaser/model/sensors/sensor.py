@@ -12,16 +12,18 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.finite_differences import central_differences
-from robolaser.geometry.rigid_motion import exp_so3, from_angles, pose, skew, to_angles
-from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.geometry.rigid_motion import pose
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
+from robolaser.model.sensors.placements import vector
+from robolaser.model.sensors.pose_motions import middles, twisted
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
-SIX = ("x", "y", "z", "w", "phi", "psi")
 TWIST_STEP = 1e-5  # [m or rad], of derivatives by small motions of the flange
 
 REGISTERED: dict[str, "type[Sensor]"] = {}
@@ -149,6 +151,19 @@ class Sensor(ABC):
         """
         return None
 
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
+        """Derivatives of the residuals by what moves the values that pass the stages, (c, d, m, k).
+
+        By all parameters; columns of the sensor's own are filled in by `jacobian`, and need to be right here only where
+        that has none. None where nobody worked them out: the linearization takes
+        differences then.
+
+        Args:
+            flange: T_base_flange, (c or 1, n, 4, 4).
+            chain: Passes values through the stages.
+        """
+        return None
+
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
@@ -160,7 +175,7 @@ class Sensor(ABC):
         pivot = flange if known is None else middles(known[0], of_pose, len(flange))
 
         def moved(twists: Array) -> Array:
-            each = (self.residuals(values, _twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
+            each = (self.residuals(values, twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
             return np.stack(list(each))
 
         slopes = central_differences(moved, np.full(6, TWIST_STEP))
@@ -278,42 +293,6 @@ class Sensor(ABC):
                 start = Parameter(name, unit, at, at - span, at + span, given=False)
                 items.append(given.get(name, start))
         return Parameters(tuple(items))
-
-
-def rigid_moves(points: Array, of_pose: Ints) -> tuple[Array, Array]:
-    """Moves of points (m, 3) [m] by shifts and turns of their pose about the middle of its points, (m, 3, 3) each."""
-    arms = points - middles(points, of_pose, int(of_pose.max()) + 1)[of_pose]
-    return along_each_axis(len(points), 3), skew(arms)
-
-
-def middles(points: Array, of_pose: Ints, poses: int) -> Array:
-    """The mean of each pose's points (m, 3), (poses, 3)."""
-    sums = np.stack([np.bincount(of_pose, points[:, axis], minlength=poses) for axis in range(3)], axis=-1)
-    mean: Array = sums / np.bincount(of_pose, minlength=poses).clip(min=1)[:, None]
-    return mean
-
-
-def _twisted(T_base_flange: Array, twist: Array, pivot: Array) -> Array:
-    """Poses (1, n, 4, 4) moved by a shift and a turn (6,) in the base frame, turned about pivots (n, 3)."""
-    R = exp_so3(twist[3:])
-    return pose(R, pivot + twist[:3] - pivot @ R.T)[None] @ T_base_flange
-
-
-def motion(values: Values, prefix: str) -> Array:
-    """The rigid motion of six parameters `prefix.x` .. `prefix.psi`, (c, 4, 4)."""
-    x, y, z, w, phi, psi = (values[f"{prefix}.{part}"] for part in SIX)
-    return pose(from_angles(w, phi, psi), np.stack([x, y, z], axis=-1))
-
-
-def six_of(T: Array, prefix: str) -> dict[str, Array]:
-    """The six parameters of a rigid motion (c, 4, 4), by name."""
-    parts = (*np.moveaxis(T[:, :3, 3], -1, 0), *to_angles(T[:, :3, :3]))
-    return {f"{prefix}.{part}": value for part, value in zip(SIX, parts, strict=True)}
-
-
-def vector(values: Values, prefix: str) -> Array:
-    """The point of three parameters `prefix.x` .. `prefix.z`, (c, 3)."""
-    return np.stack([values[f"{prefix}.{part}"] for part in "xyz"], axis=-1)
 
 
 def sum_of_squares(residuals: Array) -> Array:

@@ -10,8 +10,11 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.sensor import Sensor, rigid_moves, vector
+from robolaser.model.sensors.placements import vector
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
+from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
@@ -74,6 +77,13 @@ class Socket(Sensor):
         for axis in range(3):
             slopes[:, np.arange(m), axis, 3 + 3 * self._socket + axis] = 1.0
         return slopes
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """In closed form."""
+        ball = vector(chain.values, "tool.ball")[:, None]
+        J = np.zeros((len(ball), chain.count, len(self._socket), 3))
+        J[:, flange.of] = -carried(flange, self.dataset.points.pose, ball)
+        return J
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The sockets, in the base frame, (c, m, 3) [m]."""

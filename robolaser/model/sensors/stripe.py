@@ -16,10 +16,14 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
-from robolaser.model.sensors.sensor import SIX, Sensor, motion, rigid_moves, six_of
+from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
+from robolaser.model.sensors.stripe_slopes import stripe_slopes
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
@@ -193,6 +197,10 @@ class Stripe(Sensor):
         if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS):
             return None
         return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """By its own parameters too, so that effects may sit anywhere."""
+        return stripe_slopes(self.dataset, self.derived, flange, chain)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""

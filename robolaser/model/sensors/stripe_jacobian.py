@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import angle_axes, common_length, from_angles, from_quaternion, skew
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 

@@ -36,9 +36,12 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
     out.print(_parameters(calibration))
     if calibration.model.effects:
         out.print(_effects(calibration))
-    for direction in calibration.unidentifiable:
-        what = "cannot separate" if len(direction.parameters) > 1 else "hardly determine"
-        out.print(Text(f"These data {what}: {', '.join(direction.parameters)}", style="dim"))
+    together = [", ".join(found.parameters) for found in calibration.unidentifiable if len(found.parameters) > 1]
+    alone = [found.parameters[0] for found in calibration.unidentifiable if len(found.parameters) == 1]
+    if together:
+        out.print(Text(f"These data cannot separate: {'; '.join(together)}", style="dim"))
+    if alone:
+        out.print(Text(f"These data hardly determine: {', '.join(alone)}", style="dim"))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
 

@@ -86,8 +86,8 @@ class PlotContext:
         return sorted(names, key=lambda name: (name in self.coloured, -self.order.index(name)))
 
     def by_algorithm(self, names: Sequence[str], *, shows_legend: bool = True) -> Channel:
-        """The colour channel: those without a colour of their own are grey."""
-        of = {name: self.coloured.get(name, MUTED) for name in names}
+        """The colour channel, in the order of the ranking; those without a colour of their own are grey."""
+        of = {name: self.coloured.get(name, MUTED) for name in self.order if name in names}
         return colours(of, legend={"orient": "bottom", "columns": 2}, shows_legend=shows_legend)
 
     def widths(self, names: Sequence[str]) -> Channel:

@@ -6,7 +6,7 @@ from robolaser.report.calibration.error_analysis import enough_rows
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import FIRST, THEN
-from robolaser.report.digits import millimetres
+from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.page import drawn, render
 from robolaser.report.setting import noise_lines, setting
 
@@ -42,7 +42,9 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         effects=rows.effect_rows(diagnosis),
         alternatives=rows.alternative_rows(diagnosis),
         sites=rows.site_rows(diagnosis),
+        validation=list(rows.validation_rows(diagnosis)),
         limits=list(rows.limit_rows(diagnosis)),
+        untestable=rows.untestable_rows(diagnosis),
         joints=joints,
         next_poses=poses,
         gross=list(rows.gross_rows(diagnosis)),
@@ -62,7 +64,7 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     lines = [
         ("nominal model", millimetres(gap.nominal_m), "before anything was fitted"),
         ("calibrated", millimetres(gap.calibrated_m), "ordinary parameters fitted, no effect in the model"),
-        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetres(low)} to {millimetres(high)}"),
+        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetre_interval(low, high)}"),
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
     ]
     return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]

@@ -83,11 +83,19 @@ def site_rows(diagnosis: Diagnosis) -> list[SiteRow]:
     return [SiteRow(lies.site, lies.coordinate, 100 * lies.share, _chance(lies.p_value)) for lies in diagnosis.where]
 
 
-def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, str]]:
+def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, list[str]]]:
     """Effects that were looked for and not found: name, meaning, and how small they must be at each place."""
     by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
     for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect):
-        yield kind.name, kind.title, ", ".join(map(_less, _of_interest(tuple(limits))))
+        yield kind.name, kind.title, _less(tuple(limits))
+
+
+def untestable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """What could not be tested, each reason once: effects, and why."""
+    effects: dict[str, list[str]] = {}
+    for name, reason in diagnosis.not_testable.items():
+        effects.setdefault(reason, []).append(name)
+    return [(", ".join(names), reason) for reason, names in effects.items()]
 
 
 def pose_table(diagnosis: Diagnosis) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
@@ -108,6 +116,13 @@ def gross_rows(diagnosis: Diagnosis) -> Iterator[tuple[int, str, str, str]]:
         yield row + 1, poses.names[points.pose[row]], points.names[row], repeat
 
 
+def validation_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, Sequence[str], str]]:
+    """Other data of the same arm: name, the error step by step, and what did not carry over."""
+    for one in diagnosis.validation:
+        errors = (one.nominal_m, one.calibrated_m, one.after_m, one.noise_floor_m)
+        yield one.dataset, [millimetres(error) for error in errors], "; ".join(one.remarks)
+
+
 def joint_units(dataset: Dataset) -> Mapping[str, str]:
     """SI unit of each moving joint."""
     robot = dataset.robot
@@ -125,12 +140,20 @@ def _chance(p: float) -> str:
     return "< 10⁻⁶" if p < 1e-6 else plain(p, "", 2)
 
 
-def _less(limit: DetectionLimit) -> str:
-    if limit.size is None:
-        return f"{limit.candidate_effect.where}: these poses show no size of it"
-    return f"{limit.candidate_effect.where} < {plain(limit.size, limit.unit, 2)}"
+def _less(limits: Sequence[DetectionLimit]) -> list[str]:
+    """A line for each place with a limit, and one for those without."""
+    lines = [_limit(one) for one in limits]
+    unseen = [one.candidate_effect.where for one in limits if one.size is None]
+    return [*filter(None, lines), *([f"{', '.join(unseen)}: cannot be seen in these poses"] if unseen else [])]
 
 
-def _of_interest(limits: Sequence[DetectionLimit]) -> Sequence[DetectionLimit]:
-    """Those with a size first."""
-    return sorted(limits, key=lambda limit: limit.size is None)
+def _limit(one: DetectionLimit) -> str:
+    if one.size is None:
+        return ""
+    said = [f"{one.candidate_effect.where} < {plain(one.size, one.unit, 2)}"]
+    if one.at_tool_m is not None:
+        said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
+    if one.rival is not None:
+        told = "not told" if one.identifiable is None else f"from {plain(one.identifiable, one.unit, 2)} on told"
+        said.append(f"{told} from {one.rival}")
+    return "; ".join(said)

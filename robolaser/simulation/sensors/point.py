@@ -12,7 +12,7 @@ from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import random_configurations
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import SIX, motion, vector
+from robolaser.model.sensors.placements import SIX, motion, vector
 from robolaser.parameters import Values
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import vector
+from robolaser.model.sensors.placements import vector
 from robolaser.parameters import Values
 from robolaser.simulation.outliers import impossible, moved_within
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor

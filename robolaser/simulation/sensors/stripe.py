@@ -11,7 +11,7 @@ from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
 from robolaser.geometry.visibility import View, configurations_looking_down
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.sensors.sensor import SIX
+from robolaser.model.sensors.placements import SIX
 from robolaser.parameters import Values
 from robolaser.simulation.nominal import IMAGE_PX, built, facing_outward, scanner
 from robolaser.simulation.outliers import moved_within

@@ -11,7 +11,7 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.visibility import View
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import motion
+from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values

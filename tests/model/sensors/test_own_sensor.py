@@ -22,7 +22,8 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import SIX, Sensor, motion
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.calibration.error_analysis import ErrorAnalysis

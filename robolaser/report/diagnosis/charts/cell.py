@@ -27,6 +27,8 @@ ELEVATION = np.radians(18.0)
 FAN_LINES = 40
 NEAR = 0.06
 """Distance, relative to the arm's size, below which joints share a label."""
+LABEL_LENGTH, LABEL_RISE = 0.25, 0.03
+"""Of a label, relative to the arm's size: how far it reaches, and how far above or below its symbol it stands."""
 LEAST_SHARE = 0.1
 """Share from which on a place is suspected."""
 
@@ -165,10 +167,11 @@ def _labels(
     """Names of the highlighted places beside them, or in a corner for those nowhere in space; of other joints small."""
     layers = []
     bold = {"type": "text", "align": "left", "color": HELD_OUT, "fontWeight": "bold"}
+    size = float(np.ptp(line, axis=0).max()) or 1.0
     for site in (site for site in marked if site in places):
         text = records(x=float(places[site][0]), y=float(places[site][1]), label=_label(site, marked))
-        offset = {"dx": 13, "dy": -11 if site in outline.joints else 15}
-        layers.append(layer(bold | offset, text, text={"field": "label"}, **at))
+        symbols = np.stack([line[-1], *(place for name, place in places.items() if name != site)])
+        layers.append(layer(bold | beside(places[site], symbols, size), text, text={"field": "label"}, **at))
     for i, site in enumerate(site for site in marked if site not in places):
         corner = {"x": {"value": 4}, "y": {"value": 12 + 17 * i}}
         layers.append(layer(bold, records(label=_label(site, marked)), text={"field": "label"}, **corner))
@@ -179,6 +182,17 @@ def _labels(
         small = {"type": "text", "align": "right", "dx": -12, "dy": -9, "color": MUTED, "fontSize": 11}
         layers.append(layer(small, data, text={"field": "label"}, **at))
     return layers
+
+
+def beside(place: Array, others: Array, size: float) -> Spec:
+    """On which side of a symbol its label has the most room, right and below if on both; others (n, 2)."""
+
+    def room(side: tuple[int, int]) -> float:
+        along = np.linspace(0.0, LABEL_LENGTH, 8)[:, None] * (side[0], 0.0) + np.array([0.0, LABEL_RISE * side[1]])
+        return round(float(np.linalg.norm(others - (place + size * along)[:, None], axis=-1).min() / size), 2)
+
+    right, up = max(((1, -1), (1, 1), (-1, -1), (-1, 1)), key=room)
+    return {"align": "left" if right > 0 else "right", "dx": 13 * right, "dy": -11 if up > 0 else 15}
 
 
 def _other_joints(outline: Outline, line: Array, marked: Mapping[str, str]) -> list[tuple[str, Array]]:

@@ -10,7 +10,7 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import motion, vector
+from robolaser.model.sensors.placements import motion, vector
 from robolaser.parameters import Values
 from robolaser.report.calibration.error_analysis import known_points
 

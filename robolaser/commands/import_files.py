@@ -1,0 +1,160 @@
+"""robolaser import: from files that people have to a data set."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+from cyclopts.validators import Number
+
+from robolaser.commands.options import RESULT, Force
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import UsageError
+
+if TYPE_CHECKING:
+    from robolaser.data.importers import Imported
+
+TABLES = Group("How tables are read", sort_key=0)
+
+
+def import_files(
+    sources: Annotated[tuple[Path, ...], Parameter(name="SOURCE", required=True)] = (),
+    /,
+    *,
+    output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
+    kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
+    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    path: Literal["consecutive", "unknown"] = "consecutive",
+    sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
+    columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME", group=TABLES)] = (),
+    units: Annotated[str | None, Parameter(metavar="UNIT,...", group=TABLES)] = None,
+    separator: Annotated[str | None, Parameter(metavar="SIGN", group=TABLES)] = None,
+    decimal: Annotated[str, Parameter(metavar="SIGN", group=TABLES)] = ".",
+    header_row: Annotated[int, Parameter(metavar="N", group=TABLES, validator=Number(gte=0))] = 1,
+    euler: Annotated[str | None, Parameter(metavar="AXES", group=TABLES)] = None,
+    point: Annotated[str | None, Parameter(metavar="NAME", group=TABLES)] = None,
+    further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
+    dry_run: Annotated[bool, Parameter(group=RESULT)] = False,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Turn files that you have into a data set; shows how each column is read before anything is written.
+
+    For example:
+
+        robolaser import log.csv --robot arm.urdf --units mm,deg --column q_joint_1=A1 --output cell
+        robolaser import poses.txt points.txt --units mm,deg --column poses.x_m=X --output cell
+
+    Args:
+        sources: Files that belong together: one table, or one of poses and then one of points.
+        output: Folder for the data set.
+        kind: One of `robolaser list importers`. Default: the one that recognises the files.
+        robot: A robot of `robolaser list robots`, or a URDF file. Left out: the files hold flange poses.
+        flange: Frame of a URDF file that carries the sensor.
+        path: Whether the arm went straight from each pose to the next in time, or nobody knows.
+        sensor: One of `robolaser list sensors`: what measured the points.
+        columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
+        units: Of lengths, angles and times in the files, such as mm,deg,ms.
+        separator: Between cells: a sign, tab or space. Default: the one that the header has.
+        decimal: The decimal sign.
+        header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
+        euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
+        point: The point that all rows are of, where no column names it.
+        further: An option of an importer from another package; may be given again.
+        dry_run: Show how the files are read, and write nothing.
+        force: Overwrite an earlier data set.
+    """
+    from robolaser.data.importers import ImportOptions, importer_for
+    from robolaser.data.importers.writing import check_output, checked, preview
+    from robolaser.data.writing import save
+    from robolaser.errors import near
+    from robolaser.geometry.robots import find_robot
+
+    if flange is not None and robot is None:
+        raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")
+    urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
+    check_output(output, (*sources, *urdf), overwrite=force)
+    importer = importer_for(sources, kind)
+    own = _pairs("--set", further)
+    for name in own:
+        if name not in importer.further:
+            raise UsageError(
+                f"--set {name}: the importer {importer.name} has no such option.{near(name, importer.further)}"
+            )
+    options = ImportOptions(
+        name=output.resolve().name,
+        robot=None if robot is None else find_robot(robot, flange=flange),
+        path_known=path == "consecutive",
+        sensor=sensor,
+        columns=_pairs("--column", columns),
+        units=tuple(unit.strip() for unit in (units or "").split(",") if unit.strip()),
+        separator=separator,
+        decimal=decimal,
+        header_row=header_row,
+        euler=euler,
+        point=point,
+        further=own,
+    )
+    imported = importer.read(sources, options)
+    read_back = checked(imported)
+    shown = preview(imported)
+    terminal.print(_text(imported, shown))
+    for warning in read_back.warnings:
+        terminal.warn(warning)
+    if not dry_run:
+        save(imported.dataset, output, overwrite=force)
+    rows, number = len(read_back.points), len(read_back.poses)
+    result = {
+        "dataset": None if dry_run else str(output),
+        "importer": importer.name,
+        "poses": number,
+        "points": rows,
+        "columns": [asdict(reading) for reading in imported.readings],
+        "left_out": list(imported.left_out),
+        "preview": shown,
+        "warnings": list(read_back.warnings),
+    }
+    ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
+    terminal.show(result, lambda: print(f"{rows} points in {number} poses. {ended}"))
+
+
+def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
+    """What was typed as NAME=VALUE, by name."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        if not (name and sign and value):
+            raise UsageError(f"{option} {text}: expected NAME=VALUE.")
+        if found.setdefault(name, value) != value:
+            raise UsageError(f"{option} {name}: both {found[name]} and {value} are given.")
+    return found
+
+
+def _text(imported: "Imported", shown: Mapping[str, Mapping[str, Sequence[str]]]) -> str:
+    """How each column is read, and its first cells."""
+    sources = {
+        (reading.table, reading.column): f"{reading.read_from}{f' [{reading.unit}]' if reading.unit else ''}"
+        for reading in imported.readings
+    }
+    rows = []
+    for table, columns in shown.items():
+        rows.append([f"{table}:", "read from", "first rows, in SI units"])
+        rows += [[f"  {name}", sources.get((table, name), ""), _line(cells)] for name, cells in columns.items()]
+    widths = [max(len(row[i]) for row in rows) for i in range(2)]
+    lines = [f"{row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}".rstrip() for row in rows]
+    if imported.left_out:
+        lines.append(f"not read: {', '.join(imported.left_out)}")
+    return "\n".join(lines)
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "  ".join(f"{_short(cell):>10}" for cell in cells)
+
+
+def _short(cell: str) -> str:
+    try:
+        return f"{float(cell):.6g}" if "." in cell or "e" in cell else cell
+    except ValueError:
+        return cell

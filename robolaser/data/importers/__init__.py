@@ -1,0 +1,58 @@
+"""Importers, one file each: from files that people have to a data set.
+
+A new file in this folder takes part without an edit; an installed package announces its importers by entry points in
+the group `robolaser.importers`.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.errors import UsageError, near
+from robolaser.plugins import announced
+
+GROUP: Final = "robolaser.importers"
+"""Entry points under which installed packages announce importers."""
+
+
+@cache
+def importers() -> Mapping[str, type[Importer]]:
+    """Every importer by name: ours and those that installed packages announce.
+
+    Raises:
+        PluginError: What a package announces cannot be used.
+    """
+    for module in pkgutil.iter_modules(__path__):
+        importlib.import_module(f"{__name__}.{module.name}")
+    found = [kind for kind in Importer.__subclasses__() if kind.__module__.startswith(f"{__name__}.")]
+    ours = {kind.name: kind for kind in sorted(found, key=lambda kind: kind.name)}
+    return ours | announced(GROUP, Importer, taken=ours, required=["title"])
+
+
+def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
+    """The importer of that name or, without one, the only one that recognises all files.
+
+    Raises:
+        UsageError: There is none, or more than one.
+        PluginError: What an installed package announces cannot be used.
+    """
+    known = importers()
+    if kind is not None:
+        if kind not in known:
+            raise UsageError(f"No importer '{kind}'.{near(kind, known)}")
+        return known[kind]()
+    made = [importer() for importer in known.values()]
+    fitting = [importer for importer in made if all(map(importer.recognises, paths))]
+    if len(fitting) == 1:
+        return fitting[0]
+    what = ", ".join(map(str, paths))
+    names = ", ".join(importer.name for importer in fitting)
+    why = f"Several importers recognise {what}: {names}." if fitting else f"No importer recognises {what}."
+    raise UsageError(f"{why} Name one with --kind, see `robolaser list importers`.")
+
+
+__all__ = ["ImportOptions", "Imported", "Importer", "Reading", "importer_for", "importers"]

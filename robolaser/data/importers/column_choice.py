@@ -1,0 +1,167 @@
+"""Which column of a file becomes which column of poses.csv and points.csv."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+from robolaser.data.csv_tables import Table
+from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
+from robolaser.data.sensor_format import XYZ, SensorFormat
+from robolaser.errors import DataError, UsageError, near
+
+POSES: Final = "poses"
+POINTS: Final = "points"
+QUATERNION = ("qx", "qy", "qz", "qw")
+EULER = ("euler_1", "euler_2", "euler_3")
+ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
+ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)
+"""Ways to state how the flange is turned, any one of them."""
+TEXT: Final = None
+"""In place of a quantity: the column holds texts."""
+
+Quantities = Mapping[str, str | None]
+Chosen = Mapping[str, str]
+"""Column of a file by the column of the data set."""
+
+
+def pose_quantities(options: ImportOptions) -> Quantities:
+    """The columns of poses.csv that can be read, and the quantity of each."""
+    readings: dict[str, str | None]
+    if options.robot is None:
+        angles = dict.fromkeys((*EULER, *ROTATION_VECTOR), ANGLE)
+        readings = {**dict.fromkeys(XYZ, LENGTH), **dict.fromkeys(QUATERNION, NONE), **angles}
+    else:
+        joints = list(zip(options.robot.joints, options.robot.prismatic, strict=True))
+        readings = {f"{q}_{joint}": LENGTH if slides else ANGLE for q in ("q", "qd") for joint, slides in joints}
+    return {"pose": TEXT, "time_s": TIME, **readings, "temperature_c": NONE, "payload_kg": NONE}
+
+
+def point_quantities(declared: SensorFormat) -> Quantities:
+    """The columns of points.csv that can be read, and the quantity of each."""
+    columns = [column for group in declared.columns.values() for column in group]
+    return {"pose": TEXT, "point": TEXT, "repeat": NONE, **{name: _by_suffix(name) for name in columns}}
+
+
+def _by_suffix(column: str) -> str:
+    return {"m": LENGTH, "rad": ANGLE, "s": TIME}.get(column.rpartition("_")[2], NONE)
+
+
+@final
+@dataclass(frozen=True)
+class Choice:
+    """What is read from where.
+
+    Attributes:
+        poses: Of the columns of poses.csv.
+        points: Of those of points.csv.
+        left_out: Columns of the files that are not read.
+    """
+
+    poses: Chosen
+    points: Chosen
+    left_out: tuple[str, ...]
+
+
+def choose(poses: Table, points: Table, options: ImportOptions, declared: SensorFormat) -> Choice:
+    """Choose by `--column`, and where a file's column has the name of the data set's already.
+
+    `poses.` or `points.` before a name says which table is meant, where both have such a column.
+
+    Args:
+        poses: The file with the poses.
+        points: The file with the points, which may be the same.
+        options: Whose `columns` count.
+        declared: The sensor's format.
+
+    Raises:
+        UsageError: A column is not known, belongs to both tables, or is missing.
+        DataError: A file has no column of that name.
+    """
+    files = {POSES: poses, POINTS: points}
+    known = {POSES: pose_quantities(options), POINTS: point_quantities(declared)}
+    chosen: dict[str, dict[str, str]] = {POSES: {}, POINTS: {}}
+    for name, source in options.columns.items():
+        if name.startswith("q_") and options.robot is None:
+            raise UsageError(f"--column {name}: no such column. Name the arm with --robot, whose joints then have one.")
+        owners, column = _owners(name, known)
+        for owner in owners:
+            if source not in files[owner]:
+                raise DataError(
+                    f"{files[owner].file} has no column '{source}', which --column {name}={source} names."
+                    f"{near(source, files[owner].header)}",
+                    file=files[owner].file,
+                    column=source,
+                )
+            chosen[owner][column] = source
+    for owner, other in ((POSES, POINTS), (POINTS, POSES)):
+        for column in known[owner]:
+            shared = poses is points and column in known[other] and column != "pose"
+            if column in files[owner] and not shared:
+                chosen[owner].setdefault(column, column)
+    _check_poses(poses, chosen[POSES], options)
+    _check_points(points, poses, chosen[POINTS], known[POINTS], options)
+    used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}
+    tables = [poses] if poses is points else [poses, points]
+    left_out = [f"{table.file}: {name}" for table in tables for name in table.header if (table.file, name) not in used]
+    return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
+
+
+def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]:
+    """The tables that a name of `--column` is of, and the column's name there."""
+    table, _, column = name.partition(".")
+    if table == POSES and column:
+        return [POSES], column  # any further column is kept
+    if table == POINTS and column in known[POINTS]:
+        return [POINTS], column
+    owners = [owner for owner, quantities in known.items() if name in quantities]
+    if not owners:
+        meant = near(name, dict.fromkeys(column for quantities in known.values() for column in quantities))
+        raise UsageError(f"--column {name}: no such column.{meant} A further column of poses.csv is poses.NAME.")
+    if len(owners) > 1 and name != "pose":
+        raise UsageError(f"--column {name}: of the flange or of the point? Write poses.{name} or points.{name}.")
+    return owners, name
+
+
+def _check_poses(file: Table, chosen: Chosen, options: ImportOptions) -> None:
+    if options.euler is not None and EULER[0] not in chosen:
+        raise UsageError(f"--euler {options.euler}: of which columns? Name them with --column euler_1=NAME and so on.")
+    if options.robot is not None:
+        _all_there(file, [f"q_{joint}" for joint in options.robot.joints], chosen)
+        return
+    _all_there(file, XYZ, chosen, "poses.", "the place of the flange (or name the arm with --robot)")
+    stated = [columns for columns in ORIENTATIONS if chosen.keys() & set(columns)]
+    if len(stated) != 1:
+        ways = "; ".join(", ".join(columns) for columns in ORIENTATIONS)
+        raise UsageError(
+            f"{file.file}: how is the flange turned? Name the columns of one of these with --column: {ways}."
+        )
+    _all_there(file, stated[0], chosen)
+    if stated[0] == EULER and options.euler is None:
+        raise UsageError(
+            "About which axes are the Euler angles? Say it with --euler: ZYX as they turn, zyx as they stay."
+        )
+
+
+def _check_points(file: Table, poses: Table, chosen: Chosen, known: Quantities, options: ImportOptions) -> None:
+    _all_there(file, [name for name in known if name not in ("pose", "point", "repeat")], chosen, "points.")
+    if file is not poses:
+        _all_there(file, ["pose"], chosen, what="the pose in which each point was measured")
+    if "point" in chosen and options.point is not None:
+        raise UsageError(
+            f"--point {options.point}: the column '{chosen['point']}' names the points. Leave one of them out."
+        )
+    if "point" not in chosen and options.point is None:
+        raise UsageError(
+            f"{file.file}: which point is measured in each row? Name a column with --column point=NAME or, if all are"
+            " the same, that point with --point NAME."
+        )
+
+
+def _all_there(file: Table, columns: Sequence[str], chosen: Chosen, prefix: str = "", what: str = "") -> None:
+    for column in columns:
+        if column not in chosen:
+            raise UsageError(
+                f"{file.file}: which column is {what or column}? Name it with --column {prefix}{column}=NAME."
+                f"{near(column, file.header)}"
+            )

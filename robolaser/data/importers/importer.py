@@ -1,0 +1,110 @@
+"""The abstract importer: what reads files of some kind that people have, and says how it reads them."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar, final
+
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.kinematics import Robot
+
+
+@final
+@dataclass(frozen=True)
+class ImportOptions:
+    """What a person says of the files; an importer uses what its files do not say themselves.
+
+    Attributes:
+        name: Of the data set.
+        robot: Whose joint angles the files hold; None: they hold flange poses.
+        path_known: Whether the arm went straight from each pose to the next.
+        sensor: Kind of sensor that the points are from.
+        columns: Column of a file by the column of poses.csv or points.csv that it becomes, see `read_columns`.
+        units: Units of lengths and angles, and of times: at most one each.
+        separator: Between two cells: a character, "tab" or "space"; None: the only one that the header has.
+        decimal: The decimal sign.
+        header_row: Row that names the columns, counted from 1; 0: none does, and they are called 1, 2, 3 …
+        euler: Sequence of axes of Euler angles: "ZYX" about the axes as they turn, "zyx" about those that stay.
+        point: The point that all rows are of, where no column names it.
+        further: Options of an importer of one's own, by name; see `Importer.further`.
+    """
+
+    name: str = "imported"
+    robot: Robot | None = None
+    path_known: bool = True
+    sensor: str = "point"
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: tuple[str, ...] = ()
+    separator: str | None = None
+    decimal: str = "."
+    header_row: int = 1
+    euler: str | None = None
+    point: str | None = None
+    further: Mapping[str, str] = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True)
+class Reading:
+    """How a column of the data set comes about.
+
+    Attributes:
+        table: "poses.csv" or "points.csv".
+        column: Of that table.
+        file: Where it is read from.
+        read_from: Which column or field there, or in words what is done instead.
+        unit: The unit that it has there; "" for texts and pure numbers.
+    """
+
+    table: str
+    column: str
+    file: str
+    read_from: str
+    unit: str = ""
+
+
+@final
+@dataclass(frozen=True)
+class Imported:
+    """What was read, before anything is written.
+
+    Attributes:
+        dataset: In SI units.
+        readings: How each column was read.
+        left_out: Columns of the files that were not read.
+    """
+
+    dataset: Dataset
+    readings: tuple[Reading, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+class Importer(ABC):
+    """A kind of files that can become a data set.
+
+    Nothing is guessed: what the files leave open and no option says is an error that names the option. Nothing is
+    written either; see `write`.
+
+    Attributes:
+        name: By which it is chosen.
+        title: One line for a person.
+        further: Options of its own that it takes, typed as `--set NAME=VALUE`.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    further: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def recognises(self, path: Path) -> bool:
+        """Whether a file or folder looks like one of this kind; by its name or its first bytes, at no cost."""
+
+    @abstractmethod
+    def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
+        """Read files that belong together.
+
+        Raises:
+            DataError: With file, row and column of what is wrong.
+            UsageError: An option is missing or makes no sense.
+        """

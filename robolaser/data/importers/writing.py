@@ -1,0 +1,60 @@
+"""What was imported, checked by reading it back, and only then written where it belongs."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from robolaser.data.dataset import Dataset
+from robolaser.data.dataset_file import FILE
+from robolaser.data.importers.importer import Imported
+from robolaser.data.loading import load
+from robolaser.data.writing import FILES, point_columns, pose_columns, save
+from robolaser.errors import OutputError, UsageError, output_exists
+
+ROWS_SHOWN = 3
+WRITTEN = (*FILES, "robot.urdf")
+
+
+def check_output(folder: Path, sources: Iterable[Path], *, overwrite: bool) -> None:
+    """See that a data set can be written to a folder without loss.
+
+    Args:
+        folder: Where it should go.
+        sources: Files and folders that it is read from.
+        overwrite: Whether a data set that is there may be replaced.
+
+    Raises:
+        UsageError: A source lies in the folder.
+        OutputError: There is a data set and it may not be replaced, or files of that name that are none.
+    """
+    for source in sources:
+        if folder.resolve() in (source.resolve(), *source.resolve().parents):
+            raise UsageError(f"--output {folder} holds {source.name}, which is read: choose a folder of its own.")
+    there = [folder / name for name in WRITTEN if (folder / name).exists()]
+    if there and not overwrite:
+        raise output_exists(there[0])
+    if there and not (folder / FILE).exists():
+        raise OutputError(f"{there[0]} is there, but no data set that could be replaced. Choose another --output.")
+
+
+def checked(imported: Imported) -> Dataset:
+    """The data set as `load` reads it back.
+
+    Raises:
+        DataError: It is not what the format asks for.
+    """
+    with TemporaryDirectory() as folder:
+        save(imported.dataset, folder)
+        return load(folder)
+
+
+def preview(imported: Imported, rows: int = ROWS_SHOWN) -> Mapping[str, Mapping[str, Sequence[str]]]:
+    """The first cells of each column as they will be written, by table and column."""
+    tables = {"poses.csv": pose_columns}
+    if len(imported.dataset.points):
+        tables["points.csv"] = point_columns
+    return {
+        name: {column: list(islice(cells, rows)) for column, cells in columns(imported.dataset)}
+        for name, columns in tables.items()
+    }

@@ -1,0 +1,47 @@
+"""The geometry of a whole arm as one effect: every joint's placement, each penalised by its usual size."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.thresholds import PLACEMENTS_OF_AN_ARM
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.link_geometry import LinkGeometry
+
+USUAL_SIZES: Final = np.geomspace(0.03, 10.0, 12)
+"""Sizes of an arm's errors that are tried, in units of those usual in industry: some arms were calibrated before."""
+
+
+def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffect, ...]:
+    """The link placements among effects, where they are so many that they stand for the geometry of the whole arm.
+
+    Each of their parameters is then penalised by its usual size: together they are the arm nearest to the nominal one
+    that fits, also where the data do not see some combination of them.
+    """
+    placements = tuple(one for one in effects if one.effect is LinkGeometry)
+    return placements if len(placements) >= PLACEMENTS_OF_AN_ARM else ()
+
+
+def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
+    """What parameters with a Gaussian prior of unknown size cost by the marginal likelihood, in chi-squared.
+
+    The price of freedom is how far the data narrow the parameters beyond their prior (MacKay 1992, Neural Computation
+    4), at the size of the prior that makes the data likeliest. Their distances from the prior of size 1, which are a
+    part of a fit's chi-squared, are replaced by those from that one.
+
+    Args:
+        x: The parameters at the optimum, (p,); nominally zero.
+        covariance: Of them there, the prior included, (p, p).
+        prior: Their standard deviations by the prior of size 1, (p,).
+    """
+    information = np.linalg.inv(covariance / np.outer(prior, prior))
+    gradient = information @ (x / prior)
+    of_data, V = np.linalg.eigh(information - np.eye(len(x)))
+    of_data, along = np.maximum(of_data, 0.0), (V.T @ gradient) ** 2
+    variances = USUAL_SIZES[:, None] ** 2
+    freedom = np.log1p(variances * of_data).sum(axis=1)
+    explained = (along * variances / (1.0 + variances * of_data)).sum(axis=1)
+    here = float((along / (1.0 + of_data)).sum())
+    return float((freedom - explained).min()) + here

@@ -1,0 +1,210 @@
+"""Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from scipy.stats import norm
+
+from robolaser.arrays import Array
+from robolaser.calibration.result import rms
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
+from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.noise_estimate import row_noise
+from robolaser.diagnosis.outliers import outliers_of, robust_fit
+from robolaser.diagnosis.result import Diagnosis, Validation
+from robolaser.diagnosis.summary_text import transfer_sentence
+from robolaser.errors import DataError
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.run_summary import RunSummary, continued
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.parameters import Parameter, Parameters
+
+OWN = ("base.", "target.", "tool.", "socket.")
+"""Parameters that are fitted anew: where things were put for a campaign."""
+SAME = 1e-6
+"""[m, and of rotation matrices] URDFs that round their digits differ by less."""
+CLEAR = float(norm.isf(0.025))
+"""Standard errors of the mean change of a pose's squared error, from which on it is no chance: two-sided, 5 %."""
+
+
+def check_same_arm(found_on: Dataset, other: Dataset) -> None:
+    """See that two data sets are of one arm, seen by one kind of sensor.
+
+    Raises:
+        DataError: They are not; it says what differs.
+    """
+    differs = next(_differences(found_on, other), None)
+    if differs:
+        raise DataError(
+            f"{other.name} cannot be predicted with what is found on {found_on.name}: {differs}. Both must be of the"
+            " same arm, with the same joints, flange and kind of sensor.",
+            file=other.folder or other.name,
+        )
+
+
+def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
+    if one.kind != other.kind:
+        yield f'[sensor] kind is "{one.kind}" there and "{other.kind}" here'
+    a, b = one.robot, other.robot
+    if a is None or b is None:
+        if (a is None) != (b is None):
+            yield f"only {one.name if b is None else other.name} has a [robot]"
+        return
+    if a.joints != b.joints:
+        yield f"[robot] joints are {', '.join(a.joints)} there and {', '.join(b.joints)} here"
+        return
+    if a.flange != b.flange:
+        yield f'[robot] flange is "{a.flange}" there and "{b.flange}" here'
+    apart = np.abs(a.placements - b.placements).max(axis=(1, 2))
+    turned = np.abs(a.axes - b.axes).max(axis=1)
+    for joint in np.flatnonzero(np.maximum(apart, turned) > SAME)[:1]:
+        yield f"the URDFs place {a.joints[joint]} differently"
+    if np.abs(a.end - b.end).max() > SAME:
+        yield "the URDFs place the flange differently on the last joint"
+
+
+def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
+    """The diagnosis with how well it predicts other data of the same arm.
+
+    Args:
+        diagnosis: What was found.
+        others: Each of the same arm and kind of sensor, see `check_same_arm`.
+        seed: Assigns poses to folds.
+    """
+    validation = tuple(_validation(diagnosis, other, seed) for other in others)
+    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.findings)) for one in validation)
+    return replace(diagnosis, validation=validation, sentence=" ".join([diagnosis.sentence, *sentences]))
+
+
+def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
+    names = diagnosis.model.sensor.free + diagnosis.model.sensor.derived
+    calibrated = _shared(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)))
+    found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
+    given = {**diagnosis.dataset.parameters, **other.parameters}
+    nominal = calibrated | {name: given[name].nominal for name in calibrated if name in given}
+    other = replace(other, parameters=given)
+    found_in = RunSummary.of(diagnosis.dataset)
+    effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
+
+    data = AveragedData.of(other).subsampled()
+    near = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
+    gross = outliers_of(robust_fit(near.fit()))
+    if gross.any():
+        remarks.append(
+            f"{gross.sum()} of {len(gross)} rows of {other.name}, repeats averaged, are gross errors and are left out"
+        )
+        marked = np.append(gross, False)[data.group] | (data.group < 0)
+        data = AveragedData.of(other, marked)
+    after = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
+    scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
+    floor = after.fit().size_of(
+        after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
+    )
+    errors = after.held_out(seed)
+    before = errors if not effects and calibrated == _shared(found) else None
+    if before is None:
+        before = _Transfer.of(data, other, found_in, (), calibrated).held_out(seed)
+    sim = before if nominal == calibrated else _Transfer.of(data, other, found_in, (), nominal).held_out(seed)
+    return Validation(
+        dataset=other.name,
+        nominal_m=rms(sim),
+        calibrated_m=rms(before),
+        after_m=rms(errors),
+        noise_floor_m=floor,
+        is_better=_is_better(before, errors, data.dataset),
+        rows=len(errors),
+        remarks=tuple(remarks),
+    )
+
+
+def _shared(values: Mapping[str, float]) -> dict[str, float]:
+    """Parameters that hold in other data too."""
+    return {name: value for name, value in values.items() if not name.startswith(OWN)}
+
+
+def _carried(
+    diagnosis: Diagnosis, found_in: RunSummary, other: Dataset, found: Mapping[str, float]
+) -> tuple[tuple[CandidateEffect, ...], dict[str, float], list[str]]:
+    """Effects as they act in the other run, their numbers by name, and what is not known of them there."""
+    run = continued(found_in, other)
+    effects: list[CandidateEffect] = []
+    numbers: dict[str, float] = {}
+    remarks: list[str] = []
+    values = {name: np.array([value]) for name, value in found.items()}
+    for one in diagnosis.model.effects:
+        carried = one.at(values).carried_to(run, found_in)
+        if carried.doubt:
+            left_out = " is left out" if carried.effect is None else ""
+            remarks.append(f"{one}{left_out}: {carried.doubt}")
+        if carried.effect is not None:
+            effects.append(one)
+            numbers |= {one.key(name): float(getattr(carried.effect, name)[0]) for name in one.effect.units()}
+    return tuple(effects), numbers, remarks
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Transfer:
+    """A model of other data in which all is held but where things were put.
+
+    Attributes:
+        problem: Held parameters have no room between their bounds.
+        noise: Of its rows.
+        x: Start values, (d,).
+    """
+
+    problem: Problem
+    noise: NoiseModel
+    x: Array
+
+    @classmethod
+    def of(
+        cls,
+        data: AveragedData,
+        raw: Dataset,
+        found_in: RunSummary,
+        effects: tuple[CandidateEffect, ...],
+        held: Mapping[str, float],
+    ) -> "_Transfer":
+        """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
+        model = Model(data.dataset, effects, continued(found_in, data.dataset).course)
+        start = {item.name: item.nominal for item in model.parameters.items} | dict(held)
+        completed = model.completed({name: np.array([value]) for name, value in start.items()})
+        start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
+        parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
+        x = parameters.nominal
+        noise = row_noise(data, model, x, raw)
+        return cls(Problem.of(model, noise, parameters=parameters), noise, x)
+
+    def fit(self) -> Fit:
+        """The optimum."""
+        return Fit(self.problem, solve(self.problem, self.x[None], tol=SHARE, enough=TOLERANCE).x[0])
+
+    def held_out(self, seed: int) -> Array:
+        """Errors of rows on held-out poses, (m, j) [m]."""
+        fit = self.fit()
+        return HeldOut(fit, seed).errors(fit)
+
+
+def _item(item: Parameter, value: float, held: Mapping[str, float]) -> Parameter:
+    """A held parameter without room, or a free one around its start value."""
+    if item.name in held:
+        return replace(item, nominal=value, lower=value, upper=value)
+    if item.given:
+        return replace(item, nominal=float(np.clip(value, item.lower, item.upper)))
+    span = (item.upper - item.lower) / 2
+    return replace(item, nominal=value, lower=value - span, upper=value + span)
+
+
+def _is_better(before: Array, after: Array, dataset: Dataset) -> bool:
+    """Whether squared errors (m, j) fall by more than chance from pose to pose would make them."""
+    _, pose = np.unique(dataset.points.pose, return_inverse=True)
+    falls = np.bincount(pose, (before**2 - after**2).sum(axis=-1))
+    return bool(falls.mean() > CLEAR * falls.std(ddof=1) / np.sqrt(len(falls))) if len(falls) > 1 else False

@@ -1,0 +1,26 @@
+"""Placements and points as named parameters: `target.x` .. `target.psi`, `tool.P.x` .. `tool.P.z`."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
+from robolaser.parameters import Values
+
+SIX = ("x", "y", "z", "w", "phi", "psi")
+
+
+def motion(values: Values, prefix: str) -> Array:
+    """The rigid motion of six parameters `prefix.x` .. `prefix.psi`, (c, 4, 4)."""
+    x, y, z, w, phi, psi = (values[f"{prefix}.{part}"] for part in SIX)
+    return pose(from_angles(w, phi, psi), np.stack([x, y, z], axis=-1))
+
+
+def six_of(T: Array, prefix: str) -> dict[str, Array]:
+    """The six parameters of a rigid motion (c, 4, 4), by name."""
+    parts = (*np.moveaxis(T[:, :3, 3], -1, 0), *to_angles(T[:, :3, :3]))
+    return {f"{prefix}.{part}": value for part, value in zip(SIX, parts, strict=True)}
+
+
+def vector(values: Values, prefix: str) -> Array:
+    """The point of three parameters `prefix.x` .. `prefix.z`, (c, 3)."""
+    return np.stack([values[f"{prefix}.{part}"] for part in "xyz"], axis=-1)

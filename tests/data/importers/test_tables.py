@@ -1,0 +1,246 @@
+"""Tables are read as they are said to be: separators, signs, units, turns; what is left open is asked for."""
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from examples import JOINTS, MAPPED, log_rows, tracked, written
+from robolaser import find_robot
+from robolaser.data.dataset import Dataset
+from robolaser.data.importers import ImportOptions
+from robolaser.data.importers.orientation import euler_rotations
+from robolaser.data.importers.tables import Tables
+from robolaser.data.importers.units import FACTORS
+from robolaser.data.importers.writing import checked
+from robolaser.errors import DataError, UsageError
+from robolaser.geometry.kinematics import Robot
+
+SEQUENCES = ["".join(axes) for axes in itertools.product("xyz", repeat=3) if axes[0] != axes[1] and axes[1] != axes[2]]
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return find_robot("scorbot_er7")
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    return tracked()
+
+
+@pytest.fixture
+def said(arm: Robot) -> ImportOptions:
+    return ImportOptions(robot=arm, columns=MAPPED, units=("mm", "deg"), decimal=",", separator=";")
+
+
+def read(path: Path | list[Path], options: ImportOptions) -> Dataset:
+    return checked(Tables().read(path if isinstance(path, list) else [path], options))
+
+
+def assert_same(read: Dataset, dataset: Dataset) -> None:
+    assert read.poses.names == dataset.poses.names
+    assert read.points.names == dataset.points.names
+    np.testing.assert_array_equal(read.points.pose, dataset.points.pose)
+    np.testing.assert_allclose(read.poses.q, dataset.poses.q, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(read.poses.time_s, dataset.poses.time_s, rtol=1e-14)
+    np.testing.assert_allclose(read.points.xyz, dataset.points.xyz, rtol=1e-14)
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "|", " "])
+@pytest.mark.parametrize("decimal", [",", "."])
+@pytest.mark.parametrize(("length", "angle"), [("mm", "deg"), ("in", "mrad"), ("m", "rad")])
+def test_separator_decimal_sign_and_units_change_nothing_of_what_is_read(
+    separator: str, decimal: str, length: str, angle: str, said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    rows = log_rows(dataset, 1 / FACTORS["lengths"][length], 1 / FACTORS["angles"][angle])
+    file = written(tmp_path / "log.txt", rows, separator=separator, decimal=decimal)
+    assert_same(read(file, replace(said, separator=separator, decimal=decimal, units=(angle, length))), dataset)
+
+
+def test_poses_and_points_may_come_in_two_files(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    rows = log_rows(dataset)
+    poses = written(tmp_path / "poses.txt", [row[:7] for row in (rows[0], *rows[1::2])])
+    points = written(tmp_path / "points.txt", [[row[0], *row[7:]] for row in rows])
+    assert_same(read([poses, points], said), dataset)
+
+
+def test_a_table_may_have_no_header_or_begin_below_other_rows(
+    said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    header, *rows = log_rows(dataset)
+    bare = written(tmp_path / "bare.txt", rows)
+    numbered = {column: str(header.index(source) + 1) for column, source in MAPPED.items()}
+    assert_same(read(bare, replace(said, columns=numbered, header_row=0)), dataset)
+    below = written(tmp_path / "below.txt", [["Tracker", "3"], [], header, *rows])
+    assert_same(read(below, replace(said, header_row=3)), dataset)
+
+
+def test_rows_without_a_pose_are_a_pose_each(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    header, *rows = log_rows(dataset)
+    columns = {column: source for column, source in MAPPED.items() if column not in ("pose", "point")}
+    found = read(written(tmp_path / "log.txt", [header, *rows[::2]]), replace(said, columns=columns, point="ball"))
+    assert found.poses.names == tuple(str(2 + i) for i in range(len(rows[::2])))
+    assert set(found.points.names) == {"ball"}
+
+
+def test_a_further_column_is_kept_where_it_is_asked_for(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    rows = [[*row, "Feuchte" if i == 0 else 40.5] for i, row in enumerate(log_rows(dataset))]
+    file = written(tmp_path / "log.txt", rows)
+    assert read(file, said).poses.extra == {}
+    assert Tables().read([file], said).left_out == ("log.txt: Feuchte",)
+    kept = read(file, replace(said, columns={**MAPPED, "poses.humidity": "Feuchte"}))
+    np.testing.assert_array_equal(kept.poses.coordinates["humidity"], 40.5)
+
+
+@pytest.mark.parametrize("sequence", [*SEQUENCES, *map(str.upper, SEQUENCES)])
+def test_euler_angles_turn_as_scipy_says(sequence: str) -> None:
+    angles = np.random.default_rng(3).uniform(-3, 3, (20, 3))
+    expected = Rotation.from_euler(sequence, angles).as_matrix()
+    np.testing.assert_allclose(euler_rotations(angles, sequence), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("sequence", ["", "Zyx", "xxy", "xyzx", "rpy"])
+def test_a_sequence_that_is_none_is_wrong_usage(sequence: str) -> None:
+    with pytest.raises(UsageError, match="expected three axes"):
+        euler_rotations(np.zeros((1, 3)), sequence)
+
+
+@pytest.mark.parametrize("turned", ["quaternion", "euler", "rotation vector"])
+def test_flange_poses_are_read_with_any_statement_of_their_turn(turned: str, dataset: Dataset, tmp_path: Path) -> None:
+    T = dataset.flange()
+    R = Rotation.from_matrix(T[:, :3, :3])
+    values, names, more = {
+        "quaternion": (R.as_quat(scalar_first=True), ("qw", "qx", "qy", "qz"), {}),
+        "euler": (R.as_euler("ZYX", degrees=True), ("euler_1", "euler_2", "euler_3"), {"euler": "ZYX"}),
+        "rotation vector": (R.as_rotvec(degrees=True), ("rotvec_x", "rotvec_y", "rotvec_z"), {}),
+    }[turned]
+    header = ["FX", "FY", "FZ", *"ABCD"[: len(names)], "X", "Y", "Z"]
+    xyz = dataset.points.xyz[::2]
+    rows = [[*(1e3 * T[i, :3, 3]).tolist(), *values[i].tolist(), *(1e3 * xyz[i]).tolist()] for i in range(len(T))]
+    file = written(tmp_path / "flange.csv", [header, *rows], separator=",", decimal=".")
+    flange = {"poses.x_m": "FX", "poses.y_m": "FY", "poses.z_m": "FZ", **dict(zip(names, "ABCD", strict=False))}
+    columns = {**flange, "points.x_m": "X", "points.y_m": "Y", "points.z_m": "Z"}
+    found = read(file, ImportOptions(columns=columns, units=("mm", "deg"), point="ball", **more))
+    assert found.robot is None
+    np.testing.assert_allclose(found.poses.T_base_flange, T, atol=1e-9)
+    np.testing.assert_allclose(found.points.xyz, xyz, rtol=1e-12)
+
+
+OPEN = {
+    "units": ({"units": ()}, "In which unit are angles, such as A1"),
+    "length": ({"units": ("deg",)}, "In which unit are lengths, such as X"),
+    "twice": ({"units": ("deg", "rad")}, "deg and rad are both of angles"),
+    "unknown": ({"units": ("mm", "grad")}, "no unit 'grad'"),
+    "robot": (
+        {"robot": None, "columns": {"q_joint_1": "A1"}},
+        r"q_joint_1: .* Name the arm with --robot",
+    ),
+    "joint": ({"columns": {k: v for k, v in MAPPED.items() if k != "q_joint_3"}}, "which column is q_joint_3"),
+    "point": ({"columns": {k: v for k, v in MAPPED.items() if k != "point"}}, "which point is measured in each row"),
+    "typing error": (
+        {"columns": MAPPED | {"q_joint_9": "A1"}},
+        r"q_joint_9: no such column\. Did you mean",
+    ),
+    "sign": ({"decimal": ";"}, "--separator and --decimal are both ';'"),
+    "separator": ({"separator": None, "decimal": ";"}, "what separates the cells"),
+    "point twice": ({"point": "ball"}, "--point ball: the column 'Prisma' names the points"),
+    "no angles": ({"euler": "ZYX"}, "--euler ZYX: of which columns"),
+    "no sensor": ({"sensor": "pint"}, r"--sensor pint: no such sensor\. Did you mean 'point'"),
+    "sensor": ({"sensor": "stripe"}, "dataset.toml has to state more of a laser stripe scanner"),
+}
+
+
+@pytest.mark.parametrize("case", OPEN)
+def test_what_is_left_open_is_asked_for(case: str, said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    changed, message = OPEN[case]
+    file = written(tmp_path / "log.txt", log_rows(dataset))
+    with pytest.raises(UsageError, match=message):
+        read(file, replace(said, **changed))
+
+
+def test_a_place_that_may_be_the_flanges_or_the_points_is_asked_for(dataset: Dataset, tmp_path: Path) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset))
+    with pytest.raises(UsageError, match=r"of the flange or of the point\? Write poses\.x_m or points\.x_m"):
+        read(file, ImportOptions(columns={"x_m": "X"}, units=("mm", "deg"), separator=";", decimal=","))
+
+
+def test_more_than_two_tables_are_wrong_usage(said: ImportOptions, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="3 tables: expected one, or one of poses and then one of points"):
+        read([tmp_path / name for name in "abc"], said)
+
+
+WRONG = {
+    "text": (3, 2, "hello", "log.txt, row 4, column A1: 'hello', expected a finite number", "A1"),
+    "empty": (3, 8, "", "log.txt, row 4, column X: empty, expected a finite number", "X"),
+    "sign": (3, 8, "1.5", "log.txt, row 4, column X: '1.5', .* with the decimal sign ','", "X"),
+    "thousands": (3, 8, "1.234,5", "log.txt, row 4, column X: '1.234,5'", "X"),
+    "unit": (
+        1,
+        3,
+        "-3000",
+        r"log.txt, row 2: q_joint_2 is -52\.36 rad, but the URDF .* degrees",
+        None,
+    ),
+    "far": (2, 8, "1e9", "log.txt, row 3, column x_m: 1e[+]06 m is farther than any arm reaches", "x_m"),
+    "moved": (4, 2, "3", "log.txt, row 5, column A1: pose 1 has another value than in row 4", "A1"),
+    "same": (2, 7, "0", "log.txt, row 3: pose 0, point 0 was already in row 2", None),
+    "no pose": (2, 0, "", "log.txt, row 3, column pose: empty", "pose"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_an_error_names_file_row_and_column(case: str, said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    row, column, cell, message, named = WRONG[case]
+    rows = log_rows(dataset)
+    rows[row][column] = cell
+    if case == "unit":
+        rows[2][column] = cell
+    with pytest.raises(DataError, match=message) as error:
+        read(written(tmp_path / "log.txt", rows), said)
+    assert error.value.file == "log.txt"
+    assert error.value.row is not None
+    assert named is None or error.value.column == named
+
+
+@pytest.mark.parametrize("arm_named", [True, False])
+def test_a_table_without_rows_is_an_error(
+    arm_named: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset)[:1])
+    if not arm_named:
+        places = {f"{table}.{axis}_m": axis.upper() for table in ("poses", "points") for axis in "xyz"}
+        turns = {f"euler_{i}": f"A{i}" for i in (1, 2, 3)}
+        said = replace(said, robot=None, euler="XYZ", columns={"pose": "Nr", "point": "Prisma", **places, **turns})
+    with pytest.raises(DataError, match=r"log\.txt, row 2, column pose: empty, expected at least one pose"):
+        read(file, said)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_whether_the_path_is_known_is_written(
+    known: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset))
+    assert read(file, replace(said, path_known=known)).path_known is known
+
+
+def test_a_row_with_too_few_cells_is_named(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    rows = log_rows(dataset)
+    rows[5] = rows[5][:-1]
+    with pytest.raises(DataError, match=r"log\.txt, row 6: 10 cells, but there are 11 columns.* a semicolon"):
+        read(written(tmp_path / "log.txt", rows), said)
+
+
+def test_a_column_that_is_not_there_is_named_with_the_likeliest(
+    said: ImportOptions, dataset: Dataset, tmp_path: Path
+) -> None:
+    file = written(tmp_path / "log.txt", log_rows(dataset))
+    with pytest.raises(DataError, match=r"log\.txt has no column 'Prism', .* Did you mean 'Prisma'\?"):
+        read(file, replace(said, columns=MAPPED | {"point": "Prism"}))
+
+
+def test_joints_of_the_example_are_those_of_the_arm(arm: Robot) -> None:
+    assert list(arm.joints) == JOINTS

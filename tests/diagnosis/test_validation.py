@@ -1,0 +1,115 @@
+"""What is found on one campaign is to predict another one of the same arm."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser.cli import main
+from robolaser.data.dataset import Noise
+from robolaser.data.writing import save
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.summary_text import transfer_sentence
+from robolaser.diagnosis.validation import check_same_arm
+from robolaser.errors import DataError
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots import find_robot
+from robolaser.model.effects import EFFECTS
+from robolaser.simulation import simulate
+
+OFFSET = {"joint_offset:joint_3": 0.004}
+OFFSETS = [kind for kind in EFFECTS if kind.name == "joint_offset"]
+
+
+def campaign(seed, *, effects=OFFSET, kind="point", robot="scorbot_er7", poses=16, **options):
+    """A campaign with a tracker and tools of its own: each seed sets them up anew."""
+    made = simulate(
+        find_robot(robot), kind=kind, poses=poses, noise=Noise(point_m=2e-5), effects=effects, seed=seed, **options
+    )
+    return replace(made.dataset, name=f"campaign-{seed}")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return examine(campaign(1), OFFSETS, seed=1, validate=[campaign(2)])
+
+
+def test_an_effect_of_the_arm_carries_over_to_where_base_and_tool_stand_elsewhere(found):
+    (validation,) = found.validation
+    assert validation.is_better
+    assert validation.nominal_m == validation.calibrated_m > 3e-4
+    assert validation.after_m < 1.3 * validation.noise_floor_m
+    assert validation.rows == 48
+    assert "It carries over to campaign-2: there the error falls from" in found.sentence
+
+
+def test_an_arm_that_was_repaired_in_between_is_said_not_to_be_predicted():
+    repaired = examine(campaign(1), OFFSETS, seed=1, validate=[campaign(2, effects={})])
+    (validation,) = repaired.validation
+    assert not validation.is_better
+    assert validation.after_m > validation.calibrated_m
+    assert "It does not carry over to campaign-2: the error there is" in repaired.sentence
+
+
+def test_gross_errors_of_the_other_campaign_are_left_out_and_counted():
+    spoilt = campaign(2, effects=OFFSET | {"outliers": 0.05})
+    (validation,) = examine(campaign(1), OFFSETS, seed=1, validate=[spoilt]).validation
+    assert validation.after_m < 1.3 * validation.noise_floor_m
+    assert validation.rows < 48
+    assert any("are gross errors" in remark for remark in validation.remarks)
+
+
+def test_without_effects_the_sentence_states_the_one_error_there_is(found):
+    (validation,) = found.validation
+    said = transfer_sentence(validation, has_effects=False)
+    assert said.startswith("On campaign-2, predicted with the same model, the error is")
+
+
+def test_a_scanner_is_transferred_with_its_own_parameters():
+    """A stripe scanner's fourteen parameters stay as found; nothing but an unplaced target is fitted anew."""
+    noise = {"noise": Noise(pixel_px=0.05)}
+    robot = find_robot("scorbot_er7")
+    made = simulate(robot, poses=12, placed=False, seed=3, **noise)
+    whole = made.dataset
+    here = np.arange(len(whole.poses)) % 3 != 0
+    validation = examine(whole.of_poses(here), OFFSETS, seed=1, validate=[whole.of_poses(~here)]).validation[0]
+    assert validation.nominal_m > 5 * validation.calibrated_m
+    assert validation.after_m < 2 * validation.noise_floor_m
+
+
+def other_arm():
+    arm = find_robot("scorbot_er7")
+    moved = arm.placements.copy()
+    moved[2, 0, 3] += 1e-3
+    return Robot.from_urdf(arm.urdf_with(moved), flange=arm.flange, joints=arm.joints)
+
+
+@pytest.mark.parametrize(
+    ("other", "differs"),
+    [
+        (lambda: campaign(2, robot="panda", effects={}), "[robot] joints are"),
+        (lambda: replace(campaign(2), robot=other_arm()), "the URDFs place joint_3 differently"),
+        (lambda: campaign(2, kind="socket"), '[sensor] kind is "point" there and "socket" here'),
+        (lambda: replace(campaign(2), robot=None), "only campaign-1 has a [robot]"),
+    ],
+)
+def test_another_arm_or_sensor_is_refused_with_what_differs(other, differs):
+    with pytest.raises(DataError, match="cannot be predicted with what is found on campaign-1") as refused:
+        check_same_arm(campaign(1), other())
+    assert differs in str(refused.value)
+
+
+def test_the_command_writes_the_validation_and_shows_it_on_the_page(tmp_path, capsys):
+    for seed in (1, 2):
+        save(campaign(seed), tmp_path / f"campaign-{seed}")
+    typed = ["diagnose", str(tmp_path / "campaign-1"), "--output", str(tmp_path / "why"), "--quiet"]
+    assert main([*typed, "--validate", str(tmp_path / "campaign-2")]) == 0
+    (validation,) = json.loads((tmp_path / "why" / "diagnosis.json").read_text())["validation"]
+    assert validation["dataset"] == "campaign-2"
+    assert validation["after_mm"] < validation["calibrated_mm"]
+    assert "Other data of the same arm" in (tmp_path / "why" / "report.html").read_text()
+    save(campaign(2, kind="socket"), tmp_path / "sockets")
+    capsys.readouterr()
+    assert main([*typed, "--force", "--validate", str(tmp_path / "sockets")]) == 1
+    assert "cannot be predicted" in capsys.readouterr().err
