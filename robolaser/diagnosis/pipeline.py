@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
+from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
@@ -30,7 +31,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
-from robolaser.diagnosis.validation import check_same_arm, validated
+from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -85,7 +86,7 @@ def examine(
     """
     began = time.perf_counter()
     for other in validate:
-        check_same_arm(dataset, other)
+        check_same_arm(dataset, other, f"predicted with what is found on {dataset.name}")
     tell = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
         found = _examine(dataset, _kinds(effects, without), seed or 0, tell, began)

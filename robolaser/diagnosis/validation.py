@@ -1,6 +1,6 @@
 """Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -17,7 +17,6 @@ from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
-from robolaser.errors import DataError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -28,46 +27,8 @@ from robolaser.parameters import Parameter, Parameters
 
 OWN = ("base.", "target.", "tool.", "socket.")
 """Parameters that are fitted anew: where things were put for a campaign."""
-SAME = 1e-6
-"""[m, and of rotation matrices] URDFs that round their digits differ by less."""
 CLEAR = float(norm.isf(0.025))
 """Standard errors of the mean change of a pose's squared error, from which on it is no chance: two-sided, 5 %."""
-
-
-def check_same_arm(found_on: Dataset, other: Dataset) -> None:
-    """See that two data sets are of one arm, seen by one kind of sensor.
-
-    Raises:
-        DataError: They are not; it says what differs.
-    """
-    differs = next(_differences(found_on, other), None)
-    if differs:
-        raise DataError(
-            f"{other.name} cannot be predicted with what is found on {found_on.name}: {differs}. Both must be of the"
-            " same arm, with the same joints, flange and kind of sensor.",
-            file=other.folder or other.name,
-        )
-
-
-def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
-    if one.kind != other.kind:
-        yield f'[sensor] kind is "{one.kind}" there and "{other.kind}" here'
-    a, b = one.robot, other.robot
-    if a is None or b is None:
-        if (a is None) != (b is None):
-            yield f"only {one.name if b is None else other.name} has a [robot]"
-        return
-    if a.joints != b.joints:
-        yield f"[robot] joints are {', '.join(a.joints)} there and {', '.join(b.joints)} here"
-        return
-    if a.flange != b.flange:
-        yield f'[robot] flange is "{a.flange}" there and "{b.flange}" here'
-    apart = np.abs(a.placements - b.placements).max(axis=(1, 2))
-    turned = np.abs(a.axes - b.axes).max(axis=1)
-    for joint in np.flatnonzero(np.maximum(apart, turned) > SAME)[:1]:
-        yield f"the URDFs place {a.joints[joint]} differently"
-    if np.abs(a.end - b.end).max() > SAME:
-        yield "the URDFs place the flange differently on the last joint"
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:

@@ -213,7 +213,7 @@ class Sensor(ABC):
     def known_distances(self) -> KnownDistances | None:
         """Rows of their own that state distances between named points."""
         pairs = [
-            (first, second, distance)
+            (tuple(f"{first}.{part}" for part in "xyz"), tuple(f"{second}.{part}" for part in "xyz"), distance)
             for one, other, distance in self.dataset.distances_m
             if (first := self.prefix_of(one)) is not None and (second := self.prefix_of(other)) is not None
         ]
