@@ -35,7 +35,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     own = plain.slopes / fit.problem.scale
     parts = [plain.slopes * UNIFORM]
     for one in effects:
-        bounds = np.array([bound for _, _, bound, _ in one.effect.amplitudes()])
+        bounds = np.array([amplitude.bound for amplitude in one.effect.amplitudes()])
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(plain.columns(one, grid)[0] * (2.0 * UNIFORM * bounds))
     every = np.hstack(parts)
