@@ -106,6 +106,12 @@ class OfPoses:
             felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
             yield "direction of gravity in the flange", smooth(felt, 2.0)
 
+    def overturning(self) -> Iterator[tuple[str, Array]]:
+        """The moment of the arm's weight about the base's origin."""
+        robot = self._dataset.robot
+        if robot is not None and robot.has_masses and np.ptp(self._scene.overturning_moment) > 0:
+            yield "overturning moment", smooth(self._scene.overturning_moment, 2.0)
+
     def angle(self, column: int, name: str) -> tuple[str, Array]:
         """The angle of one joint."""
         if column not in self._angles:

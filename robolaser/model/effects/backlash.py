@@ -36,7 +36,7 @@ class Backlash(Effect):
     needs = (path,)
     depends_on_trajectory = True
 
-    lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4)
+    lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4, lower=0.0)
     start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod

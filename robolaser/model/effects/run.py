@@ -9,8 +9,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.geometry.kinematics import Robot
-from robolaser.model.effects.gravity_load import gravity_torques, torques_of_one_kg
+from robolaser.geometry.kinematics import DOWN, Robot
+from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
 
@@ -133,6 +133,36 @@ class Run:
         return torques_of_one_kg(self.robot, self.q)
 
     @cached_property
+    def carried(self) -> tuple[Array, Array]:
+        """The mass that each joint carries, the payload included, and its first moment about the base's origin.
+
+        (n, j) [kg] and (n, j, 3) [kg m], in the base frame, at the angles read.
+        """
+        return carried_masses(self.robot, self.q, self.poses.payload_kg)
+
+    @cached_property
+    def joint_frames(self) -> Array:
+        """T_base_joint of the chain's joints by the nominal arm, each turned by its reading, (n, len(chain), 4, 4)."""
+        return np.asarray(self.robot.joint_frames(self.q[None])[0])
+
+    def link_load(self, joint: str) -> LinkLoad:
+        """What hangs on the link before a joint that is not the first."""
+        at = self.robot.chain.index(self.robot.joints.index(joint))
+        return link_load(self.robot, self.joint_frames, self.carried, at)
+
+    @cached_property
+    def overturning_moment(self) -> Array:
+        """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
+        _, first_moment = self.carried
+        return np.asarray(np.cross(first_moment[:, self.robot.chain[0]], np.array(self.robot.gravity)))
+
+    @cached_property
+    def gravity_in_flange(self) -> Array:
+        """The direction of gravity in the flange frame, unit vectors (n, 3)."""
+        down = gravity_of(self.dataset)
+        return np.asarray((down / np.linalg.norm(down)) @ self.flange[:, :3, :3])
+
+    @cached_property
     def flange(self) -> Array:
         """T_base_flange by the nominal arm or the measurement, (n, 4, 4)."""
         return self.dataset.flange()
@@ -151,6 +181,11 @@ class Run:
             own = replace(self.dataset, points=self.points.take(rows))
             tilt[rows] = surface_tilt(own, self.flange, self.target)
         return tilt
+
+
+def gravity_of(dataset: Dataset) -> Array:
+    """Gravity in the base frame, (3,) [m/s²]; downwards where no arm says otherwise."""
+    return np.array(DOWN if dataset.robot is None else dataset.robot.gravity)
 
 
 def temperature_rise(poses: Poses) -> Array | None:
