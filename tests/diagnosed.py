@@ -63,7 +63,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     return Diagnosis(
         dataset=model.dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, lies, gap, gross),
+        sentence=sentence(verdict, findings, (), lies, gap, gross),
         gap=gap,
         where=lies,
         findings=tuple(findings),
