@@ -67,6 +67,32 @@ def over_angle(joint: str) -> Draw:
     return draw
 
 
+def as_turn_of(joint: str, other: str) -> Draw:
+    """Errors as turns of a joint, over the angle of another."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        angle = np.degrees(made.dataset.poses.q[:, made.dataset.robot.joints.index(other)])
+        ax.scatter(angle, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
+        ax.set_xlabel(f"angle of {other} [°]")
+        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+
+    return draw
+
+
+def over_last_move(joint: str) -> Draw:
+    """Errors as turns of a joint, over its last move."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        q, order = made.dataset.poses.q[:, made.dataset.robot.joints.index(joint)], Model(made.dataset).run.order
+        move = np.empty(len(q))
+        move[order] = np.degrees(np.diff(q[order], prepend=q[order][0]))
+        ax.scatter(move, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
+        ax.set_xlabel(f"last move of {joint} [°]")
+        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+
+    return draw
+
+
 def over_torque(joint: str) -> Draw:
     """Errors as turns of a joint, over what it bears."""
 
@@ -103,6 +129,27 @@ def over_run(ax: Axes, made: Simulated, errors: Array) -> None:
     ax.legend(fontsize=7, frameon=False, ncols=3)
     ax.set_xlabel("time [min]")
     ax.set_ylabel("error, base's\naxes [mm]")
+
+
+def over_moment(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the base's axes, over the overturning moment about its y axis."""
+    moment, mean = Model(made.dataset).run.overturning_moment[:, 1], per_pose(made, errors)
+    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
+        ax.scatter(moment, mean[:, i], color=colour, label=name, **DOTS)
+    ax.legend(fontsize=7, frameon=False, ncols=3)
+    ax.set_xlabel("overturning moment about the base's y axis [Nm]")
+    ax.set_ylabel("error, base's\naxes [mm]")
+
+
+def over_attitude(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the camera's axes, over the flange's attitude."""
+    down, mean = Model(made.dataset).run.gravity_in_flange, per_pose(made, in_camera(made, errors))
+    angle = np.degrees(np.arctan2(down[:, 0], down[:, 2]))
+    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
+        ax.scatter(angle, mean[:, i], color=colour, label=name, **DOTS)
+    ax.legend(fontsize=7, frameon=False, ncols=3)
+    ax.set_xlabel("angle from the flange's z axis to gravity, in its xz plane [°]")
+    ax.set_ylabel("error, camera's\naxes [mm]")
 
 
 def in_camera_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
@@ -190,14 +237,21 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "link_geometry": ({"link_geometry:joint_3": 2e-3, "link_geometry:joint_3.turn_x": 2e-3}, over_angle("joint_2")),
     "joint_compliance": ({"joint_compliance:joint_3": 3e-4}, over_torque("joint_3")),
     "backlash": ({"backlash:joint_3": 1.2e-3}, by_approach("joint_3")),
-    "transmission_error": ({"transmission_error:joint_2": 6e-4, "transmission_error:joint_2.cycles": 9.0},
+    "transmission_error": ({"transmission_error:joint_2": 6e-4, "transmission_error:joint_2.cycles": 12.0},
                            over_angle("joint_2")),
     "encoder_scale": ({"encoder_scale:joint_3": 2e-3}, over_angle("joint_3")),
     "encoder_eccentricity": ({"encoder_eccentricity:joint_1": 1e-3, "encoder_eccentricity:joint_1.cosine": 1e-3},
                              over_angle("joint_1")),
+    "settling": ({"settling:joint_3": 2e-3}, over_last_move("joint_3")),
+    "joint_coupling": ({"joint_coupling:joint_4": 2e-3, "joint_coupling:joint_4.other": 2.0},
+                       as_turn_of("joint_4", "joint_2")),
+    "link_compliance": ({"link_compliance:joint_3": 5e-5, "link_compliance:joint_3.twist": 5e-5},
+                        over_angle("joint_3")),
     "base_shift": ({"base_shift:base": 1e-3, "base_shift:base.z": -5e-4, "base_shift:base.moment": 0.6}, over_run),
     "thermal_drift": ({"thermal_drift:joint_3": 2e-3}, over_run),
     "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
+    "base_compliance": ({"base_compliance:base": 5e-5}, over_moment),
+    "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 1e-2}, over_attitude),
     "latency": ({"latency:timing": 0.02}, over_speed),
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),

@@ -23,6 +23,7 @@ def simulate(
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
+    sessions: Count = 1,
     pixel_px: Deviation = None,
     target_m: Deviation = None,
     joint_rad: Deviation = None,
@@ -46,9 +47,10 @@ def simulate(
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: What measures.
-        poses: Number of poses.
+        poses: Number of poses, in each session.
         points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 3 sockets.
         repeats: Number of shots in each pose.
+        sessions: Number of campaigns, each with base, target or sockets elsewhere.
         pixel_px: Of a pixel.
         target_m: Of a target point.
         joint_rad: Of a joint angle.
@@ -74,6 +76,7 @@ def simulate(
         "--poses": poses != 40,
         "--points": points is not None,
         "--repeats": repeats != 1,
+        "--sessions": sessions != 1,
         "--unplaced": unplaced,
         **{f"--{name.replace('_', '-')}": True for name in stated},
     }
@@ -91,6 +94,7 @@ def simulate(
             poses=poses,
             points=points,
             repeats=repeats,
+            sessions=sessions,
             noise=Noise(**stated) if stated else None,
             placed=not unplaced,
             effects=sizes,

@@ -12,6 +12,7 @@ from msgspec import Meta
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import finite
 from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.sessions import Sessions
 from robolaser.data.subsampling import some_of_each
 from robolaser.errors import DataError, RobotError
 from robolaser.geometry.kinematics import Robot
@@ -34,6 +35,7 @@ class Poses:
         image: Path of each pose's image in the data set's folder.
         payload_kg: Mass that the flange carries at each pose, (n,) [kg]; None: not stated.
         temperature_c: Temperature at each pose, (n,) [°C]; None: not measured.
+        session: The campaign that each pose belongs to; None: all to one.
         extra: Any further column, as texts; see `coordinates`.
     """
 
@@ -45,6 +47,7 @@ class Poses:
     image: tuple[str, ...] | None = None
     payload_kg: Array | None = None
     temperature_c: Array | None = None
+    session: tuple[str, ...] | None = None
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -81,6 +84,7 @@ class Poses:
             image=None if self.image is None else tuple(self.image[i] for i in rows),
             payload_kg=some(self.payload_kg),
             temperature_c=some(self.temperature_c),
+            session=None if self.session is None else tuple(self.session[i] for i in rows),
             extra={name: tuple(cells[i] for i in rows) for name, cells in self.extra.items()},
         )
 
@@ -200,6 +204,7 @@ class Dataset:
         distances_m: Known distances between named points: (point, point, distance).
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the robot went straight from each pose to the next.
+        sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
         warnings: What is odd, but no error.
     """
 
@@ -220,6 +225,7 @@ class Dataset:
     noise: Noise = field(default_factory=Noise)
     time_is_order: bool = False
     path_known: bool = True
+    sessions: Sessions | None = None
     source: str = ""
     licence: str = ""
     folder: Path | None = None
@@ -229,6 +235,14 @@ class Dataset:
     def format(self) -> SensorFormat:
         """What its kind of sensor needs in a data set."""
         return sensor_format(self.kind)
+
+    @property
+    def session_of_pose(self) -> Ints:
+        """Number of each pose's session, (n,); all 0 where there is one."""
+        if self.sessions is None or self.poses.session is None:
+            return np.zeros(len(self.poses), dtype=np.int64)
+        number = {name: i for i, name in enumerate(self.sessions.names)}
+        return np.fromiter(map(number.__getitem__, self.poses.session), np.int64, len(self.poses))
 
     @property
     def arm(self) -> tuple[Robot, Array]:

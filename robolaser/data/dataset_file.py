@@ -11,6 +11,7 @@ from msgspec import Meta
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
 from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.geometry.kinematics import Robot
@@ -23,7 +24,7 @@ GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
 PLANNED = (
-    "sensors", "sessions", "board.marker_m", "board.dictionary", "target.radius_m", "noise.angle_rad",
+    "sensors", "board.marker_m", "board.dictionary", "target.radius_m", "noise.angle_rad",
 )  # fmt: skip
 """Keys of the format that this version does not read."""
 
@@ -81,6 +82,14 @@ class TargetTable:
 
 @final
 @dataclass(frozen=True)
+class SessionsTable:
+    """`[sessions]`."""
+
+    own: Annotated[tuple[Text, ...], Meta(min_length=1)] = OWN
+
+
+@final
+@dataclass(frozen=True)
 class ParameterEntry:
     """One of `[parameters]`."""
 
@@ -105,6 +114,7 @@ class DatasetFile:
     board: Board | None = None
     target: TargetTable = TargetTable()
     noise: Noise = Noise()
+    sessions: SessionsTable | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
 
 
@@ -149,6 +159,7 @@ def describe(folder: str | Path) -> Dataset:
         noise=read.noise,
         time_is_order=read.robot is not None and read.robot.time == "order",
         path_known=read.robot is None or read.robot.path == "consecutive",
+        sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
         warnings=tuple(
             f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."

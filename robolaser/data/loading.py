@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.data import point_table
-from robolaser.data.dataset import Dataset
+from robolaser.data import point_table, pose_table
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import FILE, describe
 from robolaser.data.point_table import read_points
 from robolaser.data.pose_table import read_poses, some
+from robolaser.data.sessions import FEWEST_POSES, Sessions
 from robolaser.data.toml_schema import wrong
+from robolaser.errors import DataError
 
 
 def load(folder: str | Path) -> Dataset:
@@ -26,12 +28,15 @@ def load(folder: str | Path) -> Dataset:
     folder = Path(folder)
     described = describe(folder)
     poses, odd = read_poses(folder, described.robot)
-    dataset = replace(described, poses=poses, warnings=(*described.warnings, *odd))
+    dataset = replace(
+        described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd)
+    )
     if not (folder / point_table.FILE).exists():
         return dataset
     points = read_points(folder, dataset)
     _check_distances(dataset, sorted(set(points.names)))
     dataset = replace(dataset, points=points)
+    _check_sessions(dataset)
     return replace(dataset, warnings=(*dataset.warnings, *_silent(dataset), *_copies(dataset)))
 
 
@@ -40,6 +45,36 @@ def _check_distances(dataset: Dataset, known: list[str]) -> None:
         if one == other or not {one, other} <= set(known):
             expected = f"[point, another point, distance in m], points among: {', '.join(known)}"
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
+
+
+def _sessions(described: Dataset, poses: Poses) -> Sessions | None:
+    if poses.session is None:
+        if described.sessions is not None:
+            raise DataError(
+                f"{FILE} has [sessions], but {pose_table.FILE} has no column session. Add the column, with the name of"
+                " each pose's campaign, or delete [sessions].",
+                file=FILE,
+                column="[sessions]",
+            )
+        return None
+    names = tuple(dict.fromkeys(poses.session))
+    return Sessions(names) if described.sessions is None else replace(described.sessions, names=names)
+
+
+def _check_sessions(dataset: Dataset) -> None:
+    if dataset.sessions is None:
+        return
+    seen = dataset.session_of_pose[np.unique(dataset.points.pose)]
+    counts = np.bincount(seen, minlength=len(dataset.sessions.names))
+    for name, count in zip(dataset.sessions.names, counts.tolist(), strict=True):
+        if count < FEWEST_POSES:
+            raise DataError(
+                f"{pose_table.FILE}, column session: '{name}' has {count} pose{'s' * (count != 1)} with points, but"
+                f" where things stood in a session takes at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
+                " measure more poses, or delete these.",
+                file=pose_table.FILE,
+                column="session",
+            )
 
 
 def _silent(dataset: Dataset) -> list[str]:

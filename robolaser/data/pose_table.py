@@ -57,6 +57,7 @@ def poses_of(table: Table, folder: Path, robot: Robot | None) -> tuple[Poses, li
         image=_images(table, folder) if IMAGES in table.columns else None,
         payload_kg=_stated(table, "payload_kg"),
         temperature_c=_stated(table, "temperature_c"),
+        session=table.texts("session") if "session" in table else None,
     )
     warnings: list[str] = []
     if robot is None:
@@ -66,7 +67,7 @@ def poses_of(table: Table, folder: Path, robot: Robot | None) -> tuple[Poses, li
         qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
         poses = replace(poses, q=q, qd=qd)
         warnings += [*_outside_limits(table, q, robot), *_unlisted(table, q_columns)]
-    known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", *readings}
+    known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *readings}
     poses = replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
     return poses, [*warnings, *_no_coordinates(table, poses)]
 

@@ -57,7 +57,9 @@ class SensorFormat:
     def unit_of(self, parameter: str) -> str:
         """The SI unit of one of its parameters; "" for a pure number."""
         last = parameter.rsplit(".", 1)[-1]
-        return self.units.get(parameter) or self.units.get(last) or POSE_UNITS.get(last, "")
+        known = self.units.get(parameter) or self.units.get(last) or POSE_UNITS.get(last, "")
+        plain, at, _ = parameter.rpartition("@")
+        return known or (self.unit_of(plain) if at else "")
 
 
 _registered: dict[str, SensorFormat] = {}

@@ -11,6 +11,7 @@ from robolaser.data.csv_tables import write_table
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT, GRAVITY
 from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.sessions import OWN
 from robolaser.errors import output_exists, unwritable
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -85,6 +86,8 @@ def pose_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
     for column, values in (("payload_kg", poses.payload_kg), ("temperature_c", poses.temperature_c)):
         if values is not None:
             yield column, _digits(values)
+    if poses.session is not None:
+        yield "session", poses.session
     yield from poses.extra.items()
 
 
@@ -109,6 +112,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         "board": {} if dataset.board is None else asdict(dataset.board),
         "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
         "noise": asdict(dataset.noise),
+        "sessions": {} if dataset.sessions is None or dataset.sessions.own == OWN else {"own": dataset.sessions.own},
     }
     if "scanner" not in dataset.format.tables:
         tables["scanner"] = {}

@@ -11,6 +11,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.requirements import own_lengths
 from robolaser.model.stages import Stage
 
 DENT, DENTS = 0.08, 80
@@ -27,7 +28,7 @@ class Site:
     """A site, a coordinate, and what smooth functions of that coordinate do there.
 
     Attributes:
-        site: A joint's name, or one of `camera laser hand_eye target base timing image tool`.
+        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`.
         coordinate: For a person.
         columns: Derivatives of the whitened residuals by each of the function's basis functions, (K, p).
         unknown: Whether the function may be of a form that the library of effects does not have.
@@ -48,13 +49,14 @@ def sites(fit: Fit) -> Iterator[Site]:
     yield from _of_joints(fit, derivatives, coordinates)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
-    for coordinate, basis in coordinates.run():
+    for coordinate, basis in (*coordinates.run(), *coordinates.overturning()):
         yield Site("base", coordinate, _over_poses(fit, base, basis))
     carried = derivatives.tool() * motion
     for coordinate, basis in (*coordinates.run(), *coordinates.hanging()):
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, _over_poses(fit, carried, basis))
     yield from _of_camera_and_laser(fit, derivatives, coordinates)
     yield from _of_target(fit, derivatives)
+    yield from _of_measuring_system(fit, derivatives)
 
 
 def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
@@ -114,6 +116,14 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     height = given @ fit.model.run.target.axes[:, 2:]
     yield Site("target", "place on the target", _over_rows(fit, given, smooth(points.xyz)))
     yield Site("target", "place on the target", _over_rows(fit, height, smooth(points.xyz, DENT, most=DENTS)))
+
+
+def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
+    points = fit.model.dataset.points
+    if points.xyz is None or own_lengths(fit.model.dataset):
+        return
+    longer = derivatives.target() * points.xyz[fit.problem.row_of_number]
+    yield Site("measuring_system", "distance", longer.sum(axis=1, keepdims=True), unknown=False)
 
 
 def _over_poses(fit: Fit, columns: Array, basis: Array) -> Array:

@@ -88,11 +88,12 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
         columns={name: np.concatenate([values, seen.columns[name]]) for name, values in points.columns.items()},
     )
     rows = len(points) + np.arange(len(seen)).reshape(k, -1)
-    return replace(dataset, poses=_after(dataset.poses, q), points=longer), rows
+    return replace(dataset, poses=_after(dataset, q), points=longer), rows
 
 
-def _after(poses: Poses, q: Array) -> Poses:
-    """Poses with more at the end, all at the time of the last, at rest, in its warmth."""
+def _after(dataset: Dataset, q: Array) -> Poses:
+    """Poses with more at the end, all at the time of the last, at rest, in its warmth, in the last session."""
+    poses, session = dataset.poses, dataset.sessions.names[-1] if dataset.sessions else ""
     assert poses.q is not None
     last = 0 if poses.time_s is None else int(np.argmax(poses.time_s))
     k = len(q)
@@ -103,6 +104,7 @@ def _after(poses: Poses, q: Array) -> Poses:
         qd=None if poses.qd is None else np.concatenate([poses.qd, np.repeat(poses.qd[[last]], k, axis=0)]),
         payload_kg=_as_last(poses.payload_kg, last, k),
         temperature_c=_as_last(poses.temperature_c, last, k),
+        session=None if poses.session is None else (*poses.session, *(session,) * k),
         extra={name: (*cells, *(cells[last],) * k) for name, cells in poses.extra.items()},
     )
 

@@ -1,6 +1,7 @@
 """Coordinates in which a gap may lie, as smooth functions of them: one column for each basis function."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -22,23 +23,38 @@ MOST = 24
 LANDMARKS = 300
 """Values of a coordinate that make its basis; those between are interpolated (Nyström)."""
 
+REMEMBERED = 64
+"""Coordinates whose basis is kept."""
+
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
     """Independent basis functions of a smooth function of coordinates (n, k), the most likely first, (n, p).
 
     A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
-    by those of some of them (Williams, Seeger 2001), so that the cost grows as their number.
+    by those of some of them (Williams, Seeger 2001), so that the cost grows as their number. The last ones are kept: a
+    diagnosis asks for the same coordinates at each of its fits.
     """
+    return _smooth(np.asarray(coordinate, dtype=np.float64).tobytes(), coordinate.shape, length, most)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _smooth(values: bytes, shape: tuple[int, ...], length: float, most: int) -> Array:
+    coordinate = np.frombuffer(values).reshape(shape)
     spread = np.ptp(coordinate, axis=0)
     spread = np.maximum(spread, THIN * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
-        return _basis(_kernel(scaled, scaled), most)
+        return _frozen(_basis(_kernel(scaled, scaled), most))
     order = np.lexsort(scaled.T[::-1])
     marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
     basis = _basis(_kernel(marks, marks), most)
     extended: Array = _kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
-    return extended
+    return _frozen(extended)
+
+
+def _frozen(basis: Array) -> Array:
+    basis.setflags(write=False)
+    return basis
 
 
 def _kernel(some: Array, others: Array) -> Array:
@@ -89,6 +105,12 @@ class OfPoses:
         if np.any(down):
             felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
             yield "direction of gravity in the flange", smooth(felt, 2.0)
+
+    def overturning(self) -> Iterator[tuple[str, Array]]:
+        """The moment of the arm's weight about the base's origin."""
+        robot = self._dataset.robot
+        if robot is not None and robot.has_masses and np.ptp(self._scene.overturning_moment) > 0:
+            yield "overturning moment", smooth(self._scene.overturning_moment, 2.0)
 
     def angle(self, column: int, name: str) -> tuple[str, Array]:
         """The angle of one joint."""

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
+from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
@@ -19,16 +20,18 @@ from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, l
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
-from robolaser.diagnosis.validation import check_same_arm, validated
+from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -83,7 +86,7 @@ def examine(
     """
     began = time.perf_counter()
     for other in validate:
-        check_same_arm(dataset, other)
+        check_same_arm(dataset, other, f"predicted with what is found on {dataset.name}")
     tell = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
         found = _examine(dataset, _kinds(effects, without), seed or 0, tell, began)
@@ -121,10 +124,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
     classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
+    repeatability = repeatability_of(final)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, outliers),
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers),
         gap=gap,
         where=tuple(where),
         findings=listed(findings),
@@ -141,7 +145,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=dict(final.noise.sigmas),
+        noise=noise_sources(final),
+        repeatability=repeatability,
+        noise_remarks=noise_remarks(final, dataset),
         seconds=time.perf_counter() - began,
     )
 
@@ -163,8 +169,11 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    if (less_noise := preparation.with_less_noise(data, start, final)) is not None:
-        refits, final = again(less_noise, 0.4)
+    for _ in range(SCATTER_ROUNDS):
+        if (other := preparation.with_other_scatter(data, start, final)) is None:
+            break
+        start = other
+        refits, final = again(start, 0.4)
     for _ in range(OUTLIER_ROUNDS):
         found = preparation.outliers(final)
         if np.array_equal(found, outliers):
@@ -178,10 +187,9 @@ def _selected(
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
     return Evidence(
         chi2_before=start.chi2,
-        chi2_after=final.chi2,
+        chi2_after=final.with_likeliest_scatter.chi2,
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
-        scatter_m=final.size_of(final.noise),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
         has_effects=bool(final.effects),

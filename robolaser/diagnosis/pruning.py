@@ -9,7 +9,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import MAX_UNMODELLED, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import HELD_OUT_REMOVALS, MAX_UNMODELLED, MIN_CREDIBILITY
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -66,10 +66,14 @@ def _incredible(evidence: Sequence[EffectEvidence], final: Fit) -> list[Candidat
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
-    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first."""
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first.
+
+    Of all effects, only those that explain the least are tried on held-out poses.
+    """
     gap = held_out.gap(final)
     while final.effects:
-        less = [refits.refit(final, removed=one) for one in final.effects]
+        less = sorted((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
+        less = less[:HELD_OUT_REMOVALS]
         gaps = [held_out.gap(fit) for fit in less]
         best = int(np.argmin(gaps))
         if gaps[best] > gap:

@@ -61,13 +61,20 @@ class ScoreTest:
     def gain(self) -> float:
         """By how much the effect would lower chi-squared, as far as the model is linear.
 
-        Parameters on a bound leave it where the effect makes them.
+        Parameters on a bound leave it where the effect makes them; linear parameters that physics permits one sign only
+        have no other.
         """
-        residuals = self.against.at.r
-        both = np.hstack([self.columns, self.against.release])
-        amplitudes = best_amplitudes(both, residuals)
-        if (amplitudes[self.columns.shape[1] :] < 0).any():
-            both, amplitudes = self.columns, best_amplitudes(self.columns, residuals)
+        residuals, columns = self.against.at.r, self.columns
+        one_sided = np.array([amplitude.lower == 0 for amplitude in self.candidate_effect.effect.amplitudes()])
+        while True:
+            both = np.hstack([columns, self.against.release])
+            amplitudes = best_amplitudes(both, residuals)
+            if (amplitudes[columns.shape[1] :] < 0).any():
+                both, amplitudes = columns, best_amplitudes(columns, residuals)
+            wrong = one_sided & (amplitudes[: columns.shape[1]] < 0)
+            if not wrong.any():
+                break
+            columns, one_sided = columns[:, ~wrong], one_sided[~wrong]
         after = residuals + both @ amplitudes
         return float(residuals @ residuals - after @ after)
 

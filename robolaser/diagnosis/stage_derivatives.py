@@ -36,7 +36,12 @@ class StageDerivatives:
             return value
 
         self._residuals(1, stage, note)
-        return seen[-1][0] if seen else None
+        if len(seen) < 2 or seen[0].shape[1] == 1:
+            return seen[-1][0] if seen else None
+        dataset = self._model.dataset  # each session's rows came by themselves
+        session = dataset.session_of_pose[dataset.points.pose]
+        number = np.unique(session, return_inverse=True)[1]
+        return np.stack([value[0] for value in seen])[number, np.arange(len(session))]
 
     def _by(self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False) -> Array:
         """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,)."""

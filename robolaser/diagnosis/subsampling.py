@@ -49,6 +49,8 @@ def kept_poses(dataset: Dataset) -> Bools:
     measured = list(poses.coordinates.values())
     if poses.time_s is not None:
         measured.append(poses.time_s)
-    for values in measured:
-        kept[[int(np.argmin(values)), int(np.argmax(values))]] = True
+    session = dataset.session_of_pose
+    for poses_of in (np.flatnonzero(session == number) for number in np.unique(session)):
+        for values in measured:
+            kept[poses_of[[int(np.argmin(values[poses_of])), int(np.argmax(values[poses_of]))]]] = True
     return kept

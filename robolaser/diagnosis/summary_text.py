@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from robolaser.arrays import Ints
 from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import CERTAIN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
+WORTH_SAYING = 0.25
+"""Scatter of whole poses over all noise, from which on it is said."""
 
 
 def sentence(
@@ -18,6 +21,7 @@ def sentence(
     classes: Sequence[CauseClass],
     where: Sequence[Localization],
     gap: Gap,
+    repeatability: Repeatability,
     gross: Ints,
 ) -> str:
     """Say the verdict.
@@ -28,6 +32,7 @@ def sentence(
         classes: Classes of causes, most important first.
         where: Places of the gap, the largest share first; for `unexplained`, of what is left.
         gap: How far the gap shrinks.
+        repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
     """
     if verdict == "no_gap":
@@ -36,6 +41,11 @@ def sentence(
         text = _causes("The gap is explained", findings, classes, gap)
     else:
         text = _unexplained(findings, classes, where, gap)
+    if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
+        text += (
+            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance: so well does"
+            " the arm repeat, and that is a part of the noise."
+        )
     if not len(gross):
         return text
     rows = (

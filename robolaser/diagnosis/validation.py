@@ -1,6 +1,6 @@
 """Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -10,13 +10,13 @@ from scipy.stats import norm
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import AveragedData, noise_without_pose_errors
+from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
-from robolaser.errors import DataError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -27,46 +27,8 @@ from robolaser.parameters import Parameter, Parameters
 
 OWN = ("base.", "target.", "tool.", "socket.")
 """Parameters that are fitted anew: where things were put for a campaign."""
-SAME = 1e-6
-"""[m, and of rotation matrices] URDFs that round their digits differ by less."""
 CLEAR = float(norm.isf(0.025))
 """Standard errors of the mean change of a pose's squared error, from which on it is no chance: two-sided, 5 %."""
-
-
-def check_same_arm(found_on: Dataset, other: Dataset) -> None:
-    """See that two data sets are of one arm, seen by one kind of sensor.
-
-    Raises:
-        DataError: They are not; it says what differs.
-    """
-    differs = next(_differences(found_on, other), None)
-    if differs:
-        raise DataError(
-            f"{other.name} cannot be predicted with what is found on {found_on.name}: {differs}. Both must be of the"
-            " same arm, with the same joints, flange and kind of sensor.",
-            file=other.folder or other.name,
-        )
-
-
-def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
-    if one.kind != other.kind:
-        yield f'[sensor] kind is "{one.kind}" there and "{other.kind}" here'
-    a, b = one.robot, other.robot
-    if a is None or b is None:
-        if (a is None) != (b is None):
-            yield f"only {one.name if b is None else other.name} has a [robot]"
-        return
-    if a.joints != b.joints:
-        yield f"[robot] joints are {', '.join(a.joints)} there and {', '.join(b.joints)} here"
-        return
-    if a.flange != b.flange:
-        yield f'[robot] flange is "{a.flange}" there and "{b.flange}" here'
-    apart = np.abs(a.placements - b.placements).max(axis=(1, 2))
-    turned = np.abs(a.axes - b.axes).max(axis=1)
-    for joint in np.flatnonzero(np.maximum(apart, turned) > SAME)[:1]:
-        yield f"the URDFs place {a.joints[joint]} differently"
-    if np.abs(a.end - b.end).max() > SAME:
-        yield "the URDFs place the flange differently on the last joint"
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
@@ -102,7 +64,10 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
     after = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
-    floor = after.fit().size_of(noise_without_pose_errors(after.noise))
+    scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
+    floor = after.fit().size_of(
+        after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
+    )
     errors = after.held_out(seed)
     before = errors if not effects and calibrated == _shared(found) else None
     if before is None:
@@ -176,7 +141,7 @@ class _Transfer:
         start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
-        noise = data.noise(model, x, raw)
+        noise = row_noise(data, model, x, raw)
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:

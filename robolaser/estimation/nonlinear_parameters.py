@@ -85,7 +85,7 @@ def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> GridPoint:
 
 
 def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, Q: Array) -> GridPoint:
-    bound = np.array([amplitude.bound for amplitude in effect.effect.amplitudes()])
+    lower, bound = np.array([(amplitude.lower, amplitude.bound) for amplitude in effect.effect.amplitudes()]).T
     scaled = columns * bound
     imitated = Q.T @ scaled
     whole = np.swapaxes(scaled, 1, 2) @ scaled
@@ -93,7 +93,7 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
     size = np.einsum("gkk->gk", whole)
     A += np.eye(A.shape[1]) * np.where(size > 0, IMITATED * size, 1.0)[:, None, :]
     b = np.swapaxes(scaled, 1, 2) @ rest
-    share = np.clip(-np.linalg.solve(A, b[..., None])[..., 0], -1.0, 1.0)
+    share = np.clip(-np.linalg.solve(A, b[..., None])[..., 0], lower / bound, 1.0)
     gains = -2.0 * (share * b).sum(axis=1) - np.einsum("gk,gkl,gl->g", share, A, share)
     i = int(np.argmax(gains))
     return GridPoint(grid[i], share[i] * bound, columns[i], float(gains[i]))

@@ -16,7 +16,8 @@ from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
 
-_DOWN = (0.0, 0.0, -9.81)
+DOWN = (0.0, 0.0, -9.81)
+"""Gravity in the frame of a base that stands upright [m/s²]."""
 
 
 @final
@@ -58,7 +59,7 @@ class Robot:
         *,
         flange: str,
         joints: Sequence[str] | None = None,
-        gravity: Sequence[float] = _DOWN,
+        gravity: Sequence[float] = DOWN,
         source: str = "robot.urdf",
     ) -> Self:
         """Read a robot; joints that are not listed stay at neutral.
@@ -170,6 +171,24 @@ class Robot:
             row[columns] = q[at]
             torques[at] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
         return torques
+
+    def carried(self, q: Array) -> tuple[Array, Array]:
+        """The mass of all that each joint carries, by the URDF, and where its centre is.
+
+        Args:
+            q: Joint values, (n, j) [rad] or [m]; unlisted joints are at neutral.
+
+        Returns:
+            Masses (j,) [kg] and centres in the base frame (n, j, 3) [m]; where there is no mass, the joint's origin.
+        """
+        pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
+        centres, row = np.empty((*q.shape, 3)), np.empty(model.nq)
+        ids = [model.getJointId(f"joint_{i}") for i in range(len(self.joints))]
+        for centre, values in zip(centres, q, strict=True):
+            row[columns] = values
+            pinocchio.centerOfMass(model, data, row, True)  # noqa: FBT003 - the binding takes no keyword
+            centre[:] = [data.oMi[i].act(data.com[i]) if data.mass[i] else data.oMi[i].translation for i in ids]
+        return np.array([data.mass[i] for i in ids]), centres
 
     @cached_property
     def has_masses(self) -> bool:

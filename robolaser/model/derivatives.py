@@ -26,28 +26,29 @@ def jacobian(model: Model, x: Array) -> Array:
     values = model.parameters.values(x)
     perturb = model.perturb(values)
     known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
-    if known is not None and known.shape[-1] == x.shape[1]:
+    names = model.sensor.free + model.sensor.derived
+    if known is not None and names == model.parameters.names:
         return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
     steps = STEP * model.parameters.width
     chain = model.chain_rule(x, steps)
     J = model.sensor.slopes(model.flange_tangent(chain), chain)
-    analytic = 0 if known is None else known.shape[-1]
+    analytic = 0 if known is None else x.shape[1] - len(model.effect_parameters)
     if J is None:
         J = _differences(model, x, steps, analytic)
     if known is not None:
-        J[:, :analytic] = np.moveaxis(known, -1, 1)
+        J[:, model.parameters.columns(names)] = np.moveaxis(known, -1, 1)
     return J
 
 
 def _differences(model: Model, x: Array, steps: Array, first: int) -> Array:
-    """Derivatives by the parameters from a number on, (c, d, m, k), the others' left open."""
+    """Derivatives by the parameters from a number on, (c, d, m, k), zero by the others."""
     everywhere = np.full(x.shape[1], np.inf)
 
     def flat(candidates: Array) -> Array:
         return model.residuals(candidates).reshape(len(candidates), -1)
 
     slopes = differences(flat, x, steps, np.arange(first, x.shape[1]), -everywhere, everywhere)
-    J = np.empty((*x.shape, len(model.dataset.points), model.sensor.format.numbers))
+    J = np.zeros((*x.shape, len(model.dataset.points), model.sensor.format.numbers))
     J[:, first:] = slopes.reshape(len(x), -1, *J.shape[2:])
     return J
 

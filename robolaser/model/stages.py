@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import final
+from typing import Any, final
 
-from robolaser.arrays import Array
+import numpy as np
+
+from robolaser.arrays import Array, Ints
 
 
 class Stage(Enum):
@@ -23,6 +25,10 @@ class Stage(Enum):
     LASER_PLANE = "laser plane for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"
     POINTS = "points where the viewing rays meet the laser plane, camera frame, (c, m, 3) [m]"
     TARGET = "target points as given, (c, m, 3) [m]"
+
+
+OF_ROWS = frozenset({Stage.PIXELS, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS, Stage.TARGET})
+"""Stages whose values have an entry for each row of points, not for each pose."""
 
 
 @final
@@ -46,3 +52,21 @@ class Perturbation:
     def touches(self, *stages: Stage) -> bool:
         """Whether any effect is at one of these stages."""
         return any(at in stages for at, _ in self.steps)
+
+    def of_rows(self, rows: Ints, count: int) -> "Perturbation":
+        """The same for a sensor that sees only some rows (m,) of as many as there are, and all poses."""
+        return Perturbation(tuple((at, on_rows(at, act, rows, count)) for at, act in self.steps))
+
+
+def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> Callable[..., Array]:
+    """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are."""
+    if stage not in OF_ROWS:
+        return act
+    place = np.zeros(count, dtype=np.int64)
+    place[rows] = np.arange(len(rows))
+
+    def act_on_rows(value: Array, *more: Any) -> Array:
+        out = act(value if value.shape[1] == 1 else value[:, place], *more)
+        return out if out.shape[1] == 1 else out[:, rows]
+
+    return act_on_rows

@@ -6,8 +6,8 @@ between the stages is passed on in closed form. So the derivative by one number 
 the whole model.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.finite_differences import central_quotients
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.stages import Stage
+from robolaser.model.stages import Stage, on_rows
 from robolaser.parameters import Values
 
 
@@ -70,6 +70,20 @@ class ChainRule:
         self._effects, self.values, self._steps = effects, values, steps
         self._column = {name: column for column, name in enumerate(values)}
         self._candidates = len(next(iter(values.values())))
+
+    def of_rows(self, named: Mapping[str, str], rows: Ints, count: int) -> "ChainRule":
+        """The same for a sensor that sees only some rows, and knows some parameters by other names.
+
+        Args:
+            named: Names of parameters by what the sensor calls them.
+            rows: The rows, (m,).
+            count: How many there are in all.
+        """
+        effects = tuple(replace(one, act=on_rows(one.stage, one.act, rows, count)) for one in self._effects)
+        values = {**self.values, **{own: self.values[whole] for own, whole in named.items()}}
+        other = ChainRule(effects, values, self._steps)
+        other._column = {**self._column, **{own: self._column[whole] for own, whole in named.items()}}
+        return other
 
     @property
     def count(self) -> int:

@@ -72,10 +72,12 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
 
 def _check(effect: type[Effect], name: str, size: float) -> None:
     for each in effect.amplitudes():
-        if each.name == name and not abs(size) <= each.bound:
+        if each.name == name and not each.lower <= size <= each.bound:
             hint = {"rad": " Are these degrees?", "m": " Are these millimetres?"}.get(each.unit, "")
+            bounds = f"0 and {each.bound:g}" if each.lower == 0 else f"±{each.bound:g}"
             raise EffectError(
-                f"{effect.name}: {name} is {size:g} {each.unit}, but its bounds are ±{each.bound:g} {each.unit}.{hint}"
+                f"{effect.name}: {name} is {size:g} {each.unit}, but its bounds are {bounds} {each.unit}."
+                f"{hint if abs(size) > each.bound else ''}"
             )
     for inner in effect.nonlinear_parameters():
         if inner.name == name and not inner.lower <= size <= inner.upper:

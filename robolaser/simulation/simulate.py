@@ -8,6 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.joining import join_sessions
+from robolaser.data.sessions import Sessions
 from robolaser.errors import EffectError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.visibility import limits
@@ -56,6 +58,7 @@ def simulate(
     bracket_quat: Quaternion | None = None,
     pause_s: float = 30.0,
     speed: float | None = None,
+    sessions: int = 1,
     name: str = "",
     seed: int = 0,
 ) -> Simulated:
@@ -67,7 +70,7 @@ def simulate(
     Args:
         robot: The nominal arm.
         kind: "stripe", "point" (a tracker) or "socket".
-        poses: How many.
+        poses: How many, in each session.
         points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
         repeats: Images at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
@@ -81,6 +84,7 @@ def simulate(
         pause_s: Time spent at each pose.
         speed: Joints' typical speed at the exposure [rad/s or m/s]. When absent the arm rests and no speed is
             recorded, save where an effect of the timing is asked for.
+        sessions: Campaigns of the same arm and sensor, each with base, target or sockets elsewhere.
         name: Of the data set.
         seed: Same seed, same data set.
 
@@ -89,34 +93,63 @@ def simulate(
         EffectError: With the effects it no longer can, or they are not possible.
         UsageError: Numbers or words that have no meaning here.
     """
-    sensor_type, noise, random = simulated_sensor(kind), noise or Noise(), RandomStreams.of(seed)
+    sensor_type, noise = simulated_sensor(kind), noise or Noise()
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
     _check_noise(noise)
+    if sessions < 1:
+        raise impossible("number of sessions", sessions, "1 or more")
     setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat)
-    qd = random.speed.uniform(-1.0, 1.0, (poses, len(robot.joints))) * (EXPOSURE_SPEED if speed is None else speed)
-    blank = Dataset(
-        name=name or f"simulated-{robot.name}",
-        source="simulated by robolaser",
-        robot=robot,
-        kind=kind,
-        poses=_middle(robot, qd, pause_s),
-        points=Points(np.empty(0, dtype=np.int64), ()),
-        noise=stated or noise,
+
+    def session(seed: int, shared: Mapping[str, float]) -> Simulated:
+        random = RandomStreams.of(seed)
+        qd = random.speed.uniform(-1.0, 1.0, (poses, len(robot.joints))) * (EXPOSURE_SPEED if speed is None else speed)
+        blank = Dataset(
+            name=name or f"simulated-{robot.name}",
+            source="simulated by robolaser",
+            robot=robot,
+            kind=kind,
+            poses=_middle(robot, qd, pause_s),
+            points=Points(np.empty(0, dtype=np.int64), ()),
+            noise=stated or noise,
+        )
+        blank = sensor_type.describe(blank, setup)
+        sensor = sensor_type.build(blank, setup, random)
+        sizes = dict(effects or {})
+        share = share_of(sizes)
+        candidate_effects, numbers = numbers_of(sizes, blank)
+        if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
+            blank = replace(blank, poses=replace(blank.poses, qd=None))
+        truth = {**sensor.truth, **shared, **numbers}
+        exact = _measure(blank, sensor, truth, candidate_effects, pause_s, random.order)
+        noisy = _add_noise(exact, sensor, noise, repeats, random)
+        rows, sign = gross_rows(len(noisy.points), share, random.gross)
+        spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
+        return Simulated(spoilt, truth, candidate_effects, rows)
+
+    first = session(seed, {})
+    if sessions == 1:
+        return first
+    names = Sessions(tuple(f"session-{number + 1}" for number in range(sessions)))
+    shared = {parameter: value for parameter, value in first.truth.items() if not names.is_own(parameter)}
+    later = np.random.SeedSequence(seed).generate_state(sessions - 1, np.uint64).tolist()
+    return _joined(names, [first, *(session(int(own), shared) for own in later)])
+
+
+def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
+    """Campaigns as one; known distances are left out, since sockets of one name stand differently in each."""
+    datasets = [replace(one.dataset, distances_m=()) for one in made]
+    rows = np.cumsum([0, *(len(one.points) for one in datasets)])
+    return Simulated(
+        join_sessions(dict(zip(sessions.names, datasets, strict=True)), name=datasets[0].name),
+        {
+            sessions.named(parameter, session): value
+            for session, one in zip(sessions.names, made, strict=True)
+            for parameter, value in one.truth.items()
+        },
+        made[0].effects,
+        np.concatenate([one.gross + before for one, before in zip(made, rows[:-1], strict=True)]),
     )
-    blank = sensor_type.describe(blank, setup)
-    sensor = sensor_type.build(blank, setup, random)
-    sizes = dict(effects or {})
-    share = share_of(sizes)
-    candidate_effects, numbers = numbers_of(sizes, blank)
-    if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
-        blank = replace(blank, poses=replace(blank.poses, qd=None))
-    truth = {**sensor.truth, **numbers}
-    exact = _measure(blank, sensor, truth, candidate_effects, pause_s, random.order)
-    noisy = _add_noise(exact, sensor, noise, repeats, random)
-    rows, sign = gross_rows(len(noisy.points), share, random.gross)
-    spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
-    return Simulated(spoilt, truth, candidate_effects, rows)
 
 
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:

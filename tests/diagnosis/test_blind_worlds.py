@@ -10,7 +10,7 @@ import robolaser
 from robolaser.diagnosis import examine
 
 BLIND = Path(__file__).parents[3] / "shared" / "data" / "blind-dev"
-SINGLE = [("scorbot_er7", 103), ("ur5", 106), ("panda", 109), ("xarm7", 106), ("panda", 114), ("xarm7", 114)]
+SINGLE = [("scorbot_er7", 103), ("ur5", 107), ("panda", 109), ("xarm7", 106), ("panda", 114), ("xarm7", 114)]
 
 
 @pytest.mark.parametrize(("robot", "seed"), SINGLE)

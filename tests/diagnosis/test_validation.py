@@ -8,10 +8,10 @@ import pytest
 
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
+from robolaser.data.same_arm import check_same_arm
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.summary_text import transfer_sentence
-from robolaser.diagnosis.validation import check_same_arm
 from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
@@ -89,14 +89,14 @@ def other_arm():
     ("other", "differs"),
     [
         (lambda: campaign(2, robot="panda", effects={}), "[robot] joints are"),
-        (lambda: replace(campaign(2), robot=other_arm()), "the URDFs place joint_3 differently"),
-        (lambda: campaign(2, kind="socket"), '[sensor] kind is "point" there and "socket" here'),
+        (lambda: replace(campaign(2), robot=other_arm()), "their URDFs place joint_3 differently"),
+        (lambda: campaign(2, kind="socket"), '[sensor] kind is "point" in campaign-1 and "socket" in campaign-2'),
         (lambda: replace(campaign(2), robot=None), "only campaign-1 has a [robot]"),
     ],
 )
 def test_another_arm_or_sensor_is_refused_with_what_differs(other, differs):
-    with pytest.raises(DataError, match="cannot be predicted with what is found on campaign-1") as refused:
-        check_same_arm(campaign(1), other())
+    with pytest.raises(DataError, match="campaign-2 cannot be predicted") as refused:
+        check_same_arm(campaign(1), other(), "predicted")
     assert differs in str(refused.value)
 
 

@@ -86,8 +86,9 @@ def test_an_effect_without_a_clause_of_its_own_is_described_by_its_title() -> No
 
 
 def test_its_prior_scale_lies_within_its_bounds(effect: type[Effect]) -> None:
-    for _, _, bound, prior_scale in effect.amplitudes():
+    for _, _, lower, bound, prior_scale in effect.amplitudes():
         assert 0 < prior_scale < bound
+        assert lower in (-bound, 0.0)
 
 
 def test_at_zero_nothing_changes_whatever_the_nonlinear_parameters(effect: type[Effect]) -> None:

@@ -11,8 +11,10 @@ from robolaser.model.effects.backlash import Backlash
 from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_compliance import JointCompliance
+from robolaser.model.effects.joint_coupling import JointCoupling
 from robolaser.model.effects.latency import Latency
 from robolaser.model.effects.run import Run
+from robolaser.model.effects.settling import Settling
 from robolaser.model.effects.thermal_drift import ThermalDrift
 from robolaser.model.effects.transmission_error import TransmissionError
 
@@ -124,7 +126,7 @@ def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_m
     np.testing.assert_allclose(hard + soft, 2 * even, atol=1e-15)
 
 
-@pytest.mark.parametrize("cycles", [2.0, 50.0, 160.0])
+@pytest.mark.parametrize("cycles", [10.0, 50.0, 160.0])
 def test_a_transmissions_error_comes_again_after_each_cycle(cycles: float) -> None:
     turn = 2 * np.pi / cycles
     q = np.array([0.1, 0.1 + turn, 0.1 - 3 * turn])
@@ -138,9 +140,9 @@ def test_a_transmissions_error_comes_again_after_each_cycle(cycles: float) -> No
 
 def test_some_frequency_of_the_grid_explains_nine_tenths_of_any_wave() -> None:
     rng = np.random.default_rng(7)
-    q = rng.uniform(-2.0, 2.0, 60)
+    q = rng.uniform(-2.0, 2.0, 200)
     grid = TransmissionError.grid(moving(q.tolist()), "joint_3")[:, 0]
-    for cycles in rng.uniform(2.0, 330.0, 40):
+    for cycles in rng.uniform(10.0, 330.0, 40):
         wave = np.sin(cycles * q + rng.uniform(0, 2 * np.pi))
         near = grid[np.argsort(np.abs(grid - cycles))[:2]]
         left = [np.linalg.lstsq(np.column_stack([np.sin(n * q), np.cos(n * q)]), wave)[1][0] for n in near]
@@ -209,3 +211,33 @@ def test_growing_leaves_the_links_turn_and_the_other_links_alone() -> None:
     bent = ThermalDrift("joint_3", 1e-3 * ONE, 0.3 * ONE).apply(placements, Run(dataset))
     np.testing.assert_array_equal(bent[0, -1, :, :3, :3], placements[0, 0, :, :3, :3])
     np.testing.assert_array_equal(np.delete(bent[0, -1], 2, axis=0), np.delete(placements[0, 0], 2, axis=0))
+
+
+def test_a_joint_that_has_not_settled_is_short_of_its_goal_by_a_share_of_its_last_move() -> None:
+    dataset = moving([0.0, 0.5, 0.9, 0.2])
+    q = dataset.poses.q[None]
+    short = (Settling("joint_3", 1e-3 * ONE).apply(q, Run(dataset)) - q)[0, :, 2]
+    np.testing.assert_allclose(short, [0.0, -5e-4, -4e-4, 7e-4], atol=1e-15)
+
+
+def test_the_last_move_is_that_in_time_and_not_in_the_file() -> None:
+    whole = arm(anywhere(1))
+    shuffle = np.random.default_rng(2).permutation(8)
+    mixed = replace(whole, poses=whole.poses.take(shuffle))
+    late, again = (Settling("joint_3", 1e-3 * ONE).apply(one.poses.q[None], Run(one))[0] for one in (whole, mixed))
+    np.testing.assert_array_equal(again, late[shuffle])
+
+
+@pytest.mark.parametrize("other", [1, 2, 5])
+def test_a_coupled_joint_follows_the_joint_of_that_number(other: int) -> None:
+    dataset = arm(anywhere(3))
+    q = dataset.poses.q[None]
+    follows = (JointCoupling("joint_4", 1e-3 * ONE, 2e-3 * ONE, other * ONE).apply(q, Run(dataset)) - q)[0]
+    np.testing.assert_allclose(follows[:, 3], 1e-3 * q[0, :, other - 1] + 2e-3, atol=1e-15)
+    np.testing.assert_array_equal(np.delete(follows, 3, axis=1), 0)
+
+
+def test_a_joint_is_coupled_with_its_neighbours_up_to_two_joints_away() -> None:
+    dataset = arm(anywhere(3))
+    assert JointCoupling.grid(dataset, "joint_1")[:, 0].tolist() == [2, 3]
+    assert JointCoupling.grid(dataset, "joint_3")[:, 0].tolist() == [1, 2, 4, 5]

@@ -57,7 +57,9 @@ def doubted(diagnosis, probability=0.3, of_class=0.999, sets=()):
     members = tuple((found.candidate_effect, probability) for found in findings)
     gap = diagnosis.gap
     classes = (CauseClass("arm_geometry", of_class, gap.calibrated_m, gap.after_m, members, sets),)
-    said = sentence(diagnosis.verdict, findings, classes, diagnosis.where, gap, diagnosis.outliers)
+    said = sentence(
+        diagnosis.verdict, findings, classes, diagnosis.where, gap, diagnosis.repeatability, diagnosis.outliers
+    )
     return replace(diagnosis, findings=findings, classes=classes, sentence=said)
 
 
@@ -66,7 +68,7 @@ def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
     assert said.startswith(
         "The gap is explained by the arm's geometry (joint offset of perturb and link geometry of lift). With that"
     )
-    assert said.endswith("Which single effects of these are at work, these poses do not tell.")
+    assert "Which single effects of these are at work, these poses do not tell." in said
 
 
 def test_what_is_explained_is_never_perhaps():
@@ -86,7 +88,7 @@ def test_a_credible_set_is_said_as_a_choice():
 def test_a_certain_effect_is_named_beside_a_certain_class():
     one = doubted(geometric())
     findings = (replace(one.findings[0], probability=0.99), *one.findings[1:])
-    said = sentence("explained", findings, one.classes, one.where, one.gap, one.outliers)
+    said = sentence("explained", findings, one.classes, one.where, one.gap, one.repeatability, one.outliers)
     assert "Certain by itself: the zero of perturb is off. Which others" in said
 
 

@@ -51,7 +51,7 @@ def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot:
 def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Effect], kind: str) -> None:
     plain = small(robot, kind, speed=0.05).dataset
     for place in effect.locations(plain)[1:2] or effect.locations(plain):
-        asked = {f"{effect.name}:{place}.{number}": typical for number, _, _, typical in effect.amplitudes()}
+        asked = {f"{effect.name}:{place}.{number}": typical for number, *_, typical in effect.amplitudes()}
         simulated = small(robot, kind, speed=0.05, effects=asked)
         assert rms(simulated) < 1e-11
         assert rms(simulated, effects=False) > 1e-6
@@ -62,7 +62,7 @@ def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Eff
 def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
     wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
     assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
-    with pytest.raises(EffectError, match="cycles is 400, but it lies between 2 and 330"):
+    with pytest.raises(EffectError, match="cycles is 400, but it lies between 10 and 330"):
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 

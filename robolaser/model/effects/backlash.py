@@ -36,7 +36,7 @@ class Backlash(Effect):
     needs = (path,)
     depends_on_trajectory = True
 
-    lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4)
+    lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4, lower=0.0)
     start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     @classmethod
@@ -47,9 +47,10 @@ class Backlash(Effect):
     def apply(self, q: Array, run: Run, /) -> Array:
         """Drive the joint through the play; a negative width makes the link lead instead of lag."""
         half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        moves = np.diff(q[:, run.order, joint_column(run, self.where)], axis=1)
-        ahead = np.empty((len(half), len(run.order)))
-        ahead[:, run.order] = sign[:, None] * play(half * self.start, moves, half)
+        ahead = np.empty((len(half), q.shape[1]))
+        for poses in run.paths:
+            moves = np.diff(q[:, poses, joint_column(run, self.where)], axis=1)
+            ahead[:, poses] = sign[:, None] * play(half * self.start, moves, half)
         return add_to_joint(q, run, self.where, ahead)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:

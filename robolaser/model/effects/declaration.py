@@ -10,12 +10,14 @@ class Amplitude(NamedTuple):
     Attributes:
         name: Within the effect.
         unit: SI.
-        bound: It lies within ±bound.
+        lower: It is not below; zero where physics permits one sign only, else -bound.
+        bound: It is not above.
         prior_scale: What is common in industry: fits, complexity penalties and detection limits are relative to it.
     """
 
     name: str
     unit: str
+    lower: float
     bound: float
     prior_scale: float
 
@@ -30,9 +32,9 @@ class Nonlinear(NamedTuple):
     nominal: float
 
 
-def parameter(*, unit: str, bound: float, prior_scale: float) -> Any:
-    """Declare an amplitude, see `Amplitude`."""
-    return field(metadata={"amplitude": (unit, bound, prior_scale)})
+def parameter(*, unit: str, bound: float, prior_scale: float, lower: float | None = None) -> Any:
+    """Declare an amplitude, see `Amplitude`; it lies within ±bound where no lower bound is given."""
+    return field(metadata={"amplitude": (unit, -bound if lower is None else lower, bound, prior_scale)})
 
 
 def nonlinear(*, unit: str, lower: float, upper: float, nominal: float) -> Any:

@@ -45,7 +45,8 @@ class Effect(ABC):
         stage: Where on the way from encoder and image to a residual it acts.
         cause: The class of causes that it belongs to, such as `transmission`: where its members cannot be told apart,
             the class still can. Empty: it is a class of its own.
-        site: The location, one of `camera laser hand_eye target base timing image tool`; empty: each moving joint.
+        site: The location, one of `camera laser hand_eye target base timing image tool measuring_system`; empty: each
+            moving joint.
         needs: What the data must have besides values that pass the stage, see `requirements`.
         depends_on_trajectory: Whether `apply` looks at other poses or points than the one that it changes.
         in_urdf: Whether a URDF can hold it: then the exported robot does.
@@ -175,7 +176,7 @@ class CandidateEffect:
     def parameters(self) -> Parameters:
         """Its parameters, named `effect.where.parameter`: amplitudes, then nonlinear ones."""
         amplitudes = [
-            Parameter(self.key(each.name), each.unit, 0.0, -each.bound, each.bound) for each in self.effect.amplitudes()
+            Parameter(self.key(each.name), each.unit, 0.0, each.lower, each.bound) for each in self.effect.amplitudes()
         ]
         inner = [
             Parameter(self.key(each.name), each.unit, each.nominal, each.lower, each.upper)

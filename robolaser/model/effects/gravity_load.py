@@ -1,5 +1,8 @@
 """Torques that an arm's joints bear under gravity, the payload's weight included."""
 
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 
 from robolaser.arrays import Array
@@ -18,6 +21,88 @@ def gravity_torques(robot: Robot, q: Array, payload_kg: Array | None) -> Array:
     """
     own = robot.gravity_torques(q)
     return own if payload_kg is None else own + payload_kg[:, None] * torques_of_one_kg(robot, q)
+
+
+def carried_masses(robot: Robot, q: Array, payload_kg: Array | None) -> tuple[Array, Array]:
+    """The mass that each joint carries and its first moment Σ m r about the base's origin, in the base frame.
+
+    Args:
+        robot: The arm.
+        q: Joint values, (n, j) [rad or m].
+        payload_kg: Mass at the flange's origin in each pose, (n,) [kg]; None for none.
+
+    Returns:
+        (n, j) [kg] and (n, j, 3) [kg m].
+    """
+    mass, centre = robot.carried(q)
+    masses = np.tile(mass, (len(q), 1))
+    first_moment = masses[..., None] * centre
+    if payload_kg is not None:
+        chain = list(robot.chain)
+        masses[:, chain] += payload_kg[:, None]
+        first_moment[:, chain] += (payload_kg[:, None] * robot.forward(q[None])[0, :, :3, 3])[:, None]
+    return masses, first_moment
+
+
+@final
+@dataclass(frozen=True)
+class LinkLoad:
+    """What hangs on the link before a joint, in the frame of that joint before it turns.
+
+    Attributes:
+        mass: Of all that the joint carries, (n, 1) [kg].
+        first_moment: The same times where its centre is, (n, 3) [kg m].
+        own_mass: Of the link, and of what else it carries, (n, 1) [kg].
+        own_first_moment: The same times where its centre is, (n, 3) [kg m].
+        link: From the joint before to this one, (3,) [m].
+        gravity: (n, 3) [m/s²].
+    """
+
+    mass: Array
+    first_moment: Array
+    own_mass: Array
+    own_first_moment: Array
+    link: Array
+    gravity: Array
+
+    def moment(self, beyond: Array) -> Array:
+        """The moment of the weight beyond a point of the link about it, (c, 1, 1) -> (c, n, 3) [Nm].
+
+        Args:
+            beyond: Share of the link that is beyond the point, from 0, at the joint, to 1, at the joint before.
+        """
+        mass = self.mass + beyond * self.own_mass
+        first_moment = self.first_moment + beyond * self.own_first_moment + beyond * mass * self.link
+        return np.cross(first_moment, self.gravity)
+
+
+def link_load(robot: Robot, frames: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
+    """What hangs on the link before a joint, where there is one before it.
+
+    Args:
+        robot: The arm.
+        frames: T_base_joint of the chain's joints, each turned, (n, len(chain), 4, 4).
+        carried: As `carried_masses` gives it.
+        at: The joint's place in the chain, 1 or more.
+    """
+    before, here = robot.chain[at - 1], robot.chain[at]
+    placement = robot.placements[here]
+    R_base_joint = frames[:, at - 1, :3, :3] @ placement[:3, :3]
+    masses, first_moments = carried
+    mass, own_mass = masses[:, [here]], masses[:, [before]] - masses[:, [here]]
+    origin = frames[:, at, :3, 3]
+
+    def inside(vectors: Array) -> Array:
+        return np.asarray(np.einsum("nba,nb->na", R_base_joint, np.broadcast_to(vectors, origin.shape)))
+
+    return LinkLoad(
+        mass=mass,
+        first_moment=inside(first_moments[:, here] - mass * origin),
+        own_mass=own_mass,
+        own_first_moment=inside(first_moments[:, before] - first_moments[:, here] - own_mass * origin),
+        link=placement[:3, :3].T @ placement[:3, 3],
+        gravity=inside(np.array(robot.gravity)),
+    )
 
 
 def torques_of_one_kg(robot: Robot, q: Array) -> Array:

@@ -35,8 +35,8 @@ class JointCompliance(Effect):
     needs = (masses,)
     depends_on_trajectory = True
 
-    compliance: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=1e-4)
-    payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, prior_scale=1e-4)
+    compliance: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=1e-4, lower=0.0)
+    payload: Array = parameter(unit="kg rad/Nm", bound=1e-2, prior_scale=1e-4, lower=0.0)
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, q: Array, run: Run, /) -> Array:

@@ -2,7 +2,7 @@
 
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.joints import turning_joints
-from robolaser.model.effects.run import temperature_rise
+from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
 from robolaser.model.sensors import sensor_class
 from robolaser.model.stages import Stage
@@ -46,6 +46,18 @@ def masses(dataset: Dataset) -> str:
     payload = dataset.poses.payload_kg
     known = dataset.robot is not None and (dataset.robot.has_masses or (payload is not None and payload.any()))
     return joint_angles(dataset) or ("" if known else "no masses in the URDF")
+
+
+def weight(dataset: Dataset) -> str:
+    """It is known which way is down."""
+    return "" if gravity_of(dataset).any() else "no gravity in the data"
+
+
+def own_lengths(dataset: Dataset) -> str:
+    """What measures has lengths of its own, and sees no target with given ones."""
+    stages = sensor_class(dataset.kind).stages
+    measures = Stage.TARGET in stages and Stage.PIXELS not in stages
+    return "" if measures else f"a sensor of kind '{dataset.kind}' has no lengths of its own"
 
 
 def pose_order(dataset: Dataset) -> str:

@@ -1,6 +1,6 @@
 """A run as effects see it: poses, points, and what follows from them once and for all."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import final
@@ -9,8 +9,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.geometry.kinematics import Robot
-from robolaser.model.effects.gravity_load import gravity_torques, torques_of_one_kg
+from robolaser.geometry.kinematics import DOWN, Robot
+from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
 
@@ -84,20 +84,29 @@ class Run:
         return self.dataset.stripe_axis
 
     @cached_property
+    def paths(self) -> tuple[Ints, ...]:
+        """Numbers of the poses as they followed one another, of each session by itself, (k,) each."""
+        session = self.dataset.session_of_pose
+        order = np.argsort(self.time_s, kind="stable").astype(np.int64)
+        return tuple(order[session[order] == number] for number in np.unique(session))
+
+    @cached_property
     def order(self) -> Ints:
-        """Numbers of the poses as they followed one another, (n,)."""
-        return np.argsort(self.time_s, kind="stable").astype(np.int64)
+        """Numbers of the poses as they followed one another, one session after the other, (n,)."""
+        return np.concatenate(self.paths)
 
     @cached_property
     def progress(self) -> Array:
-        """Share of the run that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
+        """Share of its session that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
         if self.course is not None:
             return self.course.progress
-        passed = np.empty(len(self.order))
-        in_order = self.dataset.time_is_order
-        passed[self.order] = np.arange(len(passed)) if in_order else (self.time_s - self.time_s.min())[self.order]
-        duration = passed.max(initial=0.0)
-        return np.asarray(passed / duration) if duration > 0 else passed
+        progress = np.empty(len(self.poses))
+        for path in self.paths:
+            in_order = self.dataset.time_is_order
+            passed = np.arange(float(len(path))) if in_order else self.time_s[path] - self.time_s[path].min()
+            duration = passed.max(initial=0.0)
+            progress[path] = passed / duration if duration > 0 else passed
+        return progress
 
     @cached_property
     def rise(self) -> Array | None:
@@ -108,7 +117,7 @@ class Run:
     def approach(self) -> Array:
         """The direction in which each joint last moved before each pose, (n, j): +1, -1, or 0 before its first move."""
         direction = np.zeros_like(self.q)
-        for before, now in pairwise(self.order):
+        for before, now in (step for path in self.paths for step in pairwise(path)):
             sign = np.sign(self.q[now] - self.q[before])
             direction[now] = np.where(sign == 0, direction[before], sign)
         return direction
@@ -124,6 +133,36 @@ class Run:
         return torques_of_one_kg(self.robot, self.q)
 
     @cached_property
+    def carried(self) -> tuple[Array, Array]:
+        """The mass that each joint carries, the payload included, and its first moment about the base's origin.
+
+        (n, j) [kg] and (n, j, 3) [kg m], in the base frame, at the angles read.
+        """
+        return carried_masses(self.robot, self.q, self.poses.payload_kg)
+
+    @cached_property
+    def joint_frames(self) -> Array:
+        """T_base_joint of the chain's joints by the nominal arm, each turned by its reading, (n, len(chain), 4, 4)."""
+        return np.asarray(self.robot.joint_frames(self.q[None])[0])
+
+    def link_load(self, joint: str) -> LinkLoad:
+        """What hangs on the link before a joint that is not the first."""
+        at = self.robot.chain.index(self.robot.joints.index(joint))
+        return link_load(self.robot, self.joint_frames, self.carried, at)
+
+    @cached_property
+    def overturning_moment(self) -> Array:
+        """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
+        _, first_moment = self.carried
+        return np.asarray(np.cross(first_moment[:, self.robot.chain[0]], np.array(self.robot.gravity)))
+
+    @cached_property
+    def gravity_in_flange(self) -> Array:
+        """The direction of gravity in the flange frame, unit vectors (n, 3)."""
+        down = gravity_of(self.dataset)
+        return np.asarray((down / np.linalg.norm(down)) @ self.flange[:, :3, :3])
+
+    @cached_property
     def flange(self) -> Array:
         """T_base_flange by the nominal arm or the measurement, (n, 4, 4)."""
         return self.dataset.flange()
@@ -136,7 +175,17 @@ class Run:
     @cached_property
     def tilt(self) -> Array:
         """Tangent of the surface's tilt against each ray, across the stripe, by the nominal model, (m,)."""
-        return surface_tilt(self.dataset, self.flange, self.target)
+        session = self.dataset.session_of_pose[self.points.pose]
+        tilt = np.empty(len(session))
+        for rows in (np.flatnonzero(session == number) for number in np.unique(session)):
+            own = replace(self.dataset, points=self.points.take(rows))
+            tilt[rows] = surface_tilt(own, self.flange, self.target)
+        return tilt
+
+
+def gravity_of(dataset: Dataset) -> Array:
+    """Gravity in the base frame, (3,) [m/s²]; downwards where no arm says otherwise."""
+    return np.array(DOWN if dataset.robot is None else dataset.robot.gravity)
 
 
 def temperature_rise(poses: Poses) -> Array | None:

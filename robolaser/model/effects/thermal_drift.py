@@ -45,7 +45,7 @@ class ThermalDrift(Effect):
     needs = (warm_up,)
     depends_on_trajectory = True
 
-    growth: Array = parameter(unit="", bound=0.02, prior_scale=5e-4)
+    growth: Array = parameter(unit="", bound=0.02, prior_scale=5e-4, lower=0.0)
     tau: Array = nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
 
     @classmethod

@@ -13,7 +13,10 @@ from robolaser.model.effects.joints import add_to_joint, joint_column, turning_j
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
-FEWEST, MOST = 2.0, 330.0  # cycles a joint turn: a bearing has two, a harmonic drive at most twice 160
+FEWEST, MOST = (
+    10.0,
+    330.0,
+)  # cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160
 STEP = 2.0  # of the phase over the joint's range [rad]: half a step off, a wave still fits 92 % of itself
 
 

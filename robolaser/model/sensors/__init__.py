@@ -7,6 +7,7 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from functools import cache
 
 from robolaser.data.dataset import Dataset
+from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.socket import Socket
@@ -31,7 +32,8 @@ def sensor_class(kind: str) -> type[Sensor]:
 
 def sensor_of(dataset: Dataset) -> Sensor:
     """The sensor that a data set was measured with."""
-    return sensor_class(dataset.kind)(dataset)
+    kind = sensor_class(dataset.kind)
+    return kind(dataset) if dataset.sessions is None else PerSession(dataset, kind, dataset.sessions)
 
 
 @cache

@@ -20,20 +20,20 @@ class KnownDistances:
     """Rows of a data set that belong to no pose and to no point of points.csv.
 
     Attributes:
-        first: Prefix of each row's first point, such as `socket.a`, (r,).
-        second: Prefix of its second, (r,).
+        first: Parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,).
+        second: Those of its second, (r,).
         known: The distances, (r,) [m].
         sigma_m: Their standard deviation.
     """
 
-    first: tuple[str, ...]
-    second: tuple[str, ...]
+    first: tuple[tuple[str, ...], ...]
+    second: tuple[tuple[str, ...], ...]
     known: Array
     sigma_m: float
 
     @classmethod
-    def of(cls, pairs: Sequence[tuple[str, str, float]], noise: Noise) -> "KnownDistances":
-        """From pairs of prefixes with their distance [m]."""
+    def of(cls, pairs: Sequence[tuple[tuple[str, ...], tuple[str, ...], float]], noise: Noise) -> "KnownDistances":
+        """From the parameters of pairs of points with their distance [m]."""
         first, second, known = zip(*pairs, strict=True)
         return cls(first, second, np.array(known), USUAL_M if noise.distance_m is None else noise.distance_m)
 
@@ -53,16 +53,16 @@ class KnownDistances:
         column = {name: i for i, name in enumerate(names)}
         slopes = np.zeros((*along.shape[:2], len(names)))
         for row, (first, second) in enumerate(zip(self.first, self.second, strict=True)):
-            for axis, part in enumerate("xyz"):
-                for prefix, sign in ((first, 1.0), (second, -1.0)):
-                    if (at := column.get(f"{prefix}.{part}")) is not None:
+            for axis in range(3):
+                for point, sign in ((first, 1.0), (second, -1.0)):
+                    if (at := column.get(point[axis])) is not None:
                         slopes[:, row, at] += sign * along[:, row, axis]
         return slopes
 
     def _apart(self, values: Values) -> Array:
         """From each row's first point to its second, (c, r, 3) [m]."""
         parts = [
-            np.stack([values[f"{b}.{part}"] - values[f"{a}.{part}"] for part in "xyz"], axis=-1)
-            for a, b in zip(self.first, self.second, strict=True)
+            np.stack([values[b] - values[a] for a, b in zip(first, second, strict=True)], axis=-1)
+            for first, second in zip(self.first, self.second, strict=True)
         ]
         return np.stack(parts, axis=1)

@@ -36,7 +36,10 @@ def meaning(name: str) -> str:
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",
     }
-    return f"{meanings[kind]}, {part}" if kind in meanings else ""
+    if kind in meanings:
+        return f"{meanings[kind]}, {part}"
+    plain, at, session = name.rpartition("@")
+    return f"{said}, session {session}" if at and (said := meaning(plain)) else ""
 
 
 def effect_meaning(effect: str) -> str:

@@ -18,6 +18,8 @@ class PinocchioArm:
     """
 
     def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        """As drawn."""
         self.joints = tuple(robot.joints[i] for i in robot.chain)
         """Those that move the flange, base first."""
         self.columns = tuple(robot.chain)
@@ -50,14 +52,46 @@ class PinocchioArm:
 
     def torques(self, q: Array, payload_kg: float) -> Array:
         """What each joint bears, the payload on the flange counted, (n, j) -> (n, j) [Nm or N]."""
-        model = self._model.copy()
-        frame = model.frames[self._flange]
-        scanner = pinocchio.Inertia(payload_kg, np.array([0.06, 0.0, 0.04]), 1e-3 * np.eye(3))
-        model.inertias[frame.parentJoint] += frame.placement.act(scanner)
+        model = self._loaded(payload_kg)
         data = model.createData()
         at = [model.joints[i].idx_v for i in self._ids]
         weights = [pinocchio.computeGeneralizedGravity(model, data, self._full(row))[at] for row in q]
         return np.array(weights)
+
+    def overturning(self, q: Array, payload_kg: float) -> Array:
+        """What the mount must bear of all that moves: its moment about the base's origin, base frame, (n, 3) [Nm]."""
+        model = self._loaded(payload_kg)
+        data = model.createData()
+        first = self._ids[self.columns[0]]
+        at_rest = np.zeros(model.nv)
+        moments = np.empty((len(q), 3))
+        for row, posture in enumerate(q):
+            full = self._full(posture)
+            pinocchio.forwardKinematics(model, data, full)
+            pinocchio.rnea(model, data, full, at_rest, at_rest)
+            moments[row] = -data.oMi[first].act(data.f[first]).angular
+        return moments
+
+    def link_loads(self, q: Array, payload_kg: float, joint: str) -> tuple[Array, Array]:
+        """The weight beyond a joint and its moment about it, in its frame before it turns, (n, 3) [N] and [Nm]."""
+        model = self._loaded(payload_kg)
+        data = model.createData()
+        at, at_rest = model.getJointId(joint), np.zeros(model.nv)
+        force, moment = np.empty((len(q), 3)), np.empty((len(q), 3))
+        for row, posture in enumerate(q):
+            full = self._full(posture)
+            pinocchio.forwardKinematics(model, data, full)
+            pinocchio.rnea(model, data, full, at_rest, at_rest)
+            before = (data.oMi[model.parents[at]] * model.jointPlacements[at]).rotation
+            turn = before.T @ data.oMi[at].rotation
+            force[row], moment[row] = -turn @ data.f[at].linear, -turn @ data.f[at].angular
+        return force, moment
+
+    @property
+    def down(self) -> Array:
+        """The direction of gravity in the base frame, (3,)."""
+        gravity = np.array(self._model.gravity.linear)
+        return np.asarray(gravity / np.linalg.norm(gravity))
 
     def levers(self, q: Array) -> Array:
         """Velocity of the flange's origin for a unit speed of each joint, base frame, (n, j) -> (n, 3, j)."""
@@ -69,6 +103,14 @@ class PinocchioArm:
             )
             levers[row] = full[:3, at]
         return levers
+
+    def _loaded(self, payload_kg: float) -> Any:
+        """The arm with a scanner on its flange."""
+        model = self._model.copy()
+        frame = model.frames[self._flange]
+        scanner = pinocchio.Inertia(payload_kg, np.array([0.06, 0.0, 0.04]), 1e-3 * np.eye(3))
+        model.inertias[frame.parentJoint] += frame.placement.act(scanner)
+        return model
 
     def _full(self, posture: Array) -> Any:
         full = pinocchio.neutral(self._model)

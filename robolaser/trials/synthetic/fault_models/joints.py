@@ -202,21 +202,20 @@ class LateExposure(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class CrossTalk(FaultModel):
-    """Another joint turns this one, in proportion to its angle or as a sine; the library has no such effect."""
+class LedAlong(FaultModel):
+    """A belt is led along another joint, whose motion turns this one, with a little ripple of its pulley."""
 
-    effect: ClassVar[str] = "cross_talk"
+    effect: ClassVar[str] = "joint_coupling"
     sizes: ClassVar[tuple[float, float]] = (4e-4, 4e-3)
+    signed: ClassVar[bool] = True
 
     other: str
-    straight: bool
+    homed: float
 
     @classmethod
     def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """One of the neighbours, at most two joints away."""
-        at = run.arm.joints.index(where)
-        near = [joint for i, joint in enumerate(run.arm.joints) if abs(i - at) in (1, 2)]
-        return str(rng.choice(near)), bool(rng.random() < 0.5)
+        """One of the neighbours, at most two joints away, and where in its range both were homed (-1 to 1)."""
+        return _neighbour(where, run, rng), rng.uniform(-1.0, 1.0)
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
@@ -224,11 +223,65 @@ class CrossTalk(FaultModel):
         return run.arm.joints if len(run.arm.joints) > 1 else ()
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Turned on by up to `size` [rad] across the other's range."""
-        other = run.q[:, run.column(self.other)]
-        middle, half = (other.max() + other.min()) / 2, max(1e-9, float(np.ptp(other)) / 2)
-        swing = (other - middle) / half
-        return turned(q, run.column(self.where), self.size * (swing if self.straight else np.sin(np.pi * swing)))
+        """Turned on by up to `size` [rad] across half the other's range."""
+        swing = _swing(run, self.other)
+        return turned(q, run.column(self.where), self.size * (swing - self.homed + 0.03 * np.sin(5.0 * swing)))
+
+
+@final
+@dataclass(frozen=True)
+class LateArrival(FaultModel):
+    """The joint creeps towards its goal and is measured before it is there, sooner at some poses than at others."""
+
+    effect: ClassVar[str] = "settling"
+    sizes: ClassVar[tuple[float, float]] = (2e-4, 4e-3)
+    signed: ClassVar[bool] = True
+
+    waits: float
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Waits at the poses, in time constants."""
+        return (rng.uniform(4.0, 8.0),)
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Short of its goal by a share `size` of the way from where it stood before, at the middle one of the waits."""
+        column, order = run.column(self.where), run.order
+        pause = np.diff(run.time[order], prepend=run.time[order][0])
+        usual = float(np.median(pause[1:]))
+        shares = self.size * np.exp(-0.1 * self.waits * (pause / usual - 1.0))
+        short = np.zeros(len(q))
+        for i in range(1, len(order)):
+            before = q[order[i - 1], column] - short[order[i - 1]]
+            short[order[i]] = shares[i] * (q[order[i], column] - before)
+        return turned(q, column, -short)
+
+
+@final
+@dataclass(frozen=True)
+class CrossTalk(FaultModel):
+    """Another joint turns this one, but not in proportion to its angle; the library has no such effect."""
+
+    effect: ClassVar[str] = "cross_talk"
+    sizes: ClassVar[tuple[float, float]] = (4e-4, 4e-3)
+
+    other: str
+    even: bool
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """One of the neighbours, at most two joints away."""
+        return _neighbour(where, run, rng), bool(rng.random() < 0.5)
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """Every joint that has a neighbour."""
+        return run.arm.joints if len(run.arm.joints) > 1 else ()
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Turned on by up to `size` [rad] across the other's range: to and fro, or by the square of its swing."""
+        swing = _swing(run, self.other)
+        return turned(q, run.column(self.where), self.size * (swing**2 if self.even else np.sin(np.pi * swing)))
 
 
 @final
@@ -265,7 +318,21 @@ class CableForce(FaultModel):
         return q
 
 
+def _neighbour(where: str, run: SyntheticRun, rng: np.random.Generator) -> str:
+    """A joint at most two joints away."""
+    at = run.arm.joints.index(where)
+    return str(rng.choice([joint for i, joint in enumerate(run.arm.joints) if abs(i - at) in (1, 2)]))
+
+
+def _swing(run: SyntheticRun, joint: str) -> Array:
+    """Where in its range over the run a joint is, -1 to 1, (n,)."""
+    read = run.q[:, run.column(joint)]
+    middle, half = (read.max() + read.min()) / 2, max(1e-9, float(np.ptp(read)) / 2)
+    swing: Array = (read - middle) / half
+    return swing
+
+
 def _ratio(rng: np.random.Generator) -> float:
     """Whole for the gears that are sold most, anything for the rest."""
-    ratio = float(np.exp(rng.uniform(np.log(2.0), np.log(160.0))))
+    ratio = float(np.exp(rng.uniform(np.log(10.0), np.log(160.0))))
     return float(round(ratio)) if rng.random() < 0.5 else ratio

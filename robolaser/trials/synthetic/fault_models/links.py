@@ -11,6 +11,7 @@ from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
 
 LEAST_LENGTH_M = 0.05
+MOST_OF_PAYLOAD = 0.25  # of the load on a link
 
 
 @final
@@ -67,4 +68,54 @@ class LinkGrowth(FaultModel):
         along = links[:, run.column(self.where), :3, 3]
         grown = run.warmed(self.tau) / run.warmed(self.tau).max()
         along += self.size * grown[:, None] * along / np.linalg.norm(along, axis=1, keepdims=True)
+        return links
+
+
+@final
+@dataclass(frozen=True)
+class BentBeam(FaultModel):
+    """The link before a joint is a beam, clamped at the joint before, that bends and twists under what it carries.
+
+    Gere, Timoshenko, Mechanics of Materials, ch. 9: the end of a beam of length L and compliance c = L / EI turns by
+    c (M + L × F / 2) and shifts by c (M / 2 + L × F / 3) × L under a force F and a moment M there.
+    """
+
+    effect: ClassVar[str] = "link_compliance"
+    sizes: ClassVar[tuple[float, float]] = (1e-4, 2e-3)
+
+    twists: float
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """How much softer it is in torsion than in bending."""
+        return (rng.uniform(1.0, 1.3),)
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """Links of some length but the first whose load is mostly of the URDF's masses: no other can be named."""
+        lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
+        long = [joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M]
+        loads = [[run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg)] for joint in long]
+        return tuple(
+            joint
+            for joint, (masses, whole) in zip(long, loads, strict=True)
+            if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum()
+        )
+
+    def links(self, links: Array, run: SyntheticRun) -> Array:
+        """Turned by up to `size` [rad]."""
+        links = links.copy()
+        column = run.column(self.where)
+        nominal = run.arm.links[column]
+        beam = nominal[:3, :3].T @ nominal[:3, 3]
+        along = beam / np.linalg.norm(beam)
+        force, moment = run.arm.link_loads(run.q, run.payload_kg, self.where)
+        arm = np.cross(beam, force)
+        turn = moment + arm / 2
+        turn += (self.twists - 1.0) * np.outer(turn @ along, along)
+        shift = np.cross(moment / 2 + arm / 3, beam)
+        compliance = self.size / max(1e-9, float(np.linalg.norm(turn, axis=1).max()))
+        R = links[:, column, :3, :3]
+        links[:, column, :3, 3] += compliance * np.einsum("nab,nb->na", R, shift)
+        links[:, column, :3, :3] = R @ Rotation.from_rotvec(compliance * turn).as_matrix()
         return links

@@ -37,3 +37,35 @@ class BracketCreep(FaultModel):
         moved[:, :3, 3] += way[:, :3]
         moved[:, :3, :3] = moved[:, :3, :3] @ Rotation.from_rotvec(way[:, 3:]).as_matrix()
         return moved
+
+
+@final
+@dataclass(frozen=True)
+class DroopingBracket(FaultModel):
+    """The bracket is a beam from the flange to the camera, which the camera's weight bends.
+
+    Gere, Timoshenko, Mechanics of Materials: the end of a cantilever of length L sinks by d and turns by 3 d / (2 L).
+    """
+
+    effect: ClassVar[str] = "hand_eye_sag"
+    sizes: ClassVar[tuple[float, float]] = (2e-4, 2e-3)
+    location: ClassVar[str | None] = "hand_eye"
+
+    along: float
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """How far it yields along the beam, as a share of across."""
+        return (rng.uniform(0.5, 1.0),)
+
+    def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
+        """Sunk by `size` [m] where the weight is across the beam, and turned by as much as that bends it."""
+        down = np.einsum("nba,b->na", run.arm.forward(run.q)[:, :3, :3], run.arm.down)
+        beam = T_flange_camera[:, :3, 3]
+        length = np.linalg.norm(beam, axis=1, keepdims=True)
+        inline = (beam * down).sum(axis=1, keepdims=True) * beam / length**2
+        moved = T_flange_camera.copy()
+        moved[:, :3, 3] += self.size * (down - (1.0 - self.along) * inline)
+        turn = 1.5 * self.size / length**2 * np.cross(beam, down)
+        moved[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix() @ moved[:, :3, :3]
+        return moved

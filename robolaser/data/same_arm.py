@@ -1,0 +1,52 @@
+"""Whether two data sets are of one arm, seen by one kind of sensor."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robolaser.data.dataset import Dataset
+from robolaser.errors import DataError
+
+SAME = 1e-6
+"""[m, and of rotation matrices] URDFs that round their digits differ by less."""
+
+
+def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
+    """See that two data sets are of one arm, seen by one kind of sensor.
+
+    Args:
+        one: The first.
+        other: The second, which is at fault where they differ.
+        purpose: What the second cannot be, such as "predicted with what is found on cell".
+
+    Raises:
+        DataError: They are not; it says what differs.
+    """
+    differs = next(_differences(one, other), None)
+    if differs:
+        raise DataError(
+            f"{other.name} cannot be {purpose}: {differs}. Both must be of the same arm, with the same joints, flange"
+            " and kind of sensor.",
+            file=other.folder or other.name,
+        )
+
+
+def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
+    if one.kind != other.kind:
+        yield f'[sensor] kind is "{one.kind}" in {one.name} and "{other.kind}" in {other.name}'
+    a, b = one.robot, other.robot
+    if a is None or b is None:
+        if (a is None) != (b is None):
+            yield f"only {one.name if b is None else other.name} has a [robot]"
+        return
+    if a.joints != b.joints:
+        yield f"[robot] joints are {', '.join(a.joints)} in {one.name} and {', '.join(b.joints)} in {other.name}"
+        return
+    if a.flange != b.flange:
+        yield f'[robot] flange is "{a.flange}" in {one.name} and "{b.flange}" in {other.name}'
+    apart = np.abs(a.placements - b.placements).max(axis=(1, 2))
+    turned = np.abs(a.axes - b.axes).max(axis=1)
+    for joint in np.flatnonzero(np.maximum(apart, turned) > SAME)[:1]:
+        yield f"their URDFs place {a.joints[joint]} differently"
+    if np.abs(a.end - b.end).max() > SAME:
+        yield "their URDFs place the flange differently on the last joint"

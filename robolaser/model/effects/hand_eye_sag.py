@@ -1,0 +1,49 @@
+"""Brackets that give way under the scanner's weight, by its direction in the flange."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.requirements import weight
+from robolaser.model.stages import Stage
+
+
+@final
+@dataclass(frozen=True)
+class HandEyeSag(Effect):
+    r"""The camera sinks by sag ĝ and turns by moment × ĝ; ĝ is gravity's direction in the flange frame.
+
+    A bracket of stiffness k yields to the weight mg by mg / k, and to the weight's moment r × mg about the flange by a
+    turn in proportion: `moment` is the lever r, from the flange to what hangs there, times mg over the rotational
+    stiffness. It is counted from a weightless bracket: the hand-eye is then that of the unloaded one. The camera turns
+    about its optical centre.
+    """
+
+    name = "hand_eye_sag"
+    title = "the bracket gives way under gravity, by its direction in the flange"
+    clause = "the scanner's bracket sags"
+    caveat = "assumes that the bracket yields in proportion to gravity, whichever way the flange points"
+    remedy = "Stiffen the scanner's bracket, shorten it, or keep the flange's attitude the same."
+    reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
+    stage = Stage.MOUNT
+    cause = "elasticity"
+    site = "hand_eye"
+    needs = (weight,)
+
+    sag: Array = parameter(unit="m", bound=0.02, prior_scale=3e-4, lower=0.0)
+    moment_x: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
+    moment_y: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
+    moment_z: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
+
+    def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
+        """Let the camera hang."""
+        down = run.gravity_in_flange
+        turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
+        moved = np.broadcast_to(T_flange_camera, (*turn.shape[:2], 4, 4)).copy()
+        moved[..., :3, :3] = exp_so3(turn) @ moved[..., :3, :3]
+        moved[..., :3, 3] += self.sag[:, None, None] * down
+        return moved

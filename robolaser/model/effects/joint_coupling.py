@@ -1,0 +1,62 @@
+"""Joints that turn a little with another one: wrist gears, belts and cables that pass a joint."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.urdf import MOST_JOINTS
+from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.joints import add_to_joint, moving_joints
+from robolaser.model.stages import Stage
+
+FARTHEST = 2
+"""Joints between which gears and cables are led along."""
+
+
+@final
+@dataclass(frozen=True)
+class JointCoupling(Effect):
+    """The joint follows another one: q' = q + ratio q_other + offset.
+
+    The drive of a wrist passes the joints before it: where a gear, belt or cable is led along another joint, that
+    joint's motion turns this one too, unless the controller takes it out with the right ratio. `other` is the number of
+    the other joint, counted from the base and from one, at most two joints away. Both joints were homed somewhere:
+    `offset` is -ratio times the other's reading there.
+    """
+
+    name = "joint_coupling"
+    title = "turns a little with another joint (wrist gears, cables)"
+    clause = "{where} turns a little with another joint"
+    caveat = "the other joint, `other`, is counted from the base, beginning with one"
+    remedy = "Check the coupling ratio of {where} in its controller, and belts and cables that pass the joint."
+    reference = "Paul 1981, Robot Manipulators, on coupled wrists; Schröer 1993, Theory of kinematic modelling"
+    stage = Stage.JOINTS
+    cause = "transmission"
+
+    ratio: Array = parameter(unit="", bound=0.05, prior_scale=5e-4)
+    offset: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
+    other: Array = nonlinear(unit="", lower=1.0, upper=float(MOST_JOINTS), nominal=1.0)
+
+    @classmethod
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
+        """Every moving joint of an arm that has another one."""
+        joints = moving_joints(robot)
+        return joints if len(joints) > 1 else ()
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """Each neighbour up to two joints away."""
+        joints = moving_joints(dataset.robot)
+        own = joints.index(where)
+        return np.array([[i + 1.0] for i in range(len(joints)) if 0 < abs(i - own) <= FARTHEST])
+
+    def apply(self, q: Array, run: Run, /) -> Array:
+        """Turn the joint with the other one."""
+        chain = np.array(run.robot.chain)
+        column = chain[np.clip(np.rint(self.other).astype(np.int64), 1, len(chain)) - 1]
+        other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
+        return add_to_joint(q, run, self.where, self.ratio[:, None] * other + self.offset[:, None])

@@ -1,0 +1,79 @@
+"""Links that bend and twist under what they carry."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.joints import joint_column, moving_joints
+from robolaser.model.effects.requirements import masses
+from robolaser.model.stages import Stage
+
+SHORTEST_M = 1e-4
+
+
+@final
+@dataclass(frozen=True)
+class LinkCompliance(Effect):
+    r"""The link from the joint before to this one turns by :math:`φ = C M` about a point on its line.
+
+    M is the moment of the weight that hangs beyond that point about it, and
+    :math:`C = \mathrm{bending}\,(1 - u u^T - (1 - \mathrm{axial})\,a a^T) + \mathrm{twist}\,u u^T`, with a the axis of
+    this joint and u the part of the link's direction across it. Where `axial` is 0, the link yields across the joint's
+    axis only, as a tilting bearing does; about it, it cannot be told from a joint that gives way. `hinge` is where on
+    the line between the joints it yields, from the joint before (0) to this one (1); of the link's own weight the share
+    beyond that point counts. A beam of constant section acts as if hinged in its middle: exactly so for the turn of its
+    end, within a quarter for the shift.
+    """
+
+    name = "link_compliance"
+    title = "the link before the joint bends or twists under the load, not only about the joint's axis"
+    clause = "the link before {where} bends under the weight that it carries"
+    caveat = "scales with the URDF's masses: an arm 10 % heavier than stated makes it 10 % too large"
+    remedy = "Reduce the payload, stiffen the link before {where} or its bearing, or keep the corrected model."
+    reference = "Tenhumberg, Bäuml 2021, Calibration of an elastic humanoid upper body; 1e-6-1e-5 rad/Nm"
+    stage = Stage.LINKS
+    cause = "elasticity"
+    needs = (masses,)
+
+    bending: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=2e-5, lower=0.0)
+    twist: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=2e-5, lower=0.0)
+    axial: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=1.0)
+    hinge: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5)
+
+    @classmethod
+    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
+        """Every moving joint but the first: what is before that is the base."""
+        return moving_joints(robot)[1:]
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        """Alike in all directions or across the joint's axis only; at either joint, and in the middle."""
+        return np.array([[axial, hinge] for axial in (1.0, 0.0) for hinge in (0.0, 0.5, 1.0)])
+
+    def apply(self, placements: Array, run: Run, /) -> Array:
+        """Turn the joint's placement in each pose."""
+        column, load = joint_column(run, self.where), run.link_load(self.where)
+        axis = run.robot.axes[column]
+        along = unit(load.link - axis * (load.link @ axis))
+        beyond, bending = 1.0 - self.hinge[:, None, None], self.bending[:, None, None]
+        across = bending * (
+            np.eye(3) - np.outer(along, along) - (1.0 - self.axial[:, None, None]) * np.outer(axis, axis)
+        )
+        compliance = across + self.twist[:, None, None] * np.outer(along, along)
+        turn = exp_so3(load.moment(beyond) @ compliance)
+        moved = np.broadcast_to(placements, (*turn.shape[:2], *placements.shape[2:])).copy()
+        motion = pose(turn, beyond * ((turn - np.eye(3)) @ load.link))
+        moved[:, :, column] = moved[:, :, column] @ motion
+        return moved
+
+
+def unit(vector: Array) -> Array:
+    """A vector of length one in the same direction, (3,); zero where there is none."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > SHORTEST_M else np.zeros(3)

@@ -1,0 +1,37 @@
+"""Trackers whose own measure of length is off."""
+
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.arrays import Array
+from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.requirements import own_lengths
+from robolaser.model.stages import Stage
+
+
+@final
+@dataclass(frozen=True)
+class TrackerScale(Effect):
+    """All lengths that the measuring system reads are too long by a share: P' = P / (1 + scale), from its origin.
+
+    Air a kelvin colder than the instrument assumes changes an interferometer by 1e-6; scale bars of photogrammetry are
+    good to 1e-5, and a stereo camera whose baseline creeps is off by 1e-3. An arm whose links are all too short looks
+    the same: known distances tell them apart.
+    """
+
+    name = "tracker_scale"
+    title = "the measuring system's own scale"
+    clause = "the measuring system's lengths are off"
+    caveat = "links that are all too long or too short look the same, unless distances between points are known"
+    remedy = "Check the measuring system against a scale bar, and its air temperature and pressure."
+    reference = "Muralikrishnan, Phillips, Sawyer 2016, Laser trackers for large-scale dimensional metrology: a review"
+    stage = Stage.TARGET
+    cause = "measuring_system"
+    site = "measuring_system"
+    needs = (own_lengths,)
+
+    scale: Array = parameter(unit="", bound=0.02, prior_scale=2e-4)
+
+    def apply(self, points: Array, run: Run, /) -> Array:
+        """Shorten what was measured."""
+        return points / (1.0 + self.scale[:, None, None])
