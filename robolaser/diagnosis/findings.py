@@ -7,7 +7,6 @@ import numpy as np
 
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import noise_without_pose_errors
 from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -67,7 +66,7 @@ def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
     nominal = start.model.in_metres(x, start.problem.plain(x[None])[0])
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
-    floor = final.size_of(noise_without_pose_errors(final.noise))
+    floor = final.size_of(final.noise)
     return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 

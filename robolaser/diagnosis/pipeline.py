@@ -20,15 +20,17 @@ from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, n
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
+from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
@@ -121,10 +123,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     nested = nested_fits(refits, final, held_out)
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
+    repeatability = repeatability_of(final)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, where, gap, outliers),
+        sentence=sentence(verdict, findings, where, gap, repeatability, outliers),
         gap=gap,
         where=tuple(where),
         findings=findings,
@@ -141,7 +144,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=dict(final.noise.sigmas),
+        noise=noise_sources(final),
+        repeatability=repeatability,
+        noise_remarks=noise_remarks(final, dataset),
         seconds=time.perf_counter() - began,
     )
 
@@ -163,8 +168,11 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    if (less_noise := preparation.with_less_noise(data, start, final)) is not None:
-        refits, final = again(less_noise, 0.4)
+    for _ in range(SCATTER_ROUNDS):
+        if (other := preparation.with_other_scatter(data, start, final)) is None:
+            break
+        start = other
+        refits, final = again(start, 0.4)
     for _ in range(OUTLIER_ROUNDS):
         found = preparation.outliers(final)
         if np.array_equal(found, outliers):
@@ -178,10 +186,9 @@ def _selected(
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
     return Evidence(
         chi2_before=start.chi2,
-        chi2_after=final.chi2,
+        chi2_after=final.with_likeliest_scatter.chi2,
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
-        scatter_m=final.size_of(final.noise),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
         has_effects=bool(final.effects),

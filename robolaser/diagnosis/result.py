@@ -7,6 +7,7 @@ from typing import Any, final
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
@@ -188,7 +189,9 @@ class Diagnosis:
         observed: Averaged rows without gross errors.
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
-        noise: Standard deviations of the sources of noise, by name [px, m or rad].
+        noise: Sources of noise, by name.
+        repeatability: How much whole poses scatter.
+        noise_remarks: Sentences on what is not as it should be with the noise.
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
     """
@@ -212,7 +215,9 @@ class Diagnosis:
     observed: Dataset
     before_m: Array
     after_m: Array
-    noise: Mapping[str, float]
+    noise: Mapping[str, NoiseSource]
+    repeatability: Repeatability
+    noise_remarks: tuple[str, ...]
     seconds: float
     validation: tuple[Validation, ...] = ()
 
@@ -248,10 +253,17 @@ class Diagnosis:
                 }
                 for choice in self.front
             ],
-            "noise": dict(self.noise),
+            "noise": {name: _noise(source) for name, source in self.noise.items()},
+            "repeatability": {name: _noise(source) for name, source in self.repeatability.sources.items()}
+            | {"mm_at_sensor": _mm(self.repeatability.at_sensor_m)},
+            "noise_remarks": list(self.noise_remarks),
             "validation": [_validation(one) for one in self.validation],
             "seconds": self.seconds,
         }
+
+
+def _noise(source: NoiseSource) -> dict[str, Any]:
+    return {"value": source.value, "unit": source.unit, "origin": source.origin}
 
 
 def _mm(metres: float) -> float:

@@ -4,15 +4,25 @@ from collections.abc import Sequence
 
 from robolaser.arrays import Ints
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 NAMED = 3
 """Effects that a sentence names; the rest are counted."""
+WORTH_SAYING = 0.25
+"""Scatter of whole poses over all noise, from which on it is said."""
 
 
-def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
+def sentence(
+    verdict: str,
+    findings: Sequence[Finding],
+    where: Sequence[Localization],
+    gap: Gap,
+    repeatability: Repeatability,
+    gross: Ints,
+) -> str:
     """Say the verdict.
 
     Args:
@@ -20,9 +30,15 @@ def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localiza
         findings: Effects found, most important first.
         where: Places of the gap, the largest share first; for `unexplained`, of what is left.
         gap: How far the gap shrinks.
+        repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
     """
     text = {"no_gap": _no_gap, "explained": _explained, "unexplained": _unexplained}[verdict](findings, where, gap)
+    if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
+        text += (
+            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance: so well does"
+            " the arm repeat, and that is a part of the noise."
+        )
     if not len(gross):
         return text
     rows = (

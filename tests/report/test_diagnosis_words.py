@@ -53,7 +53,9 @@ def test_what_is_unlikely_is_said_so_and_not_to_be_repaired():
     diagnosis = MADE["unexplained"]()
     (found,) = diagnosis.findings
     doubtful = replace(found, probability=0.01)
-    said = sentence("unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.outliers)
+    said = sentence(
+        "unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.repeatability, diagnosis.outliers
+    )
     assert "perhaps the zero of perturb is off" in said
     assert "perhaps" not in diagnosis.sentence
     assert "Do not repair it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]

@@ -29,6 +29,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
     lead, _, sense = diagnosis.sentence.partition(". ")
     joints, poses = rows.pose_table(diagnosis)
     sources = error_sources(enough_rows(diagnosis.model), diagnosis.x)
+    sizes = {name: source.value for name, source in diagnosis.noise.items()}
     return render(
         "diagnosis.html",
         diagnosis=diagnosis,
@@ -47,7 +48,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         joints=joints,
         next_poses=poses,
         gross=list(rows.gross_rows(diagnosis)),
-        noise=list(noise_lines(diagnosis.noise, sources)),
+        noise=[(*line, diagnosis.noise[line[0]].origin) for line in noise_lines(sizes, sources)],
         to_do=to_do(diagnosis),
         first=drawn([make(diagnosis) for make in FIRST]),
         charts=drawn([make(diagnosis) for make in THEN]),

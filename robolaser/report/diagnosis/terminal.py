@@ -41,6 +41,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
         out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
     for advice in to_do(diagnosis)[:MOST_ADVICE]:
         out.print(Text(f"- {advice}"))
+    for remark in diagnosis.noise_remarks:
+        out.print(Text(remark, style="dim"))
     if untested := _untested(diagnosis):
         out.print(Text(f"Not testable: {', '.join(untested)}", style="dim"))
     if folder is not None:

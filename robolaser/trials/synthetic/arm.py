@@ -18,6 +18,8 @@ class PinocchioArm:
     """
 
     def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        """As drawn."""
         self.joints = tuple(robot.joints[i] for i in robot.chain)
         """Those that move the flange, base first."""
         self.columns = tuple(robot.chain)

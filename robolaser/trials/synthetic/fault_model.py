@@ -28,6 +28,8 @@ class FaultModel(ABC):
     """Whether a sampled size may be negative."""
     location: ClassVar[str | None] = None
     """Where it always sits; None: at a joint."""
+    classes: ClassVar[tuple[str, ...]] = ()
+    """Classes of causes that are right for an effect that the library lacks, beside `unknown`."""
 
     where: str
     size: float
@@ -47,6 +49,15 @@ class FaultModel(ABC):
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
         """Where it can sit: at its location, or at every joint that moves the flange."""
         return run.arm.joints if cls.location is None else (cls.location,)
+
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """Effects of the library, and their locations, whose names are as good."""
+        return ()
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """The true values of the effect library's parameters that mean the same, by their names there."""
+        return {}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """True joint angles, (n, j)."""

@@ -1,0 +1,109 @@
+"""Laws of the arms that MuJoCo moves: rigid as drawn, deflected by torque over stiffness, at rest on their springs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser.geometry.robots import find_robot
+from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
+from robolaser.trials.physics.faults import PHYSICAL, PlayUnderWeight
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+
+from robolaser.trials.physics.mujoco_arm import MujocoArm
+
+STIFF = 2e4
+
+
+@pytest.fixture(scope="module", params=["scorbot_er7", "panda"])
+def robot(request):
+    return find_robot(request.param)
+
+
+@pytest.fixture(scope="module")
+def q(robot):
+    lower, upper = np.maximum(robot.lower, -1.5), np.minimum(robot.upper, 1.5)
+    return np.random.default_rng(3).uniform(lower, upper, (4, len(robot.joints)))
+
+
+@pytest.fixture(params=PHYSICAL.values(), ids=PHYSICAL.keys())
+def fault(request, built):
+    run, rng = built.cell.run, np.random.default_rng(2)
+    return request.param.sample(request.param.locations(run)[-1], request.param.sizes[1], run, rng)
+
+
+def test_a_rigid_arm_stands_where_the_package_says(robot, q):
+    flange, bracket = MujocoArm(robot).at_rest(q)
+    np.testing.assert_allclose(flange, robot.forward(q[None])[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(bracket, flange, rtol=0, atol=1e-12)
+
+
+def test_two_engines_agree_on_the_weight_of_every_link(robot, q):
+    gears = {joint: Gear(STIFF) for joint in robot.joints}
+    np.testing.assert_allclose(MujocoArm(robot, gears=gears).weights(q), robot.gravity_torques(q), atol=1e-5)
+
+
+def test_drives_that_hardly_give_way_leave_the_arm_where_it_is(robot, q):
+    flange, _ = MujocoArm(robot, gears={joint: Gear(1e12) for joint in robot.joints}).at_rest(q)
+    np.testing.assert_allclose(flange, robot.forward(q[None])[0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("servo", [False, True])
+def test_a_drive_gives_way_by_torque_over_stiffness_to_first_order(robot, q, servo):
+    joint = robot.chain[1]
+    sunk = q.copy()
+    sunk[:, joint] -= robot.gravity_torques(q)[:, joint] / STIFF
+    at_rest, _ = MujocoArm(robot, gears={robot.joints[joint]: Gear(STIFF, servo=servo)}).at_rest(q)
+    first_order, rigid = robot.forward(sunk[None])[0], robot.forward(q[None])[0]
+    assert np.abs(at_rest - first_order).max() < 5e-3 * np.abs(at_rest - rigid).max()
+
+
+def test_a_soft_base_tilts_by_its_overturning_moment(robot, q):
+    load = Load(2.0, (0.0, 0.0, 0.1))
+    hinges = [SpringHinge(FOOT, axis, (0.0, 0.0, 0.0), STIFF) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    arm = MujocoArm(robot, hinges=hinges, load=load)
+    tilted, _ = arm.at_rest(q)
+    turn = tilted[:, :3, :3] @ np.swapaxes(robot.forward(q[None])[0][:, :3, :3], 1, 2)
+    np.testing.assert_allclose(
+        np.stack([turn[:, 2, 1], turn[:, 0, 2]], axis=-1), -arm.weights(q) / STIFF, rtol=0.05, atol=2e-6
+    )
+    np.testing.assert_allclose(turn[:, 1, 0], 0.0, atol=1e-5)
+
+
+def test_a_bracket_moves_beyond_the_flange_only(robot, q):
+    hinge = SpringHinge(BRACKET, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 50.0)
+    flange, bracket = MujocoArm(robot, hinges=[hinge], load=Load(0.5, (0.0, 0.1, 0.05))).at_rest(q)
+    np.testing.assert_allclose(flange, robot.forward(q[None])[0], rtol=0, atol=1e-12)
+    assert np.abs(bracket[:, :3, :3] - flange[:, :3, :3]).max() > 1e-4
+
+
+def test_the_weight_pushes_a_joint_with_play_to_the_end_that_hangs_lower(built):
+    run = built.cell.run
+    joint = run.arm.joints[1]
+    play = PlayUnderWeight(joint, 2e-3, 0.01)
+    moved = run.arm.robot.forward(run.q[None])[0] - play.flange(run.arm.forward(run.q), run)
+    torque = run.arm.torques(run.q, run.payload_kg)[:, run.column(joint)]
+    sunk = run.q.copy()
+    sunk[:, run.column(joint)] -= np.sign(torque) * play.size / 2
+    by_half = run.arm.robot.forward(run.q[None])[0] - run.arm.forward(sunk)
+    assert np.abs(moved - by_half).max() < 0.25 * np.abs(by_half).max()
+
+
+def test_a_fault_gives_way_by_its_size_at_most(fault, built):
+    if fault.form == "play_under_weight":
+        pytest.skip("its size is that of its play")
+    run = built.cell.run
+    assert np.abs(fault.arm(run, fault.stiffness(run)).weights(run.q)).max() / fault.stiffness(run) == pytest.approx(
+        fault.size
+    )
+
+
+def test_of_no_size_nothing_gives_way(fault, built):
+    plain, still = built.cell.seen(()), built.cell.seen((replace(fault, size=0.0),))
+    np.testing.assert_allclose(still.pixel, plain.pixel, rtol=0, atol=1e-7)
+
+
+def test_of_usual_size_the_data_show_it(fault, built):
+    plain, bent = built.cell.seen(()), built.cell.seen((fault,))
+    assert np.nanmax(np.abs(plain.pixel - bent.pixel)) > 0.05
