@@ -40,7 +40,7 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
         seed: Assigns poses to folds.
     """
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
-    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.findings)) for one in validation)
+    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.model.effects)) for one in validation)
     return replace(diagnosis, validation=validation, sentence=" ".join([diagnosis.sentence, *sentences]))
 
 
