@@ -113,8 +113,8 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
         return f"{lead}, but no cause is certain{most}. {_shrinks(gap)}."
     said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap)}."]
     if len(in_model) > 1:
-        losses = [f"without {noun(one.name)} {millimetres(one.gap_without_m or 0.0)}" for one in sure[:NAMED]]
-        said.append(f"The error would be {listed(losses)}.")
+        losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
+        said.append(f"It would be {listed(losses)}.")
     if certain:
         said.append(f"Certain by itself: {_clauses(certain)}.")
     return " ".join([*said, _doubts(doubtful, sure, is_all=not certain)])
