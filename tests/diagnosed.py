@@ -65,7 +65,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     return Diagnosis(
         dataset=model.dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, lies, gap, Repeatability({}, 0.0), gross),
+        sentence=sentence(verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross),
         gap=gap,
         where=lies,
         findings=tuple(findings),

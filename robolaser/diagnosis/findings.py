@@ -14,7 +14,8 @@ from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.thresholds import MIN_POSES, UNDETERMINED
+from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
+from robolaser.estimation.linearization import TOUCH
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import has_stage
 
@@ -22,10 +23,16 @@ MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
 
-def nested_fits(refits: Refits, final: Fit, held_out: HeldOut) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first."""
+def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
+    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
+
+    Effects that are too improbable to be listed come last.
+    """
     gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
-    remaining = sorted(refits.tests_of(final), key=lambda test: -gaps[test.candidate_effect])
+    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
+    remaining = sorted(
+        refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
+    )
     fits = [refits.start]
     for test in remaining[:-1]:
         fits.append(refits.of(fits[-1], [test]))
@@ -59,6 +66,11 @@ def findings_of(
     return tuple(findings)
 
 
+def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Those that are listed by themselves; for the others their class stands."""
+    return tuple(found for found in findings if found.probability >= LEAST_LISTED)
+
+
 def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap, from the nominal model to the final one."""
     given = any(item.given for item in start.sensor.items)
@@ -71,15 +83,20 @@ def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
-    names = fit.problem.parameters.names
-    columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
-    prior = fit.problem.prior
+    problem = fit.problem
+    names, prior = problem.parameters.names, problem.prior
     assert prior is not None  # `problem_of` has it
 
     def std(i: int) -> float | None:
-        return float(fit.deviations[i]) if fit.deviations[i] < UNDETERMINED * prior[i] else None
+        return float(fit.deviations[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
 
-    return {item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), std(i), item.unit) for item, i in columns}
+    def estimate(i: int, unit: str) -> Estimate:
+        near = TOUCH * problem.scale[i]
+        bound = "lower" if fit.x[i] <= problem.lower[i] + near else ""
+        return Estimate(float(fit.x[i]), std(i), unit, "upper" if fit.x[i] >= problem.upper[i] - near else bound)
+
+    items = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
+    return {item.name.rsplit(".", 1)[1]: estimate(i, item.unit) for item, i in items}
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:

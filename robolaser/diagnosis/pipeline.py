@@ -16,7 +16,7 @@ from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, nested_fits, not_testable
+from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
@@ -120,18 +120,19 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     verdict = judge(_evidence(start, final, left, gap))
     where = _where(verdict, refits, final, evidence, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
-    nested = nested_fits(refits, final, held_out)
+    nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
     findings = findings_of(refits, nested, evidence, held_out)
+    classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
     repeatability = repeatability_of(final)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, where, gap, repeatability, outliers),
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers),
         gap=gap,
         where=tuple(where),
-        findings=findings,
-        classes=() if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out),
+        findings=listed(findings),
+        classes=classes,
         outliers=outliers,
         not_testable=not_testable(kinds, dataset, limits, enough=enough),
         next_poses=_next_poses(final, evidence, seed),
@@ -139,7 +140,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         front=front,
         model=final.model,
         x=final.x,
-        std=np.where(final.problem.fixed, np.nan, final.deviations),
+        std=np.where(final.at.free, final.deviations, np.nan),
         calibrated_x=start.x,
         observed=data.dataset,
         before_m=held_out.errors(start),

@@ -17,11 +17,19 @@ FORMAT = "robolaser-diagnosis/1"
 @final
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter of an effect: value and one standard deviation in its unit; None where the data do not fix it."""
+    """A parameter of an effect.
+
+    Attributes:
+        value: In its unit.
+        std: One standard deviation; None where the data do not fix it, or a bound does.
+        unit: SI.
+        bound: `lower` or `upper` where the value ended on that bound, else empty.
+    """
 
     value: float
     std: float | None
     unit: str
+    bound: str = ""
 
 
 @final
@@ -175,7 +183,8 @@ class Diagnosis:
         sentence: The verdict for a person.
         gap: How far the gap shrinks.
         where: Places of the gap; for `unexplained`, of what is left.
-        findings: Effects found, most important first.
+        findings: Effects found, that without which the gap would be largest first; of those in the model, the few that
+            are too improbable by themselves are left out.
         classes: Classes of causes that may be at work, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
@@ -296,6 +305,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "probability": found.probability,
         "parameters": {
             name: {"value": number.value, "std": number.std, "unit": number.unit}
+            | ({"on_bound": number.bound} if number.bound else {})
             for name, number in found.parameters.items()
         },
         "gap_mm_before": _mm(found.gap_before_m),

@@ -116,7 +116,12 @@ CREDIBLE_MASS: Final = 0.95
 FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
-"""Probability, below which an effect or a class is said to be perhaps the cause."""
+"""Probability, below which a class is no more than possible."""
+CERTAIN: Final = 0.9
+"""Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
+names are right."""
+LEAST_LISTED: Final = 1e-3
+"""Probability, below which an effect of the final model is not listed by itself: its class stands for it."""
 UNDETERMINED: Final = 0.5
 """Standard deviation of a parameter, in units of its prior's, from which on the data do not determine it. Geometry: of
 two parameters of which the data see only the sum, each keeps 0.71 of its prior's, of more even more."""

@@ -40,7 +40,7 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
         seed: Assigns poses to folds.
     """
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
-    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.findings)) for one in validation)
+    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.model.effects)) for one in validation)
     return replace(diagnosis, validation=validation, sentence=" ".join([diagnosis.sentence, *sentences]))
 
 
@@ -48,7 +48,8 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     names = diagnosis.model.sensor.free + diagnosis.model.sensor.derived
     calibrated = _shared(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)))
     found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
-    given = {**diagnosis.dataset.parameters, **other.parameters}
+    shared = {name: item for name, item in diagnosis.dataset.parameters.items() if not name.startswith(OWN)}
+    given = {**shared, **other.parameters}
     nominal = calibrated | {name: given[name].nominal for name in calibrated if name in given}
     other = replace(other, parameters=given)
     found_in = RunSummary.of(diagnosis.dataset)

@@ -39,6 +39,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         lead=f"{lead.rstrip('.')}.",
         sense=sense,
         gap=gap_lines(diagnosis),
+        classes=rows.class_rows(diagnosis),
         effects=rows.effect_rows(diagnosis),
         alternatives=rows.alternative_rows(diagnosis),
         sites=rows.site_rows(diagnosis),
@@ -67,4 +68,4 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
         ("with the effects", millimetres(gap.after_m), f"95 %: {millimetre_interval(low, high)}"),
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
     ]
-    return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
+    return lines if diagnosis.model.effects else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
