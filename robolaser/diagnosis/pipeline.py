@@ -171,14 +171,14 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    for _ in range(SCATTER_ROUNDS):
-        if (other := preparation.with_other_scatter(data, start, final)) is None:
-            break
-        start = other
-        refits, final = again(start, 0.4)
-    for _ in range(OUTLIER_ROUNDS):
+    for left in reversed(range(OUTLIER_ROUNDS + 1)):
+        for _ in range(SCATTER_ROUNDS):
+            if (other := preparation.with_other_scatter(data, start, final)) is None:
+                break
+            start = other
+            refits, final = again(start, 0.4)
         found = preparation.outliers(final)
-        if np.array_equal(found, outliers):
+        if not left or np.array_equal(found, outliers):
             break
         outliers = found
         data, start = preparation.fit(outliers, effects)
