@@ -12,13 +12,10 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.score_tests import ScoreTest
+from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Sizes that all effects not found may have, in units of those usual in industry."""
-NONE: Final = 0.5
-"""Prior probability that there are no other effects."""
-OWN: Final = 1e-2
-"""Share of an effect's squared column, below which it is what the model has under another name."""
 MOST_LEVERAGE: Final = 0.999
 """Leverage of a pose in some direction, beyond which its residuals there say nothing."""
 
@@ -39,7 +36,7 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
     variances = np.maximum(by_noise, by_poses + np.square(influence[:, K:]).sum(axis=1))
     if tests:
         white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
-        other = (left**2).sum(axis=0) > OWN * (white**2).sum(axis=0)
+        other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
         pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
         variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
     return np.asarray(np.sqrt(variances))
@@ -93,7 +90,7 @@ def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array
     t = SIZES[:, None] ** 2
     shrunk = t / (1.0 + t * eigenvalues)
     log_ratios = 0.5 * (along**2 * shrunk - np.log1p(t * eigenvalues)).sum(axis=1)
-    prior = np.where(SIZES > 0.0, (1.0 - NONE) / (len(SIZES) - 1), NONE)
+    prior = np.where(SIZES > 0.0, (1.0 - NO_OTHER_EFFECTS) / (len(SIZES) - 1), NO_OTHER_EFFECTS)
     weights = prior * np.exp(log_ratios - log_ratios.max())
     added = [pull**2 @ s + (pull @ (s * along)) ** 2 for s in shrunk]
     return np.asarray(weights @ np.array(added) / weights.sum())

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from robolaser.arrays import Ints
+from robolaser.diagnosis.cause_classes import UNKNOWN
 from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
@@ -38,7 +39,7 @@ def sentence(
     if verdict == "no_gap":
         text = _no_gap(gap)
     elif verdict == "explained":
-        text = _causes("The gap is explained", findings, classes, gap)
+        text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
         text = _unexplained(findings, classes, where, gap)
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
@@ -97,6 +98,12 @@ def _unexplained(
         f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
         f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
     )
+
+
+def _remainder(classes: Sequence[CauseClass]) -> str:
+    """What little is left although the gap is explained; may be empty."""
+    site = next((one.site for one in classes if one.name == UNKNOWN and one.probability >= CERTAIN), "")
+    return f" The little that is left lies at {site}, in no form that an effect of the library has." if site else ""
 
 
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
