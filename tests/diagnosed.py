@@ -6,6 +6,7 @@ import numpy as np
 from calibrated import arm, point, socket, stripe
 
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap, ParetoPoint
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -60,10 +61,11 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     gap = Gap(0.012, gap_m[0], gap_m[-1], 1.1e-4, (0.9 * gap_m[-1], 1.1 * gap_m[-1]))
     gross = np.array(gross, dtype=np.int64)
     free = (candidate_effect("backlash:turn"), candidate_effect("joint_offset:turn")) if joints else ()
+    noise = {name: NoiseSource(size, "m", "estimated", name == "joint") for name, size in calibration.noise.items()}
     return Diagnosis(
         dataset=model.dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, lies, gap, gross),
+        sentence=sentence(verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross),
         gap=gap,
         where=lies,
         findings=tuple(findings),
@@ -83,7 +85,9 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         observed=model.dataset,
         before_m=before,
         after_m=after,
-        noise=calibration.noise,
+        noise=noise,
+        repeatability=Repeatability({name: one for name, one in noise.items() if one.of_poses}, 5e-5),
+        noise_remarks=("All rows of an image move together.",),
         seconds=2.5,
     )
 

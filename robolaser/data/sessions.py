@@ -1,8 +1,11 @@
 """Several campaigns in one data set: what each has for itself, and what all share."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import final
+from typing import TypeVar, final
+
+T = TypeVar("T")
 
 OWN = ("base.*", "target.*", "socket.*", "ball.*")
 """Parameters that are each session's own unless `[sessions] own` says otherwise: where things were put."""
@@ -30,3 +33,10 @@ class Sessions:
     def named(self, parameter: str, session: str) -> str:
         """What a sensor's parameter is called in a session: `base.x@SESSION` where it is its own, `tool.a.x` else."""
         return f"{parameter}@{session}" if self.is_own(parameter) else parameter
+
+    def values_in(self, values: Mapping[str, T], session: str) -> dict[str, T]:
+        """Values by name as they are in a session, by the names that they have without sessions."""
+        others = tuple(f"@{name}" for name in self.names)
+        shared = {name: value for name, value in values.items() if not name.endswith(others)}
+        here = f"@{session}"
+        return shared | {name.removesuffix(here): value for name, value in values.items() if name.endswith(here)}

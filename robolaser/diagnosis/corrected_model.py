@@ -50,7 +50,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
         residuals=model.residuals_at(parameters.values(x[None]))[0],
         held_out=diagnosis.after_m,
-        noise=diagnosis.noise,
+        noise={name: source.value for name, source in diagnosis.noise.items()},
         history=None,
         evaluations=0,
         seconds=diagnosis.seconds,

@@ -59,7 +59,7 @@ def evidence_for(
     costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
-    alike = [pair for pair in others if is_indistinguishable(final.chi2, pair[1].chi2, spread)]
+    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance, spread)]
     return EffectEvidence(
         candidate_effect,
         explained,

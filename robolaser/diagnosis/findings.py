@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import noise_without_pose_errors
 from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -15,7 +15,9 @@ from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.thresholds import MIN_POSES, UNDETERMINED
+from robolaser.diagnosis.standard_errors import standard_errors
+from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
+from robolaser.estimation.linearization import TOUCH
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import has_stage
 
@@ -23,10 +25,16 @@ MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
 
-def nested_fits(refits: Refits, final: Fit, held_out: HeldOut) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first."""
+def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
+    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
+
+    Effects that are too improbable to be listed come last.
+    """
     gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
-    remaining = sorted(refits.tests_of(final), key=lambda test: -gaps[test.candidate_effect])
+    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
+    remaining = sorted(
+        refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
+    )
     fits = [refits.start]
     for test in remaining[:-1]:
         fits.append(refits.of(fits[-1], [test]))
@@ -34,9 +42,17 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut) -> list[Fit]:
 
 
 def findings_of(
-    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut
+    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut, errors: Array
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order in which they were added: the greatest loss first."""
+    """Each effect with its gaps, in the order in which they were added: the greatest loss first.
+
+    Args:
+        refits: Fits sets of effects.
+        nested: Fits of the effects added one by one.
+        evidence: For each of them.
+        held_out: Errors on held-out poses.
+        errors: Standard errors of the final model's parameters, (d,).
+    """
     final = nested[-1]
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
@@ -47,17 +63,22 @@ def findings_of(
             Finding(
                 candidate_effect=added,
                 probability=own.probability,
-                parameters=_estimates(final, added),
+                parameters=_estimates(final, added, errors),
                 gap_before_m=held_out.gap(before),
                 gap_after_m=held_out.gap(after),
                 gap_without_m=held_out.gap(refits.of(own.without)),
                 alternatives=tuple(
-                    Alternative(one, _estimates(fit, one), held_out.gap(fit))
+                    Alternative(one, _estimates(fit, one, standard_errors(fit)), held_out.gap(fit))
                     for one, fit in own.alternatives[:MAX_ALTERNATIVES]
                 ),
             )
         )
     return tuple(findings)
+
+
+def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Those that are listed by themselves; for the others their class stands."""
+    return tuple(found for found in findings if found.probability >= LEAST_LISTED)
 
 
 def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
@@ -67,20 +88,25 @@ def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
     nominal = start.model.in_metres(x, start.problem.plain(x[None])[0])
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
-    floor = final.size_of(noise_without_pose_errors(final.noise))
+    floor = final.size_of(final.noise)
     return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 
-def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
-    names = fit.problem.parameters.names
-    columns = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
-    prior = fit.problem.prior
+def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:
+    problem = fit.problem
+    names, prior = problem.parameters.names, problem.prior
     assert prior is not None  # `problem_of` has it
 
     def std(i: int) -> float | None:
-        return float(fit.deviations[i]) if fit.deviations[i] < UNDETERMINED * prior[i] else None
+        return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
 
-    return {item.name.rsplit(".", 1)[1]: Estimate(float(fit.x[i]), std(i), item.unit) for item, i in columns}
+    def estimate(i: int, unit: str) -> Estimate:
+        near = TOUCH * problem.scale[i]
+        bound = "lower" if fit.x[i] <= problem.lower[i] + near else ""
+        return Estimate(float(fit.x[i]), std(i), unit, "upper" if fit.x[i] >= problem.upper[i] - near else bound)
+
+    items = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
+    return {item.name.rsplit(".", 1)[1]: estimate(i, item.unit) for item, i in items}
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:

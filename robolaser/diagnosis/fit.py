@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
+from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
@@ -22,6 +23,11 @@ from robolaser.parameters import Parameters
 TOLERANCE, SHARE = 1e-2, 1e-5
 """Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
 model leaves much."""
+SEEN, LEAST_SHARE = 1e-3, 0.1
+"""Variance by whole poses' scatter, over the largest, from which on a direction tells of it; and the least share of
+those directions that the sensor's parameters leave. Effects count by their penalties."""
+SAME_SCATTER, LEAST_FACTOR, MOST_ROUNDS = 1.1, 1e-2, 4
+"""Factor within which two scatters are the same; the least one on an assumed scatter; rounds of weights and scatter."""
 SINGULAR = 1e-5
 """Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
@@ -105,6 +111,41 @@ class Fit:
         """Squared length of the whitened residuals, known distances and distances from the priors counted in."""
         return self.at.cost
 
+    @cached_property
+    def _profile(self) -> tuple[float, float]:
+        noise = self.noise
+        telling = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
+        share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, telling))
+        return profile(noise.scatter_squares(self.at.white), noise.scatter, share)
+
+    @property
+    def deviance(self) -> float:
+        """Chi-squared with the scatter of whole poses as large as makes the residuals likeliest.
+
+        Minus twice the logarithm of the likelihood, profiled over that scatter; `chi2` where it is as assumed.
+        """
+        return self.chi2 + self._profile[1]
+
+    @property
+    def scatter_factor(self) -> float:
+        """That scatter over the one assumed."""
+        return self._profile[0]
+
+    @cached_property
+    def with_likeliest_scatter(self) -> "Fit":
+        """The same model fitted beside noise with that scatter.
+
+        Weights and scatter are found in turn: parameters that were fitted with other weights leave more of it.
+        """
+        fit = self
+        for _ in range(MOST_ROUNDS):
+            factor = fit.scatter_factor
+            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(SAME_SCATTER):
+                break
+            noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
+            fit = Fit.of(fit.problem.with_noise(noise), fit.x)
+        return fit
+
     @property
     def freedoms(self) -> int:
         """Whitened residuals less parameters, at least 1."""
@@ -118,7 +159,10 @@ class Fit:
     @property
     def dispersion(self) -> float:
         """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
-        return dispersion(self.chi2, self.freedoms, len(self.poses))
+        noise, factor = self.noise, self.scatter_factor
+        ratio = (1.0 + noise.scatter) / (1.0 + factor**2 * noise.scatter)
+        less = float((noise.scatter_squares(self.at.white) * (1.0 - ratio)).sum())
+        return dispersion(self.chi2 - less, self.freedoms, len(self.poses))
 
     @property
     def values(self) -> dict[str, float]:

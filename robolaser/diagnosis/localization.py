@@ -67,13 +67,16 @@ def localize(fit: Fit) -> list[Localization]:
 
     A smooth random function of one coordinate at one site is added to the noise, its size by maximum likelihood; then
     the next, given the first. So rich functions pay for their freedom, and of two sites that could both explain the
-    residuals only one is named.
+    residuals only one is named. Whole poses scatter as much as they would if there were no such function: what chance
+    explains is no site.
     """
+    fit = fit.with_likeliest_scatter
     chosen, tried = _chosen(fit, sites(fit))
     excess = fit.chi2 - fit.freedoms
-    whole = max(excess, sum(ratio for _, ratio in chosen))
+    whole = max(excess, sum(one.ratio for one in chosen))
     found = [
-        Localization(site.site, site.coordinate, ratio / whole, ratio, p_value(ratio, tried)) for site, ratio in chosen
+        Localization(one.site.site, one.site.coordinate, one.ratio / whole, one.ratio, p_value(one.ratio, tried))
+        for one in chosen
     ]
     return sorted(found, key=lambda place: -place.share)
 
@@ -81,13 +84,32 @@ def localize(fit: Fit) -> list[Localization]:
 def unmodelled_chi2(fit: Fit) -> float:
     """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
     places = [site for site in sites(fit) if site.unknown]
-    return sum(ratio - LIKELIHOOD_RATIO_OF_SITE for _, ratio in _chosen(fit, places)[0])
+    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _chosen(fit, places)[0])
 
 
-def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[tuple[Site, float]], int]:
-    """The sites that the residuals speak for, each with its likelihood ratio; and how many were tried."""
+def smooth_remainder(fit: Fit) -> Array:
+    """Orthonormal directions of the whitened residuals in which those functions exceed the noise, (K, n)."""
+    fit = fit.with_likeliest_scatter
+    chosen, _ = _chosen(fit, sites(fit))
+    columns = [one.size * one.site.columns for one in chosen]
+    U, s, _ = np.linalg.svd(np.hstack([np.zeros((len(fit.at.white), 1)), *columns]), full_matrices=False)
+    return np.asarray(U[:, s > 1.0])
+
+
+@final
+@dataclass(frozen=True)
+class _Chosen:
+    """A site that the residuals speak for, by twice the logarithm of a likelihood ratio, and the size that has it."""
+
+    site: Site
+    ratio: float
+    size: float
+
+
+def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[_Chosen], int]:
+    """The sites that the residuals speak for; and how many were tried."""
     tried = list(places)
-    chosen: list[tuple[Site, float]] = []
+    chosen: list[_Chosen] = []
     residuals, B = fit.at.r, [fit.at.project(site.columns) for site in tried]
     for _ in range(MAX_SITES):
         ratios = [likelihood_ratio(b, residuals, site.most) for site, b in zip(tried, B, strict=True)]
@@ -95,7 +117,7 @@ def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[tuple[Site, float]],
         ratio, size = ratios[best]
         if ratio < LIKELIHOOD_RATIO_OF_SITE:
             break
-        chosen.append((tried[best], ratio))
+        chosen.append(_Chosen(tried[best], ratio, size))
         U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
         shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
         residuals = residuals - shrink @ (U.T @ residuals)

@@ -16,19 +16,22 @@ from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, nested_fits, not_testable
+from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
+from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS
+from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
@@ -118,17 +121,20 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     verdict = judge(_evidence(start, final, left, gap))
     where = _where(verdict, refits, final, evidence, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
-    nested = nested_fits(refits, final, held_out)
+    nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
-    findings = findings_of(refits, nested, evidence, held_out)
+    errors = standard_errors(final, refits.score_tests(final))
+    findings = findings_of(refits, nested, evidence, held_out, errors)
+    classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
+    repeatability = repeatability_of(final)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, where, gap, outliers),
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers),
         gap=gap,
         where=tuple(where),
-        findings=findings,
-        classes=() if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out),
+        findings=listed(findings),
+        classes=classes,
         outliers=outliers,
         not_testable=not_testable(kinds, dataset, limits, enough=enough),
         next_poses=_next_poses(final, evidence, seed),
@@ -136,12 +142,14 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         front=front,
         model=final.model,
         x=final.x,
-        std=np.where(final.problem.fixed, np.nan, final.deviations),
+        std=np.where(final.at.free, errors, np.nan),
         calibrated_x=start.x,
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=dict(final.noise.sigmas),
+        noise=noise_sources(final),
+        repeatability=repeatability,
+        noise_remarks=noise_remarks(final, dataset),
         seconds=time.perf_counter() - began,
     )
 
@@ -163,11 +171,14 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    if (less_noise := preparation.with_less_noise(data, start, final)) is not None:
-        refits, final = again(less_noise, 0.4)
-    for _ in range(OUTLIER_ROUNDS):
+    for left in reversed(range(OUTLIER_ROUNDS + 1)):
+        for _ in range(SCATTER_ROUNDS):
+            if (other := preparation.with_other_scatter(data, start, final)) is None:
+                break
+            start = other
+            refits, final = again(start, 0.4)
         found = preparation.outliers(final)
-        if np.array_equal(found, outliers):
+        if not left or np.array_equal(found, outliers):
             break
         outliers = found
         data, start = preparation.fit(outliers, effects)
@@ -178,10 +189,9 @@ def _selected(
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
     return Evidence(
         chi2_before=start.chi2,
-        chi2_after=final.chi2,
+        chi2_after=final.with_likeliest_scatter.chi2,
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
-        scatter_m=final.size_of(final.noise),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
         has_effects=bool(final.effects),

@@ -1,4 +1,4 @@
-"""What the whole library of effects could explain at once: what remains is the scatter of whole poses."""
+"""What parameters, effects and smooth functions could explain: what remains is the scatter of whole poses."""
 
 from collections.abc import Sequence
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.model.effects.effect import CandidateEffect
@@ -13,7 +14,9 @@ from robolaser.model.effects.effect import CandidateEffect
 ROUNDS = 30
 """Of the scatter given what is explained, and what is explained given the scatter."""
 MIN_RESIDUALS = 2
-"""Residuals for each parameter, below which effects are not tried."""
+"""Independent motions of poses for each parameter, below which effects are not tried."""
+MOTIONS = 6
+"""Independent motions of a pose."""
 MAX_SIGMA = 4.0
 """Amplitude of a direction, in standard deviations of what its parameters may be, above which it explains nothing."""
 
@@ -22,10 +25,10 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
     A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
-    parameters as there are residuals, they would explain anything: then the sensor's parameters alone count.
+    parameters as poses have motions, they would explain anything: then the sensor's parameters alone count.
 
     Args:
-        fit: The model without effects.
+        fit: The model without effects, its noise that of rows.
         effects: All effects that may be at work; nonlinear parameters have their first values.
     """
     plain = Linearization(fit.problem.with_noise(None), fit.x)
@@ -36,10 +39,11 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(plain.columns(one, grid)[0] * (2.0 * UNIFORM * bounds))
     every = np.hstack(parts)
-    if len(every) < MIN_RESIDUALS * every.shape[1]:
+    if min(len(every), MOTIONS * len(fit.poses)) < MIN_RESIDUALS * every.shape[1]:
         return own
-    U, s, _ = np.linalg.svd(every, full_matrices=False)
-    e = plain.white
+    white = fit.noise.whiten(every.T.reshape(-1, *plain.plain.shape)).T
+    U, s, Vt = np.linalg.svd(white, full_matrices=False)
+    e = fit.at.white
     along = U.T @ e
     plausible = np.abs(along) <= MAX_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
@@ -47,5 +51,15 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         free = plausible * s**2 / (s**2 + variance)
         left = rest + (((1.0 - free) * along) ** 2).sum()
         variance = float(left) / (len(e) - float(free.sum()))
-    found: Array = U[:, plausible & (s**2 > variance)]
+    found: Array = (every @ Vt.T)[:, plausible & (s**2 > variance)]
     return found
+
+
+def explained(fit: Fit) -> Array:
+    """Directions of the plain residuals that a model's parameters explain, or smooth functions at some sites, (K, n).
+
+    The sites are those that the residuals speak for.
+    """
+    own = Linearization(fit.problem.with_noise(None), fit.x).slopes / fit.problem.scale
+    smooth = smooth_remainder(fit)
+    return np.hstack([own, fit.noise.correlate(smooth.T).T]) if smooth.size else own

@@ -4,15 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
-from robolaser.diagnosis.pose_noise import explainable
-from robolaser.diagnosis.thresholds import SCATTER_REDUCTION
+from robolaser.diagnosis.pose_noise import explainable, explained
+from robolaser.diagnosis.thresholds import SCATTER_CHANGE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -48,7 +51,7 @@ class Preparation:
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)
         start = find_start(small, Plan(seed=seed)).x
-        noise = some.noise(small, start, dataset)
+        noise = row_noise(some, small, start, dataset)
         near = robust_fit(Fit.of(problem_of(small, noise, sensor), start)).x
         shots = noise
         if len(some.dataset.points) < len(dataset.points):
@@ -65,22 +68,17 @@ class Preparation:
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
         model, x = Model(data.dataset), self.near
-        noise = data.noise(model, x, self.dataset)
+        noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
-        if fit.has_optics or not effects:
-            return data, fit
-        noise = data.scatter(model, fit.x, explainable(fit, effects), self.dataset)
+        noise = whole_noise(data, model, fit.x, explainable(fit, effects), self.dataset)
         return data, Fit.of(problem_of(model, noise, self.sensor), fit.x)
 
-    def with_less_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
-        """The start with the noise that the final model leaves, where that is far less than was assumed.
-
-        With few poses the whole library could explain anything, and what a single effect does passed for noise.
-        """
-        if final.has_optics or not final.effects:
-            return None
-        noise = data.scatter(final.model, final.x, explainable(final, ()), self.dataset)
-        if final.size_of(noise) > SCATTER_REDUCTION * start.size_of(start.noise):
+    def with_other_scatter(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
+        """The start with the noise that the final model leaves, where that is not what was assumed."""
+        noise = whole_noise(data, final.model, final.x, explained(final), self.dataset)
+        of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
+        of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
+        if max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all)) < np.log(SCATTER_CHANGE):
             return None
         return Fit.of(problem_of(start.model, noise, self.sensor), start.x)
 

@@ -101,14 +101,14 @@ class Refits:
         return [self._latest[one] for one in fit.effects]
 
     def cost(self, fit: Fit, spread: float) -> float:
-        """Chi-squared in units of the dispersion, and the complexity penalties of the effects.
+        """The deviance in units of the dispersion, and the complexity penalties of the effects."""
+        return fit.deviance / spread + self._penalties(fit)
 
-        The geometry of a whole arm is one effect, and costs what the data say of it.
-        """
+    def _penalties(self, fit: Fit) -> float:
+        """Of a fit's effects. The geometry of a whole arm is one effect, and costs what the data say of it."""
         arm = placements_of_arm(fit.effects)
         price = CHI2_PER_EFFECT + fit.marginal_cost(arm) if arm else 0.0
-        price += sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
-        return fit.chi2 / spread + price
+        return price + sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains what some effects do, with no need of them.
@@ -128,7 +128,7 @@ class Refits:
     def _cost_beside_unmodelled(self, fit: Fit) -> float:
         key = frozenset(fit.effects)
         if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
-            self._beside_unmodelled[key] = fit.chi2, self.cost(fit, 1.0) - unmodelled_chi2(fit)
+            self._beside_unmodelled[key] = fit.chi2, fit.chi2 + self._penalties(fit) - unmodelled_chi2(fit)
         return self._beside_unmodelled[key][1]
 
 

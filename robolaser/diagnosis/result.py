@@ -7,6 +7,7 @@ from typing import Any, final
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
@@ -16,11 +17,19 @@ FORMAT = "robolaser-diagnosis/1"
 @final
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter of an effect: value and one standard deviation in its unit; None where the data do not fix it."""
+    """A parameter of an effect.
+
+    Attributes:
+        value: In its unit.
+        std: One standard deviation; None where the data do not fix it, or a bound does.
+        unit: SI.
+        bound: `lower` or `upper` where the value ended on that bound, else empty.
+    """
 
     value: float
     std: float | None
     unit: str
+    bound: str = ""
 
 
 @final
@@ -174,7 +183,8 @@ class Diagnosis:
         sentence: The verdict for a person.
         gap: How far the gap shrinks.
         where: Places of the gap; for `unexplained`, of what is left.
-        findings: Effects found, most important first.
+        findings: Effects found, that without which the gap would be largest first; of those in the model, the few that
+            are too improbable by themselves are left out.
         classes: Classes of causes that may be at work, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
@@ -188,7 +198,9 @@ class Diagnosis:
         observed: Averaged rows without gross errors.
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
-        noise: Standard deviations of the sources of noise, by name [px, m or rad].
+        noise: Sources of noise, by name.
+        repeatability: How much whole poses scatter.
+        noise_remarks: Sentences on what is not as it should be with the noise.
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
     """
@@ -212,7 +224,9 @@ class Diagnosis:
     observed: Dataset
     before_m: Array
     after_m: Array
-    noise: Mapping[str, float]
+    noise: Mapping[str, NoiseSource]
+    repeatability: Repeatability
+    noise_remarks: tuple[str, ...]
     seconds: float
     validation: tuple[Validation, ...] = ()
 
@@ -248,10 +262,17 @@ class Diagnosis:
                 }
                 for choice in self.front
             ],
-            "noise": dict(self.noise),
+            "noise": {name: _noise(source) for name, source in self.noise.items()},
+            "repeatability": {name: _noise(source) for name, source in self.repeatability.sources.items()}
+            | {"mm_at_sensor": _mm(self.repeatability.at_sensor_m)},
+            "noise_remarks": list(self.noise_remarks),
             "validation": [_validation(one) for one in self.validation],
             "seconds": self.seconds,
         }
+
+
+def _noise(source: NoiseSource) -> dict[str, Any]:
+    return {"value": source.value, "unit": source.unit, "origin": source.origin}
 
 
 def _mm(metres: float) -> float:
@@ -284,6 +305,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "probability": found.probability,
         "parameters": {
             name: {"value": number.value, "std": number.std, "unit": number.unit}
+            | ({"on_bound": number.bound} if number.bound else {})
             for name, number in found.parameters.items()
         },
         "gap_mm_before": _mm(found.gap_before_m),

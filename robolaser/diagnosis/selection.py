@@ -5,6 +5,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.refits import Refits, penalty
@@ -99,13 +100,13 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
 
     Args:
         refits: Fits sets of effects.
-        begin: A set that was found before, on slightly other rows.
+        begin: A set that was found before, on slightly other rows or beside other noise.
         progress: Is called with what is being tried.
     """
     selection = Selection(refits, progress)
-    if begin is not None:
+    if begin is not None and placements_of_arm(begin.effects):
         return selection.stepwise(begin)
-    few = selection.stepwise(refits.start, MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS)
+    few = selection.stepwise(begin or refits.start, MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
     enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
     if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:

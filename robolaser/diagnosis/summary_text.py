@@ -1,28 +1,52 @@
-"""The verdict in a sentence or two, for a person who works with the robot."""
+"""The verdict in a few sentences, for a person who works with the robot: what is certain comes first."""
 
 from collections.abc import Sequence
 
 from robolaser.arrays import Ints
+from robolaser.diagnosis.cause_classes import UNKNOWN
+from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.result import Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import EVEN
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.diagnosis.repeatability import Repeatability
+from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
+from robolaser.diagnosis.thresholds import CERTAIN
 
 NAMED = 3
-"""Effects that a sentence names; the rest are counted."""
+"""Effects, classes or sets that a sentence names; the rest are counted."""
+WORTH_SAYING = 0.25
+"""Scatter of whole poses over all noise, from which on it is said."""
 
 
-def sentence(verdict: str, findings: Sequence[Finding], where: Sequence[Localization], gap: Gap, gross: Ints) -> str:
+def sentence(
+    verdict: str,
+    findings: Sequence[Finding],
+    classes: Sequence[CauseClass],
+    where: Sequence[Localization],
+    gap: Gap,
+    repeatability: Repeatability,
+    gross: Ints,
+) -> str:
     """Say the verdict.
 
     Args:
         verdict: `no_gap`, `explained` or `unexplained`.
-        findings: Effects found, most important first.
+        findings: Effects of the final model, most important first.
+        classes: Classes of causes, most important first.
         where: Places of the gap, the largest share first; for `unexplained`, of what is left.
         gap: How far the gap shrinks.
+        repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
     """
-    text = {"no_gap": _no_gap, "explained": _explained, "unexplained": _unexplained}[verdict](findings, where, gap)
+    if verdict == "no_gap":
+        text = _no_gap(gap)
+    elif verdict == "explained":
+        text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
+    else:
+        text = _unexplained(findings, classes, where, gap)
+    if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
+        text += (
+            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance: so well does"
+            " the arm repeat, and that is a part of the noise."
+        )
     if not len(gross):
         return text
     rows = (
@@ -57,25 +81,80 @@ def millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
-def _no_gap(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
+def _no_gap(gap: Gap) -> str:
     return (
         f"There is no gap: on new poses the model errs by {millimetres(gap.after_m)},"
         f" and noise alone gives {millimetres(gap.noise_floor_m)}."
     )
 
 
-def _explained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
-    return f"The gap is explained: {_causes(findings)}. {_shrinks(gap)}.{_aliases(findings)}"
-
-
-def _unexplained(findings: Sequence[Finding], where: Sequence[Localization], gap: Gap) -> str:
+def _unexplained(
+    findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
+) -> str:
     lies = f" What is left lies at {where[0].site} ({where[0].coordinate})." if where else ""
-    if not findings:
-        return (
-            f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
-            f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
-        )
-    return f"A part of the gap is explained: {_causes(findings)}. {_shrinks(gap)}.{lies}{_aliases(findings)}"
+    if findings:
+        return _causes("A part of the gap is explained", findings, classes, gap) + lies
+    return (
+        f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
+        f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
+    )
+
+
+def _remainder(classes: Sequence[CauseClass]) -> str:
+    """What little is left although the gap is explained; may be empty."""
+    site = next((one.site for one in classes if one.name == UNKNOWN and one.probability >= CERTAIN), "")
+    return f" The little that is left lies at {site}, in no form that an effect of the library has." if site else ""
+
+
+def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
+    """Single effects where all are certain; else the classes that are, and what is certain of their members."""
+    certain = [found for found in findings if found.probability >= CERTAIN]
+    doubtful = [found for found in findings if found.probability < CERTAIN]
+    if not doubtful:
+        return f"{lead}: {_clauses(certain)}. {_shrinks(gap)}."
+    in_model = [one for one in classes if one.gap_without_m is not None]
+    sure = [one for one in in_model if one.probability >= CERTAIN]
+    if not sure:
+        likely = max(in_model, key=lambda one: one.probability, default=None)
+        most = f"; most probable is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
+        return f"{lead}, but no cause is certain{most}. {_shrinks(gap)}."
+    said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap)}."]
+    if len(in_model) > 1:
+        losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
+        said.append(f"It would be {listed(losses)}.")
+    if certain:
+        said.append(f"Certain by itself: {_clauses(certain)}.")
+    return " ".join([*said, _doubts(doubtful, sure, is_all=not certain)])
+
+
+def _class(one: CauseClass, findings: Sequence[Finding]) -> str:
+    """A class with what the model has of it."""
+    of_class = {candidate for candidate, _ in one.members}
+    own = [found.candidate_effect for found in findings if found.candidate_effect in of_class]
+    return f"{noun(one.name)} ({members(own)})" if own else noun(one.name)
+
+
+def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: bool) -> str:
+    """What is not certain of single effects: sets of which one is, or that these poses do not tell."""
+    open_ones = {found.candidate_effect for found in doubtful}
+    sets = [some for one in sure for some in one.credible_sets if 1 < len(some) <= NAMED and open_ones & set(some)]
+    distinct = {frozenset(some): some for some in sets}.values()
+    either = [" or ".join(map(named, some)) for some in distinct]
+    text = f"One of each is at work: {'; '.join(either[:NAMED])}." if len(either) > 1 else ""
+    if len(either) == 1:
+        text = f"At work is {either[0]}."
+    if len(either) >= len(doubtful):
+        return text
+    which = "Which single effects of these are at work" if is_all and not text else "Which others are at work"
+    return f"{text} {which}, these poses do not tell.".lstrip()
+
+
+def _clauses(findings: Sequence[Finding]) -> str:
+    clauses = [found.candidate_effect.clause for found in findings[:NAMED]]
+    more = len(findings) - len(clauses)
+    if more:
+        clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
+    return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
 
 
 def _shrinks(gap: Gap) -> str:
@@ -83,35 +162,3 @@ def _shrinks(gap: Gap) -> str:
         f"With that in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
         f" to {millimetres(gap.after_m)}, where noise alone gives {millimetres(gap.noise_floor_m)}"
     )
-
-
-def _causes(findings: Sequence[Finding]) -> str:
-    clauses = [_perhaps(found) + found.candidate_effect.clause for found in findings[:NAMED]]
-    more = len(findings) - len(clauses)
-    if more:
-        clauses.append(f"{more} more {'effect was' if more == 1 else 'effects were'} found")
-    return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
-
-
-def _perhaps(found: Finding) -> str:
-    return "" if found.probability >= EVEN else "perhaps "
-
-
-def _aliases(findings: Sequence[Finding]) -> str:
-    """What could as well be the cause; may be empty."""
-    ambiguous = [found for found in findings if found.alternatives]
-    pairs = [
-        f"{_at(found.candidate_effect)} from {_one_of([other.candidate_effect for other in found.alternatives])}"
-        for found in ambiguous[:NAMED]
-    ]
-    more = len(ambiguous) - len(pairs)
-    others = f", nor {more} more from theirs" if more else ""
-    return f" These poses do not tell {', nor '.join(pairs)}{others}." if pairs else ""
-
-
-def _one_of(alternatives: Sequence[CandidateEffect]) -> str:
-    return _at(alternatives[0]) + (f" and {len(alternatives) - 1} more" if len(alternatives) > 1 else "")
-
-
-def _at(candidate_effect: CandidateEffect) -> str:
-    return str(candidate_effect)

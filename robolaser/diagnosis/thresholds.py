@@ -57,8 +57,17 @@ PLACEMENTS_OF_AN_ARM: Final = 3
 at every joint, a damaged arm at one or two."""
 MAX_BESIDE_GEOMETRY: Final = 4
 """Effects beside the geometry of a whole arm."""
-SCATTER_REDUCTION: Final = 0.7
-"""Share of the assumed noise, below which the noise that the found effects leave makes the search start again."""
+SCATTER_CHANGE: Final = 1.1
+"""Factor on the noise of poses, either way, by which the scatter that a model leaves must differ from the assumed one
+for the search to start again."""
+SCATTER_ROUNDS: Final = 3
+"""Times that it starts again for that."""
+NOISE_CONTRADICTED: Final = 1.25
+"""Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
+NOISE_CONTRADICTED_SIGMA: Final = 4.0
+"""Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
+LEAST_RANGE_EXPONENT: Final = 0.3
+"""Power of the range with which noise must grow to be worth a remark. A judgement."""
 HELD_OUT_REMOVALS: Final = 2
 """Effects, those that explain least first, without which held-out poses are predicted, before none is taken out."""
 OUTLIER_ROUNDS: Final = 2
@@ -100,6 +109,14 @@ ALIAS_SHARE: Final = 0.05
 ALIAS_LOCATIONS: Final = 3
 """Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
 
+# Standard errors.
+
+NO_OTHER_EFFECTS: Final = 0.5
+"""Prior probability that an arm has no effects but those found; the data soon outweigh it. A judgement."""
+SAME_COLUMN: Final = 1e-2
+"""Share of an effect's squared column, below which it is what the model has under another name. A judgement: anything
+from 1e-8 to 1e-2 gives the same standard errors to a few per cent."""
+
 # Classes of causes.
 
 CREDIBLE_MASS: Final = 0.95
@@ -107,7 +124,12 @@ CREDIBLE_MASS: Final = 0.95
 FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
-"""Probability, below which an effect or a class is said to be perhaps the cause."""
+"""Probability, below which a class is no more than possible."""
+CERTAIN: Final = 0.9
+"""Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
+names are right."""
+LEAST_LISTED: Final = 1e-3
+"""Probability, below which an effect of the final model is not listed by itself: its class stands for it."""
 UNDETERMINED: Final = 0.5
 """Standard deviation of a parameter, in units of its prior's, from which on the data do not determine it. Geometry: of
 two parameters of which the data see only the sum, each keeps 0.71 of its prior's, of more even more."""
@@ -122,7 +144,5 @@ FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
 CHI2_EXCESS_SIGMA: Final = 6.0
 """Standard deviations by which chi-squared may exceed its expectation: the noise is known to a few per cent."""
-POSE_SCATTER_OVER_ROW_NOISE: Final = 2.0
-"""Noise of a row with whole poses' scatter, over that without, above which the scatter is a gap of its own."""
 DETECTION_SIGMA: Final = 1.28
 """Standard deviations above its penalty at which an effect is found. A quantile: nine times in ten."""

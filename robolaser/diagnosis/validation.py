@@ -10,9 +10,10 @@ from scipy.stats import norm
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import AveragedData, noise_without_pose_errors
+from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
@@ -39,7 +40,7 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
         seed: Assigns poses to folds.
     """
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
-    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.findings)) for one in validation)
+    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.model.effects)) for one in validation)
     return replace(diagnosis, validation=validation, sentence=" ".join([diagnosis.sentence, *sentences]))
 
 
@@ -47,7 +48,8 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     names = diagnosis.model.sensor.free + diagnosis.model.sensor.derived
     calibrated = _shared(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)))
     found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
-    given = {**diagnosis.dataset.parameters, **other.parameters}
+    shared = {name: item for name, item in diagnosis.dataset.parameters.items() if not name.startswith(OWN)}
+    given = {**shared, **other.parameters}
     nominal = calibrated | {name: given[name].nominal for name in calibrated if name in given}
     other = replace(other, parameters=given)
     found_in = RunSummary.of(diagnosis.dataset)
@@ -63,7 +65,10 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
     after = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
-    floor = after.fit().size_of(noise_without_pose_errors(after.noise))
+    scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
+    floor = after.fit().size_of(
+        after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
+    )
     errors = after.held_out(seed)
     before = errors if not effects and calibrated == _shared(found) else None
     if before is None:
@@ -137,7 +142,7 @@ class _Transfer:
         start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
-        noise = data.noise(model, x, raw)
+        noise = row_noise(data, model, x, raw)
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:

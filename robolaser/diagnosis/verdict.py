@@ -19,7 +19,6 @@ from robolaser.diagnosis.thresholds import (
     FREEDOMS_PER_POSE,
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
-    POSE_SCATTER_OVER_ROW_NOISE,
     UNEXPLAINED_DISCOUNT,
 )
 
@@ -104,8 +103,7 @@ class Evidence:
         chi2_after: Of the model with those that were found.
         freedoms: Residuals less parameters of the latter.
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
-        scatter_m: Root-mean-square error of a row by noise, the estimated scatter of whole poses included [m].
-        floor_m: The same without it: the noise floor of the gap [m].
+        floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
         gap_m: Held-out gap that is left [m].
         has_effects: Whether any effect was found.
     """
@@ -114,7 +112,6 @@ class Evidence:
     chi2_after: float
     freedoms: int
     localized: float
-    scatter_m: float
     floor_m: float
     gap_m: float
     has_effects: bool
@@ -125,8 +122,6 @@ def judge(evidence: Evidence) -> str:
     explained = evidence.chi2_before - evidence.chi2_after
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
     left = max(evidence.localized, excess)
-    if evidence.scatter_m > POSE_SCATTER_OVER_ROW_NOISE * evidence.floor_m:
-        return "unexplained"
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
     at_floor = evidence.gap_m <= GAP_OVER_FLOOR * evidence.floor_m

@@ -16,6 +16,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
+from robolaser.parameters import Parameter
 from robolaser.simulation import simulate
 
 OFFSET = {"joint_offset:joint_3": 0.004}
@@ -76,6 +77,26 @@ def test_a_scanner_is_transferred_with_its_own_parameters():
     validation = examine(whole.of_poses(here), OFFSETS, seed=1, validate=[whole.of_poses(~here)]).validation[0]
     assert validation.nominal_m > 5 * validation.calibrated_m
     assert validation.after_m < 2 * validation.noise_floor_m
+
+
+def test_what_drifted_is_taken_as_at_the_end_of_its_run_and_said_so():
+    """The arm has warmed up on the first campaign; the second is taken as measured warm, which it was not."""
+    drift = {"thermal_drift:joint_3": 0.003}
+    warm_up = [kind for kind in EFFECTS if kind.name == "thermal_drift"]
+    first, second = campaign(1, effects=drift, poses=24), campaign(2, effects=drift, poses=24)
+    (validation,) = examine(first, warm_up, seed=1, validate=[second]).validation
+    assert any(remark.startswith("thermal_drift at joint_3: how far it has come") for remark in validation.remarks)
+
+
+def test_campaigns_with_sessions_predict_and_are_predicted():
+    both = simulate(
+        find_robot("scorbot_er7"), kind="point", poses=10, sessions=2, noise=Noise(point_m=2e-5), effects=OFFSET, seed=5
+    ).dataset
+    bounds = Parameter("base.x@session-1", "m", 2.5, 0.0, 5.0)
+    both = replace(both, parameters={bounds.name: bounds})
+    for here, there in ((both, campaign(2)), (campaign(2), both)):
+        (validation,) = examine(here, OFFSETS, seed=1, validate=[there]).validation
+        assert validation.after_m < 1.3 * validation.noise_floor_m
 
 
 def other_arm():

@@ -25,7 +25,6 @@ CLEAN = Evidence(
     chi2_after=1000.0,
     freedoms=1000,
     localized=0.0,
-    scatter_m=1e-4,
     floor_m=1e-4,
     gap_m=1e-4,
     has_effects=False,
@@ -151,13 +150,6 @@ def test_without_effects_no_remainder_is_a_matter_of_form():
     assert judge(replace(CLEAN, chi2_before=1e6, localized=20.0)) == "unexplained"
 
 
-def test_poses_that_scatter_more_than_twice_as_much_as_rows_are_a_gap_of_their_own():
-    assert judge(replace(EXPLAINED, scatter_m=1.99e-4)) == "explained"
-    assert judge(replace(EXPLAINED, scatter_m=2.01e-4)) == "unexplained"
-    assert judge(replace(CLEAN, scatter_m=2.01e-4)) == "unexplained"
-    assert thresholds.POSE_SCATTER_OVER_ROW_NOISE == 2.0
-
-
 def test_with_a_hundred_coordinates_chance_speaks_for_a_site_once_in_nine_hundred_data_sets():
     assert 1 / p_value(thresholds.LIKELIHOOD_RATIO_OF_SITE, 100) == pytest.approx(905, abs=5)
 
@@ -218,7 +210,8 @@ def test_a_function_is_no_larger_than_is_plausible():
         ("MAX_EFFECTS", 8),
         ("MAX_SEPARATE_EFFECTS", 3),
         ("MAX_BESIDE_GEOMETRY", 4),
-        ("SCATTER_REDUCTION", 0.7),
+        ("SCATTER_CHANGE", 1.1),
+        ("SCATTER_ROUNDS", 3),
         ("OUTLIER_ROUNDS", 2),
         ("REFITTED_ALTERNATIVES", 10),
         ("ALTERNATIVE_SHARE", 0.5),

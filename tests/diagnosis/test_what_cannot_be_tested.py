@@ -131,7 +131,7 @@ def test_one_point_a_pose_is_enough_for_an_answer(kind):
 def test_noise_that_nobody_stated_is_estimated(kind):
     found = answer(recorded(kind, poses=24, stated=Noise()))
     assert found["verdict"] == "no_gap"
-    assert all(np.isfinite(sigma) for sigma in found["noise"].values())
+    assert all(np.isfinite(source["value"]) for source in found["noise"].values())
 
 
 def test_perfect_data_leave_no_gap():

@@ -101,27 +101,27 @@ def test_without_a_robot_down_is_down() -> None:
 @pytest.mark.parametrize("joint", [1, 2, 4])
 def test_the_moment_at_a_joint_about_its_axis_is_what_the_joint_bears(dataset: Dataset, joint: int) -> None:
     run = Run(dataset)
-    moment = run.link_load(dataset.robot.joints[joint]).moment(np.zeros((1, 1, 1)))[0]
+    moment = run.link_load(dataset.robot.joints[joint]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
     np.testing.assert_allclose(-moment @ dataset.robot.axes[joint], run.gravity_torques[:, joint], atol=1e-9)
 
 
 def test_the_moment_at_the_joint_before_is_what_that_joint_bears(dataset: Dataset) -> None:
     run, robot = Run(dataset), dataset.robot
     placement = robot.placements[2, :3, :3]
-    moment = run.link_load(robot.joints[2]).moment(np.ones((1, 1, 1)))[0] @ placement.T
+    moment = run.link_load(robot.joints[2]).moment(np.ones((1, 1, 1)), np.zeros((1, 1, 1)))[0] @ placement.T
     np.testing.assert_allclose(-moment @ robot.axes[1], run.gravity_torques[:, 1], atol=1e-9)
 
 
 def turned(dataset: Dataset, joint: int, bending: float, twist: float, axial: float) -> Array:
     """The turn of a joint's placement under the load, hinged at the joint, (n, 3) [rad]."""
-    robot, size = dataset.arm[0], (bending * ONE, twist * ONE, axial * ONE, ONE)
+    robot, size = dataset.arm[0], (bending * ONE, twist * ONE, axial * ONE, ONE, NONE)
     bent = LinkCompliance(robot.joints[joint], *size).apply(robot.placements[None, None], Run(dataset))[0, :, joint]
     R = robot.placements[joint, :3, :3].T @ bent[:, :3, :3]
     return np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1) / 2
 
 
 def test_a_link_that_yields_alike_in_all_directions_turns_with_the_moment(dataset: Dataset) -> None:
-    moment = Run(dataset).link_load(dataset.robot.joints[2]).moment(np.zeros((1, 1, 1)))[0]
+    moment = Run(dataset).link_load(dataset.robot.joints[2]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
     np.testing.assert_allclose(turned(dataset, 2, 1e-6, 1e-6, 1.0), 1e-6 * moment, atol=1e-12)
 
 
@@ -141,7 +141,9 @@ def test_a_link_that_only_twists_turns_about_its_direction(dataset: Dataset) -> 
 
 def test_a_link_hinged_at_the_joint_before_leaves_that_joint_where_it_is(dataset: Dataset) -> None:
     run, robot = Run(dataset), dataset.arm[0]
-    bent = LinkCompliance(robot.joints[2], ONE * 1e-4, ONE * 1e-4, ONE, NONE).apply(robot.placements[None, None], run)
+    bent = LinkCompliance(robot.joints[2], ONE * 1e-4, ONE * 1e-4, ONE, NONE, NONE).apply(
+        robot.placements[None, None], run
+    )
     straight = np.linalg.norm(robot.placements[2, :3, 3])
     np.testing.assert_allclose(np.linalg.norm(bent[0, :, 2, :3, 3], axis=-1), straight, atol=1e-12)
     assert np.ptp(bent[0, :, 2, :3, 3], axis=0).max() > 1e-4
@@ -149,3 +151,12 @@ def test_a_link_hinged_at_the_joint_before_leaves_that_joint_where_it_is(dataset
 
 def test_what_is_before_the_first_joint_is_the_base_and_no_link(dataset: Dataset) -> None:
     assert LinkCompliance.sites(dataset.robot) == dataset.robot.joints[1:]
+
+
+def test_a_payload_that_nobody_stated_bends_a_link_as_one_stated_does(dataset: Dataset) -> None:
+    joint, sizes = dataset.robot.joints[2], (1e-5 * ONE, 1e-5 * ONE, ONE, 0.5 * ONE)
+    loaded = Run(replace(dataset, poses=replace(dataset.poses, payload_kg=np.full(8, 2.0))))
+    placements = dataset.robot.placements[None, None]
+    stated = LinkCompliance(joint, *sizes, NONE).apply(placements, loaded)
+    unstated = LinkCompliance(joint, *sizes, 2.0 * ONE).apply(placements, Run(dataset))
+    np.testing.assert_allclose(unstated, stated, atol=1e-15)

@@ -23,14 +23,18 @@ from page_claims import (
     titled,
 )
 
+from robolaser.data.dataset import Noise
+from robolaser.diagnosis import examine
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.geometry.robots import find_robot
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.charts.cell import beside, suspected
 from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
 from robolaser.report.diagnosis.rows import limit_rows, untestable_rows
 from robolaser.report.digits import percent
+from robolaser.simulation import simulate
 
 
 @pytest.fixture(scope="module")
@@ -202,3 +206,17 @@ def test_joints_and_points_have_names_under_the_pointer(pages):
 
 def test_the_same_diagnosis_gives_the_same_page(made, pages):
     assert page(made["unexplained"], command="robolaser diagnose cell --output result") == pages["unexplained"]
+
+
+def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_frame():
+    """Each tracker stands elsewhere, and each session has a tool of its own."""
+    robot = find_robot("scorbot_er7")
+    made = simulate(robot, kind="point", poses=8, sessions=2, noise=Noise(point_m=2e-5), seed=3).dataset
+    apart = replace(made, sessions=replace(made.sessions, own=("base.*", "tool.*")))
+    found = examine(apart, [], seed=1)
+    assert "base.x@session-2" in found.model.parameters.names
+    assert page(found)
+    drawn = Outline.of(found)
+    reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
+    assert np.linalg.norm(drawn.points, axis=1).max() < reach + 0.3
+    assert np.linalg.norm(drawn.tip - drawn.line[-1]) < 0.2

@@ -5,18 +5,24 @@ from dataclasses import replace
 
 import pytest
 from calibrated import arm, stripe
-from diagnosed import MADE, of
+from diagnosed import GEOMETRIC, MADE, candidate_effect, of
 from rich.console import Console
 
+from robolaser.diagnosis.cause_words import members
+from robolaser.diagnosis.result import CauseClass, Estimate
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.report.diagnosis import print_diagnosis
-from robolaser.report.diagnosis.advice import to_do
+from robolaser.report.diagnosis.advice import caveats, doubt, to_do
 from robolaser.report.digits import percent
 
 
 @pytest.fixture(params=MADE)
 def diagnosis(request):
     return MADE[request.param]()
+
+
+def geometric():
+    return of(stripe(robot=arm(), effects=GEOMETRIC), rivals=("encoder_scale:perturb",))
 
 
 def printed(diagnosis, folder=None):
@@ -36,10 +42,6 @@ def test_gross_errors_are_counted_in_the_verdict():
     assert "2 rows" in MADE["explained"]().sentence
 
 
-def test_what_poses_cannot_tell_is_admitted():
-    assert "do not tell joint_offset at perturb from encoder_scale at perturb" in MADE["explained"]().sentence
-
-
 def test_every_verdict_leads_to_something_to_do(diagnosis):
     said = to_do(diagnosis)
     assert said
@@ -49,14 +51,80 @@ def test_every_verdict_leads_to_something_to_do(diagnosis):
         )
 
 
-def test_what_is_unlikely_is_said_so_and_not_to_be_repaired():
-    diagnosis = MADE["unexplained"]()
-    (found,) = diagnosis.findings
-    doubtful = replace(found, probability=0.01)
-    said = sentence("unexplained", [doubtful], diagnosis.where, diagnosis.gap, diagnosis.outliers)
-    assert "perhaps the zero of perturb is off" in said
-    assert "perhaps" not in diagnosis.sentence
-    assert "Do not repair it yet" in to_do(replace(diagnosis, findings=(doubtful,)))[0]
+def doubted(diagnosis, probability=0.3, of_class=0.999, sets=()):
+    """The same with no single effect certain, and one class that all of them belong to."""
+    findings = tuple(replace(found, probability=probability) for found in diagnosis.findings)
+    members = tuple((found.candidate_effect, probability) for found in findings)
+    gap = diagnosis.gap
+    classes = (CauseClass("arm_geometry", of_class, gap.calibrated_m, gap.after_m, members, sets),)
+    said = sentence(
+        diagnosis.verdict, findings, classes, diagnosis.where, gap, diagnosis.repeatability, diagnosis.outliers
+    )
+    return replace(diagnosis, findings=findings, classes=classes, sentence=said)
+
+
+def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
+    said = doubted(geometric()).sentence
+    assert said.startswith(
+        "The gap is explained by the arm's geometry (joint offset of perturb and link geometry of lift). With that"
+    )
+    assert "Which single effects of these are at work, these poses do not tell." in said
+
+
+def test_what_is_explained_is_never_perhaps():
+    for one in (doubted(geometric()), doubted(geometric(), of_class=0.5)):
+        assert "perhaps" not in one.sentence
+    assert (
+        "no cause is certain; most probable is the arm's geometry (50 %)" in doubted(geometric(), of_class=0.5).sentence
+    )
+
+
+def test_a_credible_set_is_said_as_a_choice():
+    first = geometric().findings[0].candidate_effect
+    said = doubted(geometric(), sets=((first, candidate_effect("encoder_scale:perturb")),)).sentence
+    assert "At work is joint offset of perturb or encoder scale of perturb. Which others are" in said
+
+
+def test_a_certain_effect_is_named_beside_a_certain_class():
+    one = doubted(geometric())
+    findings = (replace(one.findings[0], probability=0.99), *one.findings[1:])
+    said = sentence("explained", findings, one.classes, one.where, one.gap, one.repeatability, one.outliers)
+    assert "Certain by itself: the zero of perturb is off. Which others" in said
+
+
+def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
+    one = doubted(geometric())
+    unknown = CauseClass("unknown", 0.99, None, one.gap.after_m, site="base")
+    said = sentence(
+        "explained", one.findings, (*one.classes, unknown), one.where, one.gap, one.repeatability, one.outliers
+    )
+    assert "The little that is left lies at base, in no form" in said
+    assert "The little" not in one.sentence
+
+
+def test_uncertain_effects_of_a_class_have_one_advice_together():
+    said = to_do(doubted(geometric()))
+    assert [one for one in said if "robot_corrected.urdf" in one] == [said[0]]
+    assert not any("repair" in one for one in said)
+    (uncertain, *_) = to_do(doubted(geometric(), of_class=0.5))
+    assert uncertain.startswith("The arm's geometry: not certain. Measure more poses")
+
+
+def test_a_parameter_on_its_bound_is_said_with_its_sign():
+    diagnosis = geometric()
+    first = diagnosis.findings[0]
+    on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
+    assert caveats(diagnosis, on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
+    assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
+
+
+def test_joints_are_listed_shortly():
+    where = ["joint_2", "joint_3", "joint_5"]
+    listed = [candidate_effect(f"joint_offset:{one}") for one in where]
+    assert (
+        members([*listed, candidate_effect("laser_roll:laser")]) == "joint offset of joint_2, 3 and 5, and laser roll"
+    )
+    assert members(listed[:2]) == "joint offset of joint_2 and joint_3"
 
 
 def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path):

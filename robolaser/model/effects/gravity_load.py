@@ -55,6 +55,7 @@ class LinkLoad:
         own_mass: Of the link, and of what else it carries, (n, 1) [kg].
         own_first_moment: The same times where its centre is, (n, 3) [kg m].
         link: From the joint before to this one, (3,) [m].
+        tip: From the joint to the flange's origin, (n, 3) [m].
         gravity: (n, 3) [m/s²].
     """
 
@@ -63,25 +64,28 @@ class LinkLoad:
     own_mass: Array
     own_first_moment: Array
     link: Array
+    tip: Array
     gravity: Array
 
-    def moment(self, beyond: Array) -> Array:
+    def moment(self, beyond: Array, payload_kg: Array) -> Array:
         """The moment of the weight beyond a point of the link about it, (c, 1, 1) -> (c, n, 3) [Nm].
 
         Args:
             beyond: Share of the link that is beyond the point, from 0, at the joint, to 1, at the joint before.
+            payload_kg: A further mass at the flange's origin.
         """
-        mass = self.mass + beyond * self.own_mass
-        first_moment = self.first_moment + beyond * self.own_first_moment + beyond * mass * self.link
+        mass = self.mass + payload_kg + beyond * self.own_mass
+        first_moment = self.first_moment + payload_kg * self.tip + beyond * (self.own_first_moment + mass * self.link)
         return np.cross(first_moment, self.gravity)
 
 
-def link_load(robot: Robot, frames: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
+def link_load(robot: Robot, frames: Array, tip: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
     """What hangs on the link before a joint, where there is one before it.
 
     Args:
         robot: The arm.
         frames: T_base_joint of the chain's joints, each turned, (n, len(chain), 4, 4).
+        tip: The flange's origin in the base frame, (n, 3) [m].
         carried: As `carried_masses` gives it.
         at: The joint's place in the chain, 1 or more.
     """
@@ -101,6 +105,7 @@ def link_load(robot: Robot, frames: Array, carried: tuple[Array, Array], at: int
         own_mass=own_mass,
         own_first_moment=inside(first_moments[:, before] - first_moments[:, here] - own_mass * origin),
         link=placement[:3, :3].T @ placement[:3, 3],
+        tip=inside(tip - origin),
         gravity=inside(np.array(robot.gravity)),
     )
 

@@ -23,12 +23,13 @@ class LinkCompliance(Effect):
     r"""The link from the joint before to this one turns by :math:`φ = C M` about a point on its line.
 
     M is the moment of the weight that hangs beyond that point about it, and
-    :math:`C = \mathrm{bending}\,(1 - u u^T - (1 - \mathrm{axial})\,a a^T) + \mathrm{twist}\,u u^T`, with a the axis of
-    this joint and u the part of the link's direction across it. Where `axial` is 0, the link yields across the joint's
-    axis only, as a tilting bearing does; about it, it cannot be told from a joint that gives way. `hinge` is where on
-    the line between the joints it yields, from the joint before (0) to this one (1); of the link's own weight the share
-    beyond that point counts. A beam of constant section acts as if hinged in its middle: exactly so for the turn of its
-    end, within a quarter for the shift.
+    :math:`C = \mathrm{bending}\,(1 - u u^T - (1 - \mathrm{axial})\,a a^T) + \mathrm{twist}\,u u^T`, with a the axis
+    of this joint and u the part of the link's direction across it. Where `axial` is 0, the link yields across the
+    joint's axis only, as a tilting bearing does; about it, it cannot be told from a joint that gives way. `hinge` is
+    where on the line between the joints it yields, from the joint before (0) to this one (1); of the link's own
+    weight the share beyond that point counts, and `payload` is a mass at the flange that neither URDF nor data state.
+    A beam of constant section acts as if hinged in its middle: exactly so for the turn of its end, within a quarter
+    for the shift.
     """
 
     name = "link_compliance"
@@ -45,6 +46,7 @@ class LinkCompliance(Effect):
     twist: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=2e-5, lower=0.0)
     axial: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=1.0)
     hinge: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5)
+    payload: Array = nonlinear(unit="kg", lower=0.0, upper=20.0, nominal=0.0)
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
@@ -54,7 +56,7 @@ class LinkCompliance(Effect):
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
         """Alike in all directions or across the joint's axis only; at either joint, and in the middle."""
-        return np.array([[axial, hinge] for axial in (1.0, 0.0) for hinge in (0.0, 0.5, 1.0)])
+        return np.array([[axial, hinge, 0.0] for axial in (1.0, 0.0) for hinge in (0.0, 0.5, 1.0)])
 
     def apply(self, placements: Array, run: Run, /) -> Array:
         """Turn the joint's placement in each pose."""
@@ -66,7 +68,7 @@ class LinkCompliance(Effect):
             np.eye(3) - np.outer(along, along) - (1.0 - self.axial[:, None, None]) * np.outer(axis, axis)
         )
         compliance = across + self.twist[:, None, None] * np.outer(along, along)
-        turn = exp_so3(load.moment(beyond) @ compliance)
+        turn = exp_so3(load.moment(beyond, self.payload[:, None, None]) @ compliance)
         moved = np.broadcast_to(placements, (*turn.shape[:2], *placements.shape[2:])).copy()
         motion = pose(turn, beyond * ((turn - np.eye(3)) @ load.link))
         moved[:, :, column] = moved[:, :, column] @ motion

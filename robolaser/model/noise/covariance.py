@@ -1,9 +1,9 @@
 """How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import reml
+from robolaser.model.noise.repeats import pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.noise.whitening import Whitener, group_sums
+from robolaser.model.noise.whitening import GroupStage, Whitener, group_sums
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
 FLOOR = 1e-6
@@ -25,8 +26,10 @@ MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 MOST_POSES = 2000
 MOST_NAMES = 30  # reflectors or sockets
-LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
-GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
+
+Origin = Literal["stated", "repeats", "estimated"]
+Known = Mapping[str, tuple[float, Origin]]
+"""Sizes of sources, and where they come from, by name."""
 
 
 @final
@@ -37,14 +40,19 @@ class NoiseModel:
     Attributes:
         sources: What may shake the rows, see `robolaser.model.noise.sources`.
         sigmas: Standard deviation of each source, by name, in its unit.
-        estimated: Those that the residuals or repeats gave rather than the data set.
+        origin: Where each size comes from: "stated", "repeats", or "estimated" from the residuals.
         relative: Whether whitened rows are of unit variance only up to a common factor.
     """
 
     sources: tuple[ErrorSource, ...]
     sigmas: Mapping[str, float]
-    estimated: tuple[str, ...] = ()
+    origin: Mapping[str, Origin] = field(default_factory=dict)
     relative: bool = False
+
+    @property
+    def estimated(self) -> tuple[str, ...]:
+        """Sources whose sizes the residuals or repeats gave rather than the data set."""
+        return tuple(name for name, origin in self.origin.items() if origin != "stated")
 
     def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
         """The same sources with other sizes; those not named keep theirs."""
@@ -75,16 +83,46 @@ class NoiseModel:
     def _whitener(self) -> Whitener:
         own = self._floor()
         levels: list[tuple[Array, Ints]] = []
+        of_poses: list[tuple[Array, Ints]] = []
         shaking = (source for source in self.sources if self.sigmas[source.name] > 0.0)
         for source in sorted(shaking, key=lambda source: len(np.unique(source.group)), reverse=True):
             effect = self.sigmas[source.name] * source.effect
-            if len(np.unique(source.group)) == self._rows:
+            into = of_poses if source.level == "pose" else levels
+            if source.level != "pose" and len(np.unique(source.group)) == self._rows:
                 own += effect @ np.swapaxes(effect, -1, -2)
-            elif levels and np.array_equal(levels[-1][1], source.group):
-                levels[-1] = (np.concatenate([levels[-1][0], effect], axis=-1), source.group)
+            elif into and np.array_equal(into[-1][1], source.group):
+                into[-1] = (np.concatenate([into[-1][0], effect], axis=-1), source.group)
             else:
-                levels.append((effect, source.group))
-        return Whitener.of(own, levels)
+                into.append((effect, source.group))
+        return Whitener.of(own, [*levels, *of_poses])
+
+    @cached_property
+    def _of_poses(self) -> GroupStage | None:
+        """The stage that whitens errors of whole poses, always the last one; None where there are none."""
+        shaking = any(source.level == "pose" and self.sigmas[source.name] > 0.0 for source in self.sources)
+        return self._whitener.stages[-1] if shaking else None
+
+    @property
+    def scatter(self) -> Array:
+        """Variance that errors of whole poses add to each direction in which they move a pose, (n q,).
+
+        In units of what is there without them; empty where there are none.
+        """
+        return np.zeros(0) if self._of_poses is None else self._of_poses.variances.reshape(-1)
+
+    def scatter_squares(self, white: Array) -> Array:
+        """Squares of whitened residuals (m k,) along the same directions, (n q,)."""
+        rows = white.reshape(self._rows, self.numbers)
+        return np.zeros(0) if self._of_poses is None else self._of_poses.squares(rows).reshape(-1)
+
+    def with_scatter_times(self, factor: float) -> "NoiseModel":
+        """The same with larger or smaller errors of whole poses."""
+        return self.at({source.name: factor * self.sigmas[source.name] for source in self.sources_of_poses})
+
+    @property
+    def sources_of_poses(self) -> tuple[ErrorSource, ...]:
+        """Those that shake whole poses."""
+        return tuple(source for source in self.sources if source.level == "pose")
 
     @property
     def _rows(self) -> int:
@@ -106,6 +144,17 @@ class NoiseModel:
     def weigh(self, white: Array) -> Array:
         """Σ⁻¹ times residuals that are white already, (c, m k) -> (c, m k) [1/row's unit]."""
         return self._whitener.back(white)
+
+    def correlate(self, white: Array) -> Array:
+        """Undo `whiten`: residuals whose whitened ones are given, (c, m k) -> (c, m k) [row's unit]."""
+        weighed = self.weigh(white)
+        rows = weighed.reshape(len(white), self._rows, self.numbers).transpose(1, 2, 0)
+        total: Array = FLOOR**2 * rows
+        for source in self.sources:
+            moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
+            shared = self.sigmas[source.name] ** 2 * group_sums(moved, source.group)[source.group]
+            total = total + (shared if source.isotropic else source.effect @ shared)
+        return total.transpose(2, 0, 1).reshape(len(white), -1)
 
     def seen_through(self, J: Array) -> Array:
         """JᵀΣJ for a Jacobian (m k, d), -> (d, d)."""
@@ -147,7 +196,7 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
         kept: Rows to judge by, (m,); all when absent.
     """
     sizes = sizes_of(model, x, kept)
-    return NoiseModel(error_sources(model, x), sizes.sigmas, sizes.estimated)
+    return NoiseModel(error_sources(model, x), sizes.sigmas, sizes.origin)
 
 
 def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
@@ -155,8 +204,8 @@ def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     some = _telling(model, kept)
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
     J = jacobian_matrix(some, x)[:, inside]
-    pixel = pixel_from_repeats(model.dataset)
-    return _sized(some.dataset, error_sources(some, x), some.residuals(x[None])[0], J, pixel)
+    sources = error_sources(some, x)
+    return estimated_noise(some.dataset, sources, some.residuals(x[None])[0], J, known_sizes(sources, model.dataset))
 
 
 def _telling(model: Model, kept: Bools | None) -> Model:
@@ -192,20 +241,36 @@ def noise_from(dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Ar
         residuals: What the fit left over, (m, k) [row's unit].
         J: The residuals by the parameters that were fitted, (m k, d).
     """
-    return _sized(dataset, sources, residuals, J, pixel_from_repeats(dataset))
+    return estimated_noise(dataset, sources, residuals, J, known_sizes(sources, dataset))
 
 
-def _sized(
-    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, pixel: float | None
+def known_sizes(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:
+    """The sizes of sources that the data set states, and of its pixels as repeats have them, if nobody states them.
+
+    Args:
+        sources: What may shake the rows.
+        shots: The data set with its repeats.
+    """
+    known: dict[str, tuple[float, Origin]] = {
+        source.name: (source.stated, "stated") for source in sources if source.stated is not None
+    }
+    if any(source.name == "pixel" and source.stated is None for source in sources):
+        pixel = pixel_from_repeats(shots)
+        if pixel is not None:
+            known["pixel"] = pixel, "repeats"
+    return known
+
+
+def estimated_noise(
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
 ) -> NoiseModel:
+    """As `noise_from`, with the sizes that are known (see `known_sizes`) given."""
+    sigmas = {name: size for name, (size, _) in known.items()}
+    if len(known) < len(sources):
+        sigmas |= _from_residuals(dataset.points.pose, sources, sigmas, residuals, J)
     names = [source.name for source in sources]
-    known = {source.name: source.stated for source in sources if source.stated is not None}
-    estimated = tuple(name for name in names if name not in known)
-    if "pixel" in estimated and pixel is not None:
-        known["pixel"] = pixel
-    if len(known) < len(names):
-        known |= _from_residuals(dataset.points.pose, sources, known, residuals, J)
-    return NoiseModel(sources, {name: known[name] for name in names}, estimated)
+    origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
+    return NoiseModel(sources, {name: sigmas[name] for name in names}, origin)
 
 
 def _from_residuals(
@@ -232,26 +297,3 @@ def _from_residuals(
 
 def _most_of_a_pose(poses: int) -> int:
     return int(np.clip(MOST_ROWS // poses, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
-
-
-def pixel_from_repeats(dataset: Dataset) -> float | None:
-    """Pooled standard deviation of pixels between shots at an unmoved pose [px]; None where repeats are too few.
-
-    Repeats with a gross error, judged by the median deviation, are left out.
-    """
-    if dataset.points.pixel is None or dataset.points.repeat is None:
-        return None
-    group = dataset.points.place
-    count = np.bincount(group)
-    deviation = dataset.points.pixel - (group_sums(dataset.points.pixel, group) / count[:, None])[group]
-    free = (count - 1)[group] / count[group]  # share of the variance that a deviation from the group's mean keeps
-    repeated = free > 0
-    if (count - 1).sum() < LEAST_REPEATS:
-        return None
-    normal = np.abs(deviation[repeated]) / np.sqrt(free[repeated, None])
-    largest = GROSS * float(np.median(normal)) / 0.6745  # median of |N(0, 1)|
-    gross = np.zeros(len(count), dtype=bool)
-    gross[group[repeated][(normal > largest).any(axis=1)]] = True
-    kept = ~gross
-    degrees = 2 * (count - 1)[kept].sum()
-    return float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))

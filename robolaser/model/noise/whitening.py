@@ -14,6 +14,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 
+MOTIONLESS = 1e-12
+"""Variance over that of a white row, up to which a group's shared errors do not move a direction."""
+
 
 def group_sums(rows: Array, group: Ints) -> Array:
     """Sum rows (m, ...) that share a group's number (m,), -> (largest number + 1, ...)."""
@@ -43,11 +46,28 @@ class GroupStage:
     group: Ints
 
     @cached_property
+    def _spectrum(self) -> tuple[Array, Array]:
+        """Variances s² (g, q) that the shared errors add along orthogonal directions, and V (g, q, q)."""
+        s2, V = np.linalg.eigh(group_sums(np.swapaxes(self.shared, -1, -2) @ self.shared, self.group))
+        return np.maximum(s2, 0.0), V
+
+    @cached_property
+    def variances(self) -> Array:
+        """Variance that the shared errors add to each direction in which they move their group, (g, q)."""
+        return self._spectrum[0]
+
+    def squares(self, white: Array) -> Array:
+        """Squares of white rows (m, k) along those directions, (g, q); zero along directions that do not move."""
+        s2, V = self._spectrum
+        common = group_sums((np.swapaxes(self.shared, -1, -2) @ white[..., None])[..., 0], self.group)
+        along = (np.swapaxes(V, -1, -2) @ common[..., None])[..., 0]
+        return np.divide(along**2, s2, out=np.zeros_like(s2), where=s2 > MOTIONLESS)
+
+    @cached_property
     def kernel(self) -> Array:
         """K of each group, (largest number + 1, q, q)."""
-        gram = group_sums(np.swapaxes(self.shared, -1, -2) @ self.shared, self.group)
-        s2, V = np.linalg.eigh(gram)
-        root = np.sqrt(1.0 + np.maximum(s2, 0.0))
+        s2, V = self._spectrum
+        root = np.sqrt(1.0 + s2)
         kernel: Array = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
         return kernel
 

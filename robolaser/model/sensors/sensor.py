@@ -139,6 +139,10 @@ class Sensor(ABC):
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point."""
         return None
 
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
+        return None
+
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives of the residuals by the parameters, `free` then `derived`, (c, m, k, d).
 

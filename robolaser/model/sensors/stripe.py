@@ -167,6 +167,10 @@ class Stripe(Sensor):
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
         return self.target(values, perturb)
 
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """From the camera, (m,) [m]."""
+        return np.asarray(np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1))
+
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own, and `target` [m], isotropic, shared by the repeats of a point."""
         points, noise = self.dataset.points, self.dataset.noise

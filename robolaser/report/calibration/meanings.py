@@ -1,5 +1,6 @@
 """What each parameter is, in a few words."""
 
+import re
 from collections.abc import Mapping
 
 from robolaser.model.effects import EFFECTS
@@ -21,12 +22,15 @@ _SCANNER: Mapping[str, str] = {
     "t_z": "camera on the flange, z",
 }
 _SIX = {"w": "1st angle", "phi": "2nd angle", "psi": "3rd angle"}
+_IN_SESSION = re.compile(r"(?P<parameter>.+\.(?:x|y|z|w|phi|psi))@(?P<session>.+)")
 
 
 def meaning(name: str) -> str:
     """What a sensor's parameter is; empty for an unknown name."""
     if name in _SCANNER:
         return _SCANNER[name]
+    if own := _IN_SESSION.fullmatch(name):
+        return f"{meaning(own['parameter'])}, session {own['session']}"
     thing, _, part = name.rpartition(".")
     part = _SIX.get(part, part)
     kind, _, which = thing.partition(".")
@@ -36,10 +40,7 @@ def meaning(name: str) -> str:
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",
     }
-    if kind in meanings:
-        return f"{meanings[kind]}, {part}"
-    plain, at, session = name.rpartition("@")
-    return f"{said}, session {session}" if at and (said := meaning(plain)) else ""
+    return f"{meanings[kind]}, {part}" if kind in meanings else ""
 
 
 def effect_meaning(effect: str) -> str:

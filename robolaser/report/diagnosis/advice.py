@@ -1,12 +1,14 @@
 """Caveats about the effects that were found, and what to do about them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from robolaser.diagnosis.cause_classes import class_of
+from robolaser.diagnosis.cause_words import noun
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
-from robolaser.diagnosis.thresholds import EVEN
+from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.report.digits import plain
 
-SURE = 0.95
-"""Probability below which a finding is called likely."""
 CLEAR = 2.0
 """Standard deviations from zero below which a value may be zero."""
 ALIKE = 0.5
@@ -32,14 +34,21 @@ SITES: Mapping[str, str] = {
 
 def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """Caveats about an effect, the most serious first; at least one."""
-    said = []
+    said = [
+        f"{name} ended on its {number.bound} bound, {plain(number.value, number.unit, 3)}:"
+        " the cause is larger, or another one"
+        for name, number in found.parameters.items()
+        if number.bound
+    ]
+    is_certain = found.probability >= CERTAIN
     if found.alternatives:
         others = [str(other.candidate_effect) for other in found.alternatives[:FEW]]
         left = len(found.alternatives) - len(others)
         more = f" and {left} more" if left else ""
-        said.append(f"these poses cannot distinguish it from {', '.join(others)}{more}")
-    if found.probability < SURE:
-        said.append("likely rather than certain")
+        what = "less probable, but possible instead:" if is_certain else "these poses cannot distinguish it from"
+        said.append(f"{what} {', '.join(others)}{more}")
+    elif not is_certain:
+        said.append("not certain by itself")
     if diagnosis.verdict == "unexplained":
         said.append("may have absorbed a part of what is unexplained")
     return [*said, found.candidate_effect.effect.caveat]
@@ -56,26 +65,25 @@ def comparison(found: Finding, other: Alternative) -> str:
 
 def doubt(number: Estimate) -> str:
     """The caveat about one value; may be empty."""
+    if number.bound:
+        return f"on its {number.bound} bound"
     if number.std is None:
         return "not determined by these data"
     return "may be zero" if abs(number.value) < CLEAR * number.std else ""
 
 
 def to_do(diagnosis: Diagnosis) -> list[str]:
-    """What to do next, most useful first."""
-    said = []
-    for found in diagnosis.findings:
-        remedy = found.candidate_effect.remedy
-        if found.probability < EVEN:
-            remedy = "Do not repair it yet: something else is more likely."
-        said.append(f"{found.candidate_effect}: {remedy}")
+    """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
+    certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
+    said = [f"{one}: {one.remedy}" for one in certain]
+    said += _of_classes(diagnosis, [one for one in diagnosis.model.effects if one not in certain])
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
         said.append(_measure(diagnosis))
     if len(diagnosis.outliers):
         said.append("Look at the images of the gross errors listed below; they are excluded here.")
-    if diagnosis.findings:
+    if diagnosis.model.effects:
         said.append("Until then use the corrected model, `calibration.json`: it contains all effects found.")
     if diagnosis.verdict == "no_gap":
         said.append(
@@ -83,6 +91,27 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
             " extraction."
         )
     return said
+
+
+def _of_classes(diagnosis: Diagnosis, doubtful: Sequence[CandidateEffect]) -> list[str]:
+    """What to do about each class of which some effect is not certain by itself."""
+    of_class: dict[str, list[CandidateEffect]] = {}
+    for one in doubtful:
+        of_class.setdefault(class_of(one), []).append(one)
+    return [_of_class(diagnosis, name, own) for name, own in of_class.items()]
+
+
+def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -> str:
+    what = noun(name)[:1].upper() + noun(name)[1:]
+    probability = next((one.probability for one in diagnosis.classes if one.name == name), 0.0)
+    if probability < CERTAIN:
+        return f"{what}: not certain. Measure more poses before anything is repaired on its account."
+    if all(one.effect.in_urdf for one in own):
+        return (
+            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell what each"
+            " joint has of them."
+        )
+    return f"{what}: which part is at work is not certain. Measure more poses before one is repaired."
 
 
 def _look(diagnosis: Diagnosis) -> str:

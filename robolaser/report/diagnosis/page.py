@@ -29,6 +29,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
     lead, _, sense = diagnosis.sentence.partition(". ")
     joints, poses = rows.pose_table(diagnosis)
     sources = error_sources(enough_rows(diagnosis.model), diagnosis.x)
+    sizes = {name: source.value for name, source in diagnosis.noise.items()}
     return render(
         "diagnosis.html",
         diagnosis=diagnosis,
@@ -38,6 +39,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         lead=f"{lead.rstrip('.')}.",
         sense=sense,
         gap=gap_lines(diagnosis),
+        classes=rows.class_rows(diagnosis),
         effects=rows.effect_rows(diagnosis),
         alternatives=rows.alternative_rows(diagnosis),
         sites=rows.site_rows(diagnosis),
@@ -47,7 +49,7 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         joints=joints,
         next_poses=poses,
         gross=list(rows.gross_rows(diagnosis)),
-        noise=list(noise_lines(diagnosis.noise, sources)),
+        noise=[(*line, diagnosis.noise[line[0]].origin) for line in noise_lines(sizes, sources)],
         to_do=to_do(diagnosis),
         first=drawn([make(diagnosis) for make in FIRST]),
         charts=drawn([make(diagnosis) for make in THEN]),
@@ -66,4 +68,4 @@ def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
         ("with the effects", millimetres(gap.after_m), f"95 %: {millimetre_interval(low, high)}"),
         ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
     ]
-    return lines if diagnosis.findings else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
+    return lines if diagnosis.model.effects else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]

@@ -8,10 +8,14 @@ from typing import final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.cause_words import noun
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.model.effects.joints import moving_joints
 from robolaser.report.diagnosis.advice import caveats, comparison, doubt
 from robolaser.report.digits import measured, millimetres, percent, plain
+
+MOST_MEMBERS = 8
+"""Members of a class that are listed."""
 
 
 @final
@@ -45,6 +49,21 @@ class SiteRow:
     coordinate: str
     share: float
     p_value: str
+
+
+def class_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
+    """Classes of causes: name, meaning, probability, gap without and with it, and its members."""
+    return [
+        (
+            one.name.replace("_", " "),
+            noun(one.name) + (f", at {one.site}" if one.site else ""),
+            percent(one.probability),
+            "" if one.gap_without_m is None else f"{millimetres(one.gap_without_m)} → {millimetres(one.gap_with_m)}",
+            ", ".join(f"{member} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
+            + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
+        )
+        for one in diagnosis.classes
+    ]
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:

@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robolaser.diagnosis.result import Diagnosis, Estimate
+from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.report.console import plain_unless_terminal, table
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import caveats, to_do
@@ -14,7 +15,7 @@ from robolaser.report.diagnosis.page import gap_lines
 from robolaser.report.digits import millimetres, percent
 from robolaser.report.setting import setting
 
-MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 5, 2, 3
+MOST_CLASSES, MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 3, 5, 2, 3
 """Lines of each."""
 LEAST_SHARE = 5.0
 """Share in per cent, from which on a place is worth a line."""
@@ -33,6 +34,9 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
     out.print(Text(diagnosis.sentence))
     for what, size, how in gap_lines(diagnosis):
         out.print(Text(f"  {what:<17} {size:>10}   ") + Text(how, style="dim"))
+    if any(found.probability < CERTAIN for found in diagnosis.findings):
+        for name, _, probability, gaps, _ in rows.class_rows(diagnosis)[:MOST_CLASSES]:
+            out.print(Text(f"  {name:<17} {probability:>10}   {gaps}"))
     if diagnosis.findings:
         out.print(_effects(diagnosis))
     places = [place for place in rows.site_rows(diagnosis) if place.share >= LEAST_SHARE]
@@ -41,6 +45,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
         out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
     for advice in to_do(diagnosis)[:MOST_ADVICE]:
         out.print(Text(f"- {advice}"))
+    for remark in diagnosis.noise_remarks:
+        out.print(Text(remark, style="dim"))
     if untested := _untested(diagnosis):
         out.print(Text(f"Not testable: {', '.join(untested)}", style="dim"))
     if folder is not None:

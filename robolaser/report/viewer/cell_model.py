@@ -73,14 +73,18 @@ class CellModel:
 
     @cached_property
     def target(self) -> Array:
-        """The target's points, (m, 3) [m]: as given, or moved to fit the measured ones best."""
+        """The target's points, (m, 3) [m]: as given, or moved to fit the measured ones of each session best."""
         xyz = self.dataset.points.xyz
         if xyz is None or self.scanner is None:
             return np.empty((0, 3))
         good = np.isfinite(self.points).all(axis=1)
-        if self.dataset.placed or good.sum() < 3:
+        if self.dataset.placed:
             return xyz
-        return apply(rigid_fit(xyz[good], self.points[good]), xyz)
+        target, session = xyz.copy(), self.dataset.session_of_pose[self.dataset.points.pose]
+        for here in (session == number for number in np.unique(session)):
+            if (seen := here & good).sum() >= 3:
+                target[here] = apply(rigid_fit(xyz[seen], self.points[seen]), xyz[here])
+        return target
 
     @cached_property
     def across_px(self) -> float:

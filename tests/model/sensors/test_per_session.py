@@ -7,6 +7,7 @@ import pytest
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
+from robolaser.cli import main
 from robolaser.data.dataset import Noise
 from robolaser.data.joining import join_sessions
 from robolaser.data.loading import load
@@ -124,6 +125,14 @@ def test_a_parameter_is_given_for_all_sessions_or_for_one():
     assert items["base.x@session-2"] == one
 
 
+def test_the_file_gives_a_parameter_of_one_session_by_its_full_name(tmp_path):
+    save(cell().dataset, tmp_path / "cell")
+    with (tmp_path / "cell" / "dataset.toml").open("a") as file:
+        file.write('\n[parameters]\n"base.w@session-2" = { nominal = 0.01, lower = -0.1, upper = 0.1 }\n')
+    (item,) = (item for item in Model(load(tmp_path / "cell")).parameters.items if item.given)
+    assert item == Parameter("base.w@session-2", "rad", 0.01, -0.1, 0.1)
+
+
 def test_known_distances_hold_between_the_sockets_of_each_session():
     dataset = replace(cell("socket").dataset, distances_m=(("0", "1", 0.3),))
     known = Model(dataset).known_distances
@@ -174,6 +183,15 @@ def test_a_data_set_with_sessions_reads_the_same_after_writing(tmp_path):
     assert again.sessions == dataset.sessions
     assert "session" not in again.poses.extra
     assert Model(again).parameters.names == Model(dataset).parameters.names
+
+
+def test_simulate_makes_campaigns_that_share_what_is_not_their_own(tmp_path):
+    typed = ["simulate", "--robot", "scorbot_er7", "--sensor", "point", "--poses", "4", "--sessions", "2", "--quiet"]
+    assert main([*typed, "--output", str(tmp_path / "cell")]) == 0
+    dataset = load(tmp_path / "cell")
+    assert dataset.sessions.names == ("session-1", "session-2")
+    assert len(dataset.poses) == 8
+    assert (dataset.poses.time_s[[0, 4]] == 0).all()
 
 
 def test_part_of_a_data_set_keeps_the_parameters_of_the_whole():

@@ -12,7 +12,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
     choices = sorted(diagnosis.front, key=lambda choice: len(choice.effects))
     if len(choices) < 2:
         return None
-    chosen = frozenset(found.candidate_effect for found in diagnosis.findings)
+    chosen = frozenset(diagnosis.model.effects)
     counts = [len(choice.effects) for choice in choices]
     gaps = [1e3 * choice.gap_m for choice in choices]
     labelled = [i == 0 or gaps[i] < WORTH_A_NAME * gaps[i - 1] for i in range(len(choices))]

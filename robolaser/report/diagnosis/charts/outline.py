@@ -6,6 +6,7 @@ from typing import Self, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.joints import moving_joints
@@ -54,14 +55,14 @@ class Outline:
             frames = dataset.robot.joint_frames(dataset.poses.q[None, [chosen]])[0, 0, :, :3, 3]
         known = known_points(model, diagnosis.x)
         points = np.empty((0, 3)) if known is None else known
-        if "base.x" in values:
-            points = apply(inverse(motion(values, "base")[0]), points)
+        if len(points):
+            points = _in_base(dataset, values, points)
         camera = _camera(model, values, flange, chosen)
         return cls(
             name=dataset.poses.names[chosen],
             joints=moving_joints(dataset.robot),
             line=np.concatenate([np.zeros((1, 3)), frames, flange[None, :3, 3]]),
-            tip=_on_flange(values, flange) if camera is None else camera[:3, 3],
+            tip=_on_flange(_values_at(dataset, values, chosen), flange) if camera is None else camera[:3, 3],
             has_camera=camera is not None,
             light=np.empty((0, 3)) if camera is None else _light(model, values, camera, chosen),
             points=points[np.linspace(0, len(points) - 1, min(MOST, len(points))).round().astype(int)],
@@ -75,6 +76,23 @@ def typical(model: Model) -> int:
     places = dataset.poses.q if dataset.poses.q is not None else dataset.flange()[:, :3, 3]
     away = np.linalg.norm(places[seen] - np.median(places[seen], axis=0), axis=1)
     return int(seen[np.argmin(away)])
+
+
+def _values_at(dataset: Dataset, values: Values, pose: int) -> Values:
+    """Values by the names that they have without sessions, as in the session of a pose."""
+    sessions, of_pose = dataset.sessions, dataset.poses.session
+    return values if sessions is None or of_pose is None else sessions.values_in(values, of_pose[pose])
+
+
+def _in_base(dataset: Dataset, values: Values, points: Array) -> Array:
+    """Points (m, 3) of rows in the base frame, where a tracker saw them in its own."""
+    placed, of_pose = points.copy(), dataset.points.pose
+    session = dataset.session_of_pose[of_pose]
+    for rows in (session == number for number in np.unique(session)):
+        own = _values_at(dataset, values, int(of_pose[rows][0]))
+        if "base.x" in own:
+            placed[rows] = apply(inverse(motion(own, "base")[0]), points[rows])
+    return placed
 
 
 def _camera(model: Model, values: Values, T_base_flange: Array, pose: int) -> Array | None:

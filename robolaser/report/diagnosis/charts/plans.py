@@ -21,7 +21,7 @@ def plans(diagnosis: Diagnosis) -> Chart | None:
     along = int(np.argmin(extent))
     across = [axis for axis in range(3) if axis != along]
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
-    shown = both if diagnosis.findings else {"now": diagnosis.after_m}
+    shown = both if diagnosis.model.effects else {"now": diagnosis.after_m}
     lengths = lengths_mm(next(iter(shown.values())))
     rows = some_rows(lengths, MOST)
     factor = magnification(float(np.percentile(lengths, 95)), float(extent[across].max()))
@@ -38,9 +38,9 @@ def plans(diagnosis: Diagnosis) -> Chart | None:
     colour = colours({name: HELD_OUT if name == "before" else FITTED for name in shown})
     dots = records(x=start[:, 0], y=start[:, 1], pose=pose, point=point)
     sensor, times = model.sensor, plain(factor, "")
-    when = "before and after the effects were added" if diagnosis.findings else "as the model leaves them"
+    when = "before and after the effects were added" if diagnosis.model.effects else "as the model leaves them"
     return chart(
-        "Errors before and after" if diagnosis.findings else "Errors at the points",
+        "Errors before and after" if diagnosis.model.effects else "Errors at the points",
         f"Seen along {'xyz'[along]} of the {sensor.frame}: a line leads from each {sensor.row_point} to where it is"
         f" predicted from other poses, {when}; all are magnified {times} times. What is left should"
         " point in any direction.",

@@ -28,8 +28,8 @@ def poses(diagnosis: Diagnosis) -> Chart:
     time = dataset.poses.time_s
     seen = seen if time is None else seen[np.argsort(time[seen], kind="stable")]
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
-    after = "after" if diagnosis.findings else "each pose"
-    errors = {after: both["after"]} | ({"before": both["before"]} if diagnosis.findings else {})
+    after = "after" if diagnosis.model.effects else "each pose"
+    errors = {after: both["after"]} | ({"before": both["before"]} if diagnosis.model.effects else {})
     of = {"before": HELD_OUT, after: FITTED, "noise alone": NOISE}
     names = [dataset.poses.names[i] for i in seen]
     data = {

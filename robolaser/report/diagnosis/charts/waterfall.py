@@ -53,7 +53,7 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
     for finding in diagnosis.findings[:MOST]:
         label = f"{finding.candidate_effect.effect.name}, {finding.candidate_effect.where}"
         found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
-    more = len(diagnosis.findings) - MOST
+    more = len(diagnosis.model.effects) - len(diagnosis.findings[:MOST])
     if more > 0:
         found.append(Step(f"and {more} more", FITTED, found[-1].after, after))
     return [*found, Step(LEFT, HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]

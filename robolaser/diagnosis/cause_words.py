@@ -1,0 +1,63 @@
+"""Classes of causes and their members in words that people at a robot use."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from typing import Final
+
+from robolaser.model.effects.effect import CandidateEffect
+
+NOUNS: Final[Mapping[str, str]] = {
+    "arm_geometry": "the arm's geometry",
+    "transmission": "the joints' gears and encoders",
+    "elasticity": "parts that give way under load",
+    "thermal": "warming up",
+    "timing": "the timing of exposure and joint reading",
+    "mount": "the sensor's mount",
+    "base": "what base and target stand on",
+    "camera": "the lens",
+    "laser": "the laser",
+    "target": "the target",
+    "measuring_system": "the measuring system",
+    "unknown": "a cause that no effect of the library describes",
+}
+FEW: Final = 3
+"""Names from which on those of joints are shortened."""
+
+
+def noun(name: str) -> str:
+    """A class of causes as the subject of a sentence."""
+    return NOUNS.get(name, name.replace("_", " "))
+
+
+def named(one: CandidateEffect) -> str:
+    """An effect at its place: "joint offset of joint_3", or "laser roll"."""
+    return members([one])
+
+
+def members(effects: Iterable[CandidateEffect]) -> str:
+    """Effects, those of one kind together: "link geometry of joint_2, 3 and 5, and latency"."""
+    ordered = sorted(effects, key=lambda one: one.effect.name)
+    return listed([_of(list(some)) for _, some in groupby(ordered, key=lambda one: one.effect.name)])
+
+
+def listed(items: Sequence[str]) -> str:
+    """Items with commas and an "and"."""
+    if len(items) < 2:
+        return "".join(items)
+    comma = "," if len(items) > 2 or any(" and " in item or "," in item for item in items) else ""
+    return f"{', '.join(items[:-1])}{comma} and {items[-1]}"
+
+
+def _of(same: Sequence[CandidateEffect]) -> str:
+    effect = same[0].effect
+    name = effect.name.replace("_", " ")
+    return name if effect.site else f"{name} of {_joints(sorted(one.where for one in same))}"
+
+
+def _joints(names: Sequence[str]) -> str:
+    """Names of joints, the numbers alone after the first where nothing else differs: "panda_joint2, 3 and 6"."""
+    stem = names[0].rstrip("0123456789")
+    rests = [name.removeprefix(stem) for name in names]
+    is_short = len(names) >= FEW and stem and all(rest.isdigit() for rest in rests)
+    shown = [names[0], *rests[1:]] if is_short else list(names)
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"

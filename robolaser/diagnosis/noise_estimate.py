@@ -1,0 +1,155 @@
+"""The noise of averaged rows: what is stated, what repeats say, and what the residuals say of the rest."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.thresholds import NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA
+from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin, estimated_noise, known_sizes
+from robolaser.model.noise.repeats import pixel_repeats
+from robolaser.model.noise.sources import error_sources
+
+SEEN = 1e-2
+"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone."""
+
+
+@final
+@dataclass(frozen=True)
+class Excess:
+    """How much residuals scatter beyond the noise that they should have.
+
+    Attributes:
+        ratio: Of standard deviations.
+        sigma: How far that is from one, in standard deviations of chance.
+    """
+
+    ratio: float
+    sigma: float
+
+    @classmethod
+    def of(cls, squares: float, freedoms: float) -> "Excess":
+        """By the cube root of chi-squared over its freedoms, which is nearly normal (Wilson, Hilferty 1931)."""
+        ratio, width = max(squares, 0.0) / freedoms, 2.0 / (9.0 * freedoms)
+        return cls(float(np.sqrt(ratio)), float((np.cbrt(ratio) - (1.0 - width)) / np.sqrt(width)))
+
+    @property
+    def is_above(self) -> bool:
+        """Whether the noise is grossly larger than it should be."""
+        return self.ratio > NOISE_CONTRADICTED and self.sigma > NOISE_CONTRADICTED_SIGMA
+
+    @property
+    def is_below(self) -> bool:
+        """Whether it is grossly smaller."""
+        return self.ratio < 1.0 / NOISE_CONTRADICTED and self.sigma < -NOISE_CONTRADICTED_SIGMA
+
+
+def row_noise(data: AveragedData, model: Model, x: Array, shots: Dataset) -> NoiseModel:
+    """The noise of the averaged rows without errors of whole poses that nobody stated, at x (d,).
+
+    With it a first fit is made: how whole poses scatter is estimated from what that leaves.
+
+    Args:
+        data: The rows.
+        model: Of them.
+        x: Its parameters.
+        shots: The data set with its repeats.
+    """
+    sources = _sources(data, model, x)
+    known = _known(sources, shots)
+    if any(source.level != "pose" and source.name not in known for source in sources):
+        noise = estimated_noise(data.dataset, sources, model.residuals(x[None])[0], jacobian_matrix(model, x), known)
+        return _without_pose_errors(noise)
+    return NoiseModel(
+        sources, {source.name: known[source.name][0] if source.name in known else 0.0 for source in sources}
+    )
+
+
+def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dataset) -> NoiseModel:
+    """The same with errors of whole poses, from what columns J (K, n) leave of the residuals.
+
+    Where the rows of a pose scatter grossly more than is stated, the larger noise is used.
+    """
+    sources = _sources(data, model, x)
+    known = _known(sources, shots)
+    residuals = model.residuals(x[None])[0]
+    noise = estimated_noise(data.dataset, sources, residuals, J, known)
+    if not row_excess(noise, _left(noise, residuals, J), J.shape[1]).is_above:
+        return noise
+    stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
+    opened = tuple(
+        replace(source, least=stated[source.name]) if source.level != "pose" and source.name in stated else source
+        for source in sources
+    )
+    still = {source.name: known[source.name] for source in opened if source.name in known and not source.least}
+    return estimated_noise(data.dataset, opened, residuals, J, still)
+
+
+def row_excess(noise: NoiseModel, white: Array, fitted: int) -> Excess:
+    """How much rows scatter within their poses, beyond their noise.
+
+    Args:
+        noise: Of them.
+        white: Whitened residuals (K,) that a fit left.
+        fitted: Numbers that were fitted.
+    """
+    of_poses = noise.scatter > SEEN
+    squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
+    freedoms = len(white) - fitted - int(np.count_nonzero(of_poses))
+    return Excess.of(squares, float(max(1, freedoms)))
+
+
+def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
+    """Whitened residuals without what columns J (K, n) explain, (K,)."""
+    length = np.linalg.norm(J, axis=0)
+    unit = J / np.where(length > 0.0, length, 1.0)
+    Q = np.linalg.qr(noise.whiten(unit.T.reshape(-1, *residuals.shape)).T)[0]
+    white = noise.whiten(residuals[None])[0]
+    return np.asarray(white - Q @ (Q.T @ white))
+
+
+def _known(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:
+    """Stated sizes and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated."""
+    known = known_sizes(sources, shots)
+    if "pixel" in known and known["pixel"][1] == "stated":
+        repeats = pixel_repeats(shots)
+        if (
+            repeats
+            and Excess.of(repeats.freedoms * (repeats.sigma_px / known["pixel"][0]) ** 2, repeats.freedoms).is_above
+        ):
+            known["pixel"] = repeats.sigma_px, "repeats"
+    return known
+
+
+def _sources(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource, ...]:
+    """What may shake the rows.
+
+    Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
+    joint readings are not, since what they do depends on the posture.
+    """
+    alone = np.bincount(data.dataset.points.pose).max() == 1
+    share = 1.0 / np.sqrt(data.shots)[:, None, None]
+    return tuple(
+        replace(source, effect=source.effect * share) if source.level == "shot" else source
+        for source in error_sources(model, x)
+        if not alone or source.level != "pose" or source.name == "joint" or source.stated is not None
+    )
+
+
+def _without_pose_errors(noise: NoiseModel) -> NoiseModel:
+    """Noise without estimated errors of whole poses, which hold what the model lacks.
+
+    Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
+    errors, and those of whole poses are all that is known. Where each pose has one row, its errors are the row's.
+    """
+    if all(len(np.unique(source.group)) == len(source.group) for source in noise.sources):
+        return noise
+    rows = [source.name for source in noise.sources if source.level != "pose"]
+    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
+    return noise if exact else noise.for_weights()

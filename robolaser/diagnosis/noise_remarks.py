@@ -1,0 +1,88 @@
+"""What a person should know of the noise: where it is not as stated, shared by an image, or grows with range."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.noise_estimate import Excess, row_excess
+from robolaser.diagnosis.thresholds import LEAST_RANGE_EXPONENT, NOISE_CONTRADICTED_SIGMA
+from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
+
+KEYS: Final = {"pixel": "pixel_px", "target": "target_m", "point": "point_m", "joint": "joint_rad"}
+"""What `[noise]` calls a source."""
+SHOWN: Final = {"repeats": "repeated shots", "estimated": "the rows of a pose"}
+"""What shows the noise, by its origin."""
+LEAST_SPREAD: Final = 0.05
+"""Standard deviation of the ranges' logarithms, below which they say nothing."""
+
+
+def noise_remarks(final: Fit, shots: Dataset) -> tuple[str, ...]:
+    """Sentences on the noise of a diagnosis.
+
+    Args:
+        final: Its model.
+        shots: The data set with its repeats.
+    """
+    repeats = pixel_repeats(shots)
+    return (*_contradicted(final, shots), *_smaller(final, shots, repeats), *_shared(shots, repeats), *_growing(final))
+
+
+def _contradicted(final: Fit, shots: Dataset) -> Iterator[str]:
+    for name, key in KEYS.items():
+        stated, used = getattr(shots.noise, key), final.noise.sigmas.get(name)
+        origin = final.noise.origin.get(name, "stated")
+        if stated is not None and used is not None and origin != "stated" and used > stated:
+            yield (
+                f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: the larger one"
+                " is used."
+            )
+
+
+def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
+    stated = shots.noise.pixel_px
+    if stated and repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / stated) ** 2, repeats.freedoms).is_below:
+        yield (
+            f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by {repeats.sigma_px:.2g} only: what"
+            " is stated is used, and effects may hide in it."
+        )
+        return
+    row_excesses = row_excess(final.noise, final.at.white, len(final.x))
+    if row_excesses.is_below and "stated" in final.noise.origin.values():
+        yield (
+            f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: what is stated"
+            " is used, and effects may hide in it."
+        )
+
+
+def _shared(shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
+    if repeats is None:
+        return
+    for axis, size, sigma in zip("uv", repeats.shared_px, repeats.shared_z, strict=True):
+        if sigma > NOISE_CONTRADICTED_SIGMA:
+            yield (
+                f"All rows of an image move together along {axis} by {size:.2g} px from shot to shot: more rows do not"
+                " average that out, more shots do. It counts as scatter of whole poses."
+            )
+
+
+def _growing(final: Fit) -> Iterator[str]:
+    """By a score test of squared whitened residuals against the logarithm of the range (Cook, Weisberg 1983)."""
+    model = final.model
+    values = final.problem.parameters.values(final.x[None])
+    perturb = model.perturb(values)
+    ranges = model.sensor.ranges(values, model.flange(values, perturb), perturb)
+    if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_SPREAD:
+        return
+    squares = np.square(final.at.white.reshape(len(ranges), -1)).mean(axis=1)
+    over = squares / squares.mean() - 1.0
+    away = np.log(ranges) - np.log(ranges).mean()
+    sigma = float(over @ away / np.sqrt((away @ away) * over.var()))
+    exponent = 0.5 * float(over @ away / (away @ away))
+    if sigma > NOISE_CONTRADICTED_SIGMA and exponent > LEAST_RANGE_EXPONENT:
+        yield (
+            f"The noise of a row grows with its distance from the sensor, about as its power {exponent:.1f}: near rows"
+            " count too little, far rows too much."
+        )

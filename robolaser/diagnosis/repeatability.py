@@ -1,0 +1,70 @@
+"""How well an arm comes back to where it was: the scatter of whole poses, which is noise."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.diagnosis.fit import Fit
+from robolaser.model.noise.covariance import Origin
+
+
+@final
+@dataclass(frozen=True)
+class NoiseSource:
+    """The size of a source of noise.
+
+    Attributes:
+        value: Standard deviation.
+        unit: Its unit.
+        origin: Where it comes from.
+        of_poses: Whether it shakes whole poses.
+    """
+
+    value: float
+    unit: str
+    origin: Origin
+    of_poses: bool
+
+
+@final
+@dataclass(frozen=True)
+class Repeatability:
+    """The scatter of whole poses.
+
+    Attributes:
+        sources: What scatters: joint readings, flange poses, a tracker's probe; by name.
+        at_sensor_m: What that makes of a row, root mean square in three dimensions [m].
+    """
+
+    sources: Mapping[str, NoiseSource]
+    at_sensor_m: float
+
+    @property
+    def is_estimated(self) -> bool:
+        """Whether nobody stated it."""
+        return any(source.origin != "stated" for source in self.sources.values())
+
+
+def noise_sources(fit: Fit) -> dict[str, NoiseSource]:
+    """The sources of noise of a fit, by name."""
+    noise = fit.noise
+    return {
+        source.name: NoiseSource(
+            float(noise.sigmas[source.name]),
+            source.unit,
+            noise.origin.get(source.name, "stated"),
+            source.level == "pose",
+        )
+        for source in noise.sources
+    }
+
+
+def repeatability_of(fit: Fit) -> Repeatability:
+    """How much whole poses scatter beyond the noise of rows."""
+    noise = fit.noise
+    alone = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
+    nothing = noise.at(dict.fromkeys(noise.sigmas, 0.0))
+    sources = {name: source for name, source in noise_sources(fit).items() if source.of_poses}
+    return Repeatability(sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)))

@@ -1,0 +1,85 @@
+"""What shots at an unmoved pose say of the noise of pixels."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset
+from robolaser.model.noise.whitening import group_sums
+
+LEAST_REPEATS = 10
+"""Differences between repeats, below which the residuals know more."""
+GROSS = 5.0
+"""Standard deviations beyond which a repeat is a gross error, not noise."""
+NORMAL_MEDIAN = 0.6745
+"""Median of |N(0, 1)|."""
+
+
+@final
+@dataclass(frozen=True)
+class PixelRepeats:
+    """Scatter of pixels between shots.
+
+    Attributes:
+        sigma_px: Pooled standard deviation.
+        freedoms: Independent differences that it rests on.
+        shared_px: Standard deviation of what all rows of an image share, along u and v, (2,).
+        shared_z: Standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,).
+    """
+
+    sigma_px: float
+    freedoms: int
+    shared_px: Array
+    shared_z: Array
+
+
+def pixel_from_repeats(dataset: Dataset) -> float | None:
+    """Pooled standard deviation of pixels between shots at an unmoved pose [px]; None where repeats are too few."""
+    repeats = pixel_repeats(dataset)
+    return None if repeats is None else repeats.sigma_px
+
+
+def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
+    """All that repeats say of the pixels; None where they are too few.
+
+    Repeats with a gross error, judged by the median deviation, are left out.
+    """
+    if dataset.points.pixel is None or dataset.points.repeat is None:
+        return None
+    group = dataset.points.place
+    count = np.bincount(group)
+    deviation = dataset.points.pixel - (group_sums(dataset.points.pixel, group) / count[:, None])[group]
+    free = (count - 1)[group] / count[group]  # share of the variance that a deviation from the group's mean keeps
+    repeated = free > 0
+    if (count - 1).sum() < LEAST_REPEATS:
+        return None
+    normal = np.abs(deviation[repeated]) / np.sqrt(free[repeated, None])
+    largest = GROSS * float(np.median(normal)) / NORMAL_MEDIAN
+    gross = np.zeros(len(count), dtype=bool)
+    gross[group[repeated][(normal > largest).any(axis=1)]] = True
+    kept = ~gross
+    degrees = 2 * int((count - 1)[kept].sum())
+    sigma = float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))
+    return PixelRepeats(sigma, degrees, *_shared(dataset, deviation, kept[group] & repeated))
+
+
+def _shared(dataset: Dataset, deviation: Array, rows: Bools) -> tuple[Array, Array]:
+    """What the rows of an image share, by an analysis of variance of their deviations, and how far that is from chance.
+
+    Means of images scatter by the noise of a row over their number, unless something moves all rows of an image.
+    """
+    points = dataset.points
+    assert points.repeat is not None  # whose deviations these are
+    image = np.unique(np.column_stack([points.pose, points.repeat])[rows], axis=0, return_inverse=True)[1].reshape(-1)
+    poses, own = len(np.unique(points.pose[rows])), deviation[rows]
+    count = np.bincount(image)[:, None]
+    means = group_sums(own, image) / count
+    between, within = len(count) - poses, len(own) - len(np.unique(points.place[rows])) - (len(count) - poses)
+    if min(between, within) < LEAST_REPEATS:
+        return np.zeros(2), np.zeros(2)
+    inner = ((own - means[image]) ** 2).sum(axis=0) / within
+    ratio = (count * means**2).sum(axis=0) / between / np.maximum(inner, np.finfo(float).tiny)
+    shared = np.sqrt(np.maximum(ratio - 1.0, 0.0) * inner / count.mean())
+    return shared, np.log(np.maximum(ratio, np.finfo(float).tiny)) / np.sqrt(2.0 / between + 2.0 / within)

@@ -1,0 +1,112 @@
+"""Whole poses scatter: that is noise of every sensor, and no cause passes for it."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from robolaser.data.dataset import Noise
+from robolaser.diagnosis import Diagnosis, examine
+from robolaser.diagnosis.noise_estimate import Excess
+from robolaser.diagnosis.profile_likelihood import profile
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
+
+STATED = {"stripe": Noise(pixel_px=0.1, target_m=3e-5), "point": Noise(point_m=2e-5)}
+JOINT_RAD = 1e-4
+
+
+@cache
+def diagnosed(kind: str, *, effect: str = "", size: float = 0.0, joint_rad: float = JOINT_RAD) -> Diagnosis:
+    dataset = simulate(
+        find_robot("scorbot_er7"),
+        kind=kind,
+        poses=40,
+        points=8 if kind == "stripe" else 3,
+        noise=replace(STATED[kind], joint_rad=joint_rad),
+        stated=STATED[kind],
+        effects={effect: size} if effect else None,
+        seed=4,
+    ).dataset
+    return examine(dataset, seed=0)
+
+
+def test_a_gain_counts_as_the_logarithm_of_what_it_leaves_of_the_scatter():
+    rng, freedoms = np.random.default_rng(0), 30
+    squares = rng.chisquare(1, freedoms)
+    squares *= freedoms / squares.sum()
+    large = np.full(freedoms, 1e8)  # nothing but scatter
+    for gain in (5.0, 60.0, 3000.0):
+        factor, change = profile(squares * (1.0 + gain / freedoms), large, 1.0)
+        assert factor == pytest.approx(np.sqrt(1.0 + gain / freedoms), rel=1e-2)
+        assert freedoms + gain + change == pytest.approx(freedoms + freedoms * np.log1p(gain / freedoms), abs=0.1)
+
+
+def test_scatter_as_assumed_changes_nothing():
+    squares = np.full(50, 1.0)
+    factor, change = profile(squares, np.full(50, 3.0), 1.0)
+    assert factor == pytest.approx(1.0, abs=0.01)
+    assert change == pytest.approx(0.0, abs=1e-2)
+
+
+def test_without_scatter_the_likelihood_is_that_of_chi_squared():
+    assert profile(np.zeros(0), np.zeros(0), 1.0) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["stripe", "point"])
+def test_scatter_alone_is_no_gap(kind: str):
+    diagnosis = diagnosed(kind)
+    assert diagnosis.verdict == "no_gap"
+    assert not diagnosis.findings
+    assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
+
+
+def test_scatter_counts_in_the_noise_floor():
+    still, shaken = diagnosed("point", joint_rad=1e-6), diagnosed("point")
+    assert still.gap.noise_floor_m == pytest.approx(np.sqrt(3) * 2e-5, rel=0.15)
+    assert shaken.gap.noise_floor_m > 1.5 * still.gap.noise_floor_m
+    assert shaken.gap.after_m == pytest.approx(shaken.gap.noise_floor_m, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("kind", "effect", "size"), [("stripe", "backlash:joint_3", 2e-3), ("point", "joint_compliance:joint_2", 1e-4)]
+)
+def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind: str, effect: str, size: float):
+    diagnosis = diagnosed(kind, effect=effect, size=size)
+    assert [str(found.candidate_effect) for found in diagnosis.findings] == [effect.replace(":", " at ")]
+    assert diagnosis.findings[0].probability > 0.9
+    assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
+
+
+def test_a_smooth_cause_that_the_library_lacks_is_not_swallowed():
+    dataset = simulate(
+        find_robot("scorbot_er7"),
+        poses=40,
+        points=8,
+        noise=STATED["stripe"],
+        effects={"joint_compliance:joint_2": 1e-4},
+    ).dataset
+    diagnosis = examine(dataset, effects=[], seed=0)
+    assert diagnosis.verdict == "unexplained"
+    assert diagnosis.where[0].site == "joint_2"
+
+
+def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger():
+    noise = Noise(pixel_px=0.1, target_m=6e-5)
+    dataset = simulate(find_robot("ur5"), poses=30, points=10, repeats=2, noise=noise, seed=5).dataset
+    diagnosis = examine(replace(dataset, noise=Noise(pixel_px=0.04, target_m=2.4e-5)), seed=0)
+    assert diagnosis.verdict == "no_gap"
+    assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
+    assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
+
+
+def test_noise_is_contradicted_by_a_quarter_and_four_standard_deviations():
+    assert Excess.of(400.0 * 1.3**2, 400.0).is_above
+    assert not Excess.of(400.0 * 1.2**2, 400.0).is_above
+    assert not Excess.of(10.0 * 1.3**2, 10.0).is_above
+    assert Excess.of(400.0 / 1.3**2, 400.0).is_below
+
+
+def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
+    assert Excess.of(chi2_quantile := 149.449, 100.0).sigma == pytest.approx(3.09, abs=0.02), chi2_quantile

@@ -1,0 +1,48 @@
+"""Effects of real cells, made by the library's own formulas and by the trials' other ones: both are named."""
+
+import numpy as np
+import pytest
+
+from robolaser.diagnosis import examine
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
+from robolaser.trials.building import Ranges, build
+from robolaser.trials.reading import read
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS
+
+OURS = [
+    ({"base_compliance:base": 2e-5}, "stripe"),
+    ({"hand_eye_sag:hand_eye": 8e-4, "hand_eye_sag:hand_eye.moment_z": 3e-3}, "stripe"),
+    ({"link_compliance:panda_joint5": 8e-5, "link_compliance:panda_joint5.twist": 8e-5}, "stripe"),
+    ({"settling:panda_joint4": 1e-3}, "stripe"),
+    ({"joint_coupling:panda_joint4": 2e-3, "joint_coupling:panda_joint4.other": 2.0}, "stripe"),
+    ({"tracker_scale:measuring_system": 5e-4}, "point"),
+    ({"settling:panda_joint2": 1e-3}, "point"),
+]
+THEIRS = [
+    ("base_compliance", "base", 1e-3),
+    ("hand_eye_sag", "hand_eye", 1e-3),
+    ("link_compliance", "panda_joint5", 1.5e-3),
+    ("settling", "panda_joint4", 2e-3),
+    ("joint_coupling", "panda_joint4", 2e-3),
+]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "kind"), OURS, ids=lambda value: next(iter(value)) if isinstance(value, dict) else value
+)
+def test_what_the_library_makes_it_names(sizes: dict[str, float], kind: str) -> None:
+    made = simulate(find_robot("panda"), kind=kind, poses=40, effects=sizes, seed=3)
+    (found,) = examine(made.dataset, seed=0).findings
+    assert f"{found.candidate_effect.effect.name}:{found.candidate_effect.where}" == next(iter(sizes))
+    assert found.probability > 0.9
+
+
+@pytest.mark.parametrize(("effect", "where", "size"), THEIRS)
+def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: float) -> None:
+    rng = np.random.default_rng(5)
+    built = build(find_robot("panda"), Ranges(poses=(40, 44)), rng, moving=False)
+    fault = FAULT_MODELS[effect].sample(where, size, built.cell.run, rng)
+    found = examine(read(built, [fault], rng), seed=0).findings[0]
+    assert (found.candidate_effect.effect.name, found.candidate_effect.where) == (effect, where)
+    assert found.probability > 0.9
