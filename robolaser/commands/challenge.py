@@ -61,7 +61,7 @@ def new(
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
-        kinds: Some of none,single,pair,triple,unknown,outliers in equal shares. Default: all, singles most.
+        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, singles most.
         seed: Seed of the trial. Default: a new one each time, and a secret.
         force: Overwrite an earlier trial.
     """
@@ -70,7 +70,7 @@ def new(
     from robolaser.data.loading import load
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
-    from robolaser.trials.making import USUAL
+    from robolaser.trials.kinds import USUAL
     from robolaser.trials.trial import new as make
 
     usual = Ranges()
@@ -169,7 +169,7 @@ TITLES = {
 
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
-    from robolaser.trials.synthetic.fault_models import UNMODELLED
+    from robolaser.trials.synthetic.fault_models import MODELLED
 
     lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
     lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]
@@ -178,26 +178,66 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         "",
         _line("hits: first of those named, one effect", scored["hits"]),
         _line("false alarms: nothing wrong, yet a gap", scored["false_alarms"]),
+        _line("class of causes, all right", scored["by_class"]),
+        _line("sure of a wrong cause (p >= 0.9)", scored["sure_and_wrong"]),
         _line("unknown: sure of a wrong cause", unknown["sure_and_wrong"]),
         _line("unknown: its site first", unknown["site_first"]),
         _line("95 % intervals that hold the truth", scored["coverage_95"]),
         f"gap closed, median: {_number(scored['gap_closed'])}; "
         f"left over the noise floor, median: {_number(scored['left_over_noise'])}",
-        "stated probability against share right: "
-        + (
-            ", ".join(f"{b['stated']:.2f} {b['share']:.2f} ({b['of']})" for b in scored["reliability"] if b["of"])
-            or "-"
-        ),
     ]
+    lines += ["", *_kinds(scored["kinds"]), "", *_reliability(scored)]
     taken = [
         (said, f"{true} taken for {column}")
         for true, row in scored["confusion"].items()
         for column, said in row.items()
         if column not in (true, "no_gap") and true not in ("none", "outliers")
-        if column != "unexplained" or true not in UNMODELLED
+        if column != "unexplained" or true in MODELLED
     ]
     lines += [f"{said:4d} x {text}" for said, text in sorted(taken, reverse=True)[:MOST_ROWS]]
     return lines
+
+
+COLUMNS = {
+    "by_name": "name",
+    "by_class": "class",
+    "verdict": "verdict",
+    "site_first": "place",
+    "sure_and_wrong": "sure, wrong",
+    "coverage_95": "intervals",
+}
+
+
+def _kinds(kinds: Mapping[str, Any]) -> list[str]:
+    """Shares of each kind of worlds, as a table."""
+    head = f"{'kind':18} {'worlds':>6}" + "".join(f" {title:>11}" for title in COLUMNS.values())
+    rows = []
+    for kind, part in kinds.items():
+        shares = (part[column]["share"] for column in COLUMNS)
+        cells = "".join(f" {'-' if share is None else f'{share:.0%}':>11}" for share in shares)
+        rows.append(f"{kind:18} {part['worlds']:6d}{cells}")
+    return [head, *rows]
+
+
+def _reliability(scored: Mapping[str, Any]) -> list[str]:
+    """How often what was stated with some probability was right, names beside classes."""
+    rows = [
+        f"{names['from']:4.2f} to {names['to']:4.2f}{'':8} {_stated(names)} {_stated(classes)}"
+        for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)
+        if names["of"] or classes["of"]
+    ]
+    return (
+        [f"{'stated probability':20} {'names: stated, right':>24} {'classes: stated, right':>24}", *rows]
+        if rows
+        else []
+    )
+
+
+def _stated(part: Mapping[str, Any]) -> str:
+    if not part["of"]:
+        return f"{'-':>24}"
+    of = f"({part['right']}/{part['of']})"
+    return f"{part['stated']:6.3f} {part['share']:6.3f} {of:>10}"
 
 
 def _line(title: str, part: Mapping[str, Any]) -> str:

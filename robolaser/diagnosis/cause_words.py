@@ -51,7 +51,7 @@ def listed(items: Sequence[str]) -> str:
 def _of(same: Sequence[CandidateEffect]) -> str:
     effect = same[0].effect
     name = effect.name.replace("_", " ")
-    return name if effect.site else f"{name} of {_joints([one.where for one in same])}"
+    return name if effect.site else f"{name} of {_joints(sorted(one.where for one in same))}"
 
 
 def _joints(names: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.chi_squared import survival
@@ -14,6 +15,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
+from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
 from robolaser.estimation.linearization import TOUCH
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -41,9 +43,17 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequenc
 
 
 def findings_of(
-    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut
+    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut, errors: Array
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order in which they were added: the greatest loss first."""
+    """Each effect with its gaps, in the order in which they were added: the greatest loss first.
+
+    Args:
+        refits: Fits sets of effects.
+        nested: Fits of the effects added one by one.
+        evidence: For each of them.
+        held_out: Errors on held-out poses.
+        errors: Standard errors of the final model's parameters, (d,).
+    """
     final = nested[-1]
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
@@ -54,12 +64,12 @@ def findings_of(
             Finding(
                 candidate_effect=added,
                 probability=own.probability,
-                parameters=_estimates(final, added),
+                parameters=_estimates(final, added, errors),
                 gap_before_m=held_out.gap(before),
                 gap_after_m=held_out.gap(after),
                 gap_without_m=held_out.gap(refits.of(own.without)),
                 alternatives=tuple(
-                    Alternative(one, _estimates(fit, one), held_out.gap(fit))
+                    Alternative(one, _estimates(fit, one, standard_errors(fit)), held_out.gap(fit))
                     for one, fit in own.alternatives[:MAX_ALTERNATIVES]
                 ),
             )
@@ -83,13 +93,13 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 
-def _estimates(fit: Fit, candidate_effect: CandidateEffect) -> Mapping[str, Estimate]:
+def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:
     problem = fit.problem
     names, prior = problem.parameters.names, problem.prior
     assert prior is not None  # `problem_of` has it
 
     def std(i: int) -> float | None:
-        return float(fit.deviations[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
+        return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
 
     def estimate(i: int, unit: str) -> Estimate:
         near = TOUCH * problem.scale[i]

@@ -29,6 +29,7 @@ from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
+from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
@@ -125,7 +126,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     limits = detection_limits(refits.score_tests(final), final.dispersion)
     nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
-    findings = findings_of(refits, nested, evidence, held_out)
+    errors = standard_errors(final, refits.score_tests(final))
+    findings = findings_of(refits, nested, evidence, held_out, errors)
     classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
     repeatability = repeatability_of(final, noise)
     return Diagnosis(
@@ -143,7 +145,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         front=front,
         model=final.model,
         x=final.x,
-        std=np.where(final.at.free, final.deviations, np.nan),
+        std=np.where(final.at.free, errors, np.nan),
         calibrated_x=start.x,
         observed=data.dataset,
         before_m=held_out.errors(start),

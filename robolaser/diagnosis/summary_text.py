@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from robolaser.arrays import Ints
+from robolaser.diagnosis.cause_classes import UNKNOWN
 from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
@@ -38,7 +39,7 @@ def sentence(
     if verdict == "no_gap":
         text = _no_gap(gap)
     elif verdict == "explained":
-        text = _causes("The gap is explained", findings, classes, gap)
+        text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
         text = _unexplained(findings, classes, where, gap)
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
@@ -99,6 +100,12 @@ def _unexplained(
     )
 
 
+def _remainder(classes: Sequence[CauseClass]) -> str:
+    """What little is left although the gap is explained; may be empty."""
+    site = next((one.site for one in classes if one.name == UNKNOWN and one.probability >= CERTAIN), "")
+    return f" The little that is left lies at {site}, in no form that an effect of the library has." if site else ""
+
+
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
     """Single effects where all are certain; else the classes that are, and what is certain of their members."""
     certain = [found for found in findings if found.probability >= CERTAIN]
@@ -113,8 +120,8 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
         return f"{lead}, but no cause is certain{most}. {_shrinks(gap)}."
     said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap)}."]
     if len(in_model) > 1:
-        losses = [f"without {noun(one.name)} {millimetres(one.gap_without_m or 0.0)}" for one in sure[:NAMED]]
-        said.append(f"The error would be {listed(losses)}.")
+        losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
+        said.append(f"It would be {listed(losses)}.")
     if certain:
         said.append(f"Certain by itself: {_clauses(certain)}.")
     return " ".join([*said, _doubts(doubtful, sure, is_all=not certain)])

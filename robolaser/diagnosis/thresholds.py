@@ -109,6 +109,14 @@ ALIAS_SHARE: Final = 0.05
 ALIAS_LOCATIONS: Final = 3
 """Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
 
+# Standard errors.
+
+NO_OTHER_EFFECTS: Final = 0.5
+"""Prior probability that an arm has no effects but those found; the data soon outweigh it. A judgement."""
+SAME_COLUMN: Final = 1e-2
+"""Share of an effect's squared column, below which it is what the model has under another name. A judgement: anything
+from 1e-8 to 1e-2 gives the same standard errors to a few per cent."""
+
 # Classes of causes.
 
 CREDIBLE_MASS: Final = 0.95

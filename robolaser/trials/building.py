@@ -13,8 +13,11 @@ from robolaser.parameters import Parameter
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.synthetic.arm import PinocchioArm
 from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scatter import PoseScatter
+from robolaser.trials.synthetic.tracker import TrackerCell
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -43,13 +46,15 @@ class Ranges:
         points: Of a pose.
         pixel_px: Noise of a pixel.
         target_m: Noise of a target point.
-        repeats: PoseImages at each pose.
+        point_m: Noise of a point that a tracker measures.
+        repeats: Images at each pose.
     """
 
     poses: tuple[int, int] = (36, 72)
     points: tuple[int, int] = (6, 12)
     pixel_px: tuple[float, float] = (0.06, 0.2)
     target_m: tuple[float, float] = (2e-5, 6e-5)
+    point_m: tuple[float, float] = (1e-5, 3e-5)
     repeats: int = 2
 
 
@@ -62,13 +67,19 @@ class BlankTrial:
         cell: Where everything truly is.
         blank: The data set without points.
         noise: What chance adds to the readings, stated or not.
-        repeats: PoseImages at each pose.
+        repeats: Images at each pose.
+        scatter: How well the arm repeats; None: exactly.
+        image_px: By how much an image is off as a whole, one standard deviation [px].
+        background: What is off a little, whatever else is wrong.
     """
 
-    cell: SyntheticCell
+    cell: SyntheticCell | TrackerCell
     blank: Dataset
     noise: Noise
     repeats: int
+    scatter: PoseScatter | None = None
+    image_px: float = 0.0
+    background: tuple[FaultModel, ...] = ()
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> BlankTrial:

@@ -1,5 +1,6 @@
 """How detectable a fault is in a cell's data, and which effects of the library are its aliases."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -31,15 +32,13 @@ class Detectability:
 
     Attributes:
         dataset: One row a point, without noise.
-        truth: The ordinary parameters.
-        pixel_px: Noise of a row's pixel, repeats averaged.
-        target_m: Noise of a target point.
+        truth: The ordinary parameters; those that follow from the data may be left out.
+        sigmas: Standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero.
     """
 
     dataset: Dataset
-    truth: dict[str, float]
-    pixel_px: float
-    target_m: float
+    truth: Mapping[str, float]
+    sigmas: Mapping[str, float]
 
     @cached_property
     def _model(self) -> Model:
@@ -47,14 +46,14 @@ class Detectability:
 
     @cached_property
     def _start(self) -> Array:
-        model = self._model
-        return model.fix_gauge(np.array([self.truth[name] for name in model.parameters.names]))
+        parameters = self._model.parameters
+        pairs = zip(parameters.names, parameters.nominal, strict=True)
+        return self._model.fix_gauge(np.array([self.truth.get(name, nominal) for name, nominal in pairs]))
 
     @cached_property
     def _noise(self) -> NoiseModel:
         sources = error_sources(self._model, self._start)
-        sigmas = {source.name: 0.0 for source in sources} | {"pixel": self.pixel_px, "target": self.target_m}
-        return NoiseModel(sources, sigmas)
+        return NoiseModel(sources, {source.name: self.sigmas.get(source.name, 0.0) for source in sources})
 
     @cached_property
     def _fit(self) -> tuple[Array, float]:

@@ -7,29 +7,31 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import TrialError
 from robolaser.geometry.kinematics import Robot
+from robolaser.model.effects import EFFECTS
 from robolaser.trials.building import BlankTrial, Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability
-from robolaser.trials.reading import exact, read
+from robolaser.trials.disturbing import disturbed
+from robolaser.trials.kinds import FAULTS, Kind, drawn
+from robolaser.trials.reading import read
 from robolaser.trials.resampling import ReferenceCell, build_like
+from robolaser.trials.sizing import noise_floor_m, sized_fault
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models import MODELLED, OUTLIERS
+from robolaser.trials.synthetic.fault_models.joints import CrossTalk, LedAlong
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
+from robolaser.trials.tracking import build_tracked
 
-KINDS = ("none", "single", "pair", "triple", "unknown", "outliers")
-USUAL = {"none": 0.14, "single": 0.5, "pair": 0.14, "triple": 0.04, "unknown": 0.1, "outliers": 0.08}
-"""Share of each kind where none is asked for."""
 MOVING = 0.55  # of the worlds have an arm that moves at the exposure, whether or not it matters
-ON_TOP = 0.12  # of the worlds with effects have outliers too
-UNDETECTABLE = 0.08  # of the effects may stay below what can be seen
-ALONE = 0.6  # of the strangers
-TRIES = 6
 UNTIMED = 0.15  # of the worlds lack velocities,
 MEASURED = 0.3  # and so many have the arm's temperature, whether or not it matters
 ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
 TAUS = (0.1, 1.0)  # of a warm-up, over the run
-OVERSIZED = 1.5e5  # the squared misfit above which an effect is made smaller: nobody needs help with it
-CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
+STANDING_OUT = 1000.0  # squared misfit of an effect among small errors
+WRONGLY = (0.4, 2.5)  # times the true noise is what is stated
+
+_LIBRARY = {effect.name: effect for effect in EFFECTS}
 
 
 @final
@@ -53,126 +55,143 @@ def make(
 
     Args:
         source: An arm, or a data set (see `reference_of`) whose arm, scanner, poses, target and noise are kept.
-        kind: One of `KINDS`.
+        kind: One of `KINDS`, or the name of a fault.
         seed: Same seed, same world.
         name: Of the data set: it should say nothing.
         ranges: What is left to chance.
 
     Raises:
+        UsageError: There is no such kind.
         RobotError: The arm cannot look at a target often enough.
+        TrialError: The fault cannot be in such a cell.
+        DependencyMissing: MuJoCo is not installed.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_arm(source).encode()]))
-    moving = bool(rng.random() < MOVING)
-    ranges = ranges or Ranges()
-    built = build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
-    names = _effects(kind, built, rng)
+    asked = drawn(kind, rng)
+    built = disturbed(_built(source, asked, ranges or Ranges(), rng), asked, rng)
     faults: list[FaultModel] = []
     each = []
-    for effect in names:
-        fault, detectability = _fault(built, effect, [d.where for d in faults], rng)
+    for fault_name in _fault_names(kind, asked, built, rng):
+        least = STANDING_OUT if asked.background else DETECTABLE
+        places = _free(built, _places(built, fault_name), faults)
+        fault, detectability = sized_fault(built, fault_name, places, rng, least_misfit=least)
         faults.append(fault)
-        each.append(
-            {
-                **asdict(fault),
-                "effect": effect,
-                "where": fault.where,
-                "misfit": round(detectability.misfit, 1),
-                "rivals": detectability.rivals(effect, fault.where) if effect in MODELLED else [],
-                "sites": _sites(fault, built),
-            }
-        )
-    stated = bool(rng.random() < 0.5)
-    dataset = _recorded(read(built, faults, rng), built, faults, rng, stated=stated)
-    flat = _detectability(built, ())
+        each.append(_described(fault, fault_name, detectability, built))
+    stated = asked.misstated or bool(rng.random() < 0.5)
+    factor = float(rng.choice(WRONGLY)) if asked.misstated else 1.0
+    dataset = _recorded(read(built, faults, rng), built, faults, rng, stated=stated, factor=factor)
     truth = {
         "robot": dataset.robot.name if dataset.robot else "",
         "kind": kind,
         "effects": [[d.effect, d.where] for d in faults],
-        "noise_floor_mm": round(1e3 * flat.floor_m, 4),
+        "noise_floor_mm": round(1e3 * noise_floor_m(built), 4),
         "each": each,
+        "background": [[small.effect, small.where] for small in built.background],
         "velocities": bool(dataset.poses.qd is not None and np.any(dataset.poses.qd)),
         "temperatures": dataset.poses.temperature_c is not None,
-        "noise_stated": stated,
-        "noise": {"pixel_px": built.noise.pixel_px, "target_m": built.noise.target_m},
-        "parameters": dict(built.cell.eye.truth),
+        "noise_stated": factor if stated else None,
+        "noise": {
+            **{name: sigma for name, sigma in asdict(built.noise).items() if sigma is not None},
+            "repeatability_m": built.scatter.size if built.scatter else 0.0,
+            "image_px": built.image_px,
+        },
+        "parameters": dict(built.cell.truth),
         "seed": seed,
     }
     return BlindDataset(replace(dataset, name=name), truth)
 
 
-def _effects(kind: str, built: BlankTrial, rng: np.random.Generator) -> list[str]:
-    """Effects of a kind, of those that have a place in this cell."""
-    there = [name for name, fault_model in FAULT_MODELS.items() if fault_model.locations(built.cell.run)]
-    known = [str(name) for name in rng.permutation([name for name in MODELLED if name in there])]
-    on_top = [OUTLIERS] if rng.random() < ON_TOP else []
-    if kind == "none":
-        return []
-    if kind == "outliers":
-        return [OUTLIERS]
-    if kind == "unknown":
-        stranger = str(rng.choice([name for name in UNMODELLED if name in there]))
-        return [stranger, *(known[:1] if rng.random() > ALONE else [])]
-    return known[: {"single": 1, "pair": 2, "triple": 3}[kind]] + on_top
+def _built(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
+    moving = bool(rng.random() < MOVING)
+    if asked.tracked:
+        return build_tracked(source, ranges, rng, moving=moving)
+    return build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
 
 
-def _detectability(built: BlankTrial, faults: tuple[FaultModel, ...]) -> Detectability:
-    noise = built.noise
-    assert noise.pixel_px is not None
-    assert noise.target_m is not None
-    share = np.sqrt(built.repeats)
-    return Detectability(exact(built, faults), dict(built.cell.eye.truth), noise.pixel_px / share, noise.target_m)
+def _places(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
+    """Where a fault can sit in a cell: a fault that the library knows only where the library can name it."""
+    fault_model = FAULTS[fault_name]
+    places = fault_model.locations(built.cell.run)
+    if built.blank.kind == "point" and not fault_model.is_tracked():
+        return ()
+    effect = _LIBRARY.get(fault_model.effect)
+    if effect is None or fault_name == OUTLIERS:
+        return places
+    known = effect.locations(built.blank)
+    return tuple(place for place in places if place in known)
 
 
-def _fault(
-    built: BlankTrial, effect: str, taken: list[str], rng: np.random.Generator
-) -> tuple[FaultModel, Detectability]:
-    """A fault, at a place that no other effect has, nearly always large enough to be seen."""
-    fault_model, run = FAULT_MODELS[effect], built.cell.run
-    free = [place for place in fault_model.locations(run) if place not in taken or place not in run.arm.joints]
-    least, most = fault_model.sizes
-    faint = rng.random() < UNDETECTABLE
-    for _ in range(TRIES):
-        size = float(np.exp(rng.uniform(np.log(least), np.log(most))))
-        fault = fault_model.sample(str(rng.choice(free)), size, run, rng)
-        detectability = _seen_by(built, fault, rng)
-        if (
-            effect == OUTLIERS
-            or (faint and detectability.misfit < DETECTABLE)
-            or DETECTABLE < detectability.misfit < OVERSIZED
-        ):
-            break
-        goal = (
-            DETECTABLE * rng.uniform(1.1, CLEARLY)
-            if detectability.misfit < DETECTABLE
-            else OVERSIZED * rng.uniform(0.1, 1.0)
+def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Generator) -> list[str]:
+    """Faults of a kind, of those that have a place in this cell.
+
+    Raises:
+        TrialError: None has.
+    """
+    possible = [name for name in asked.among if _places(built, name)]
+    number = int(rng.integers(asked.number[0], asked.number[1] + 1))
+    if number and not possible:
+        raise TrialError(
+            f"No world of the kind '{kind}' can be made of the arm '{built.blank.name}': "
+            "its faults have no place there. A URDF without masses has nothing that gives way."
         )
-        fitting = abs(fault.size) * np.sqrt(goal / max(detectability.misfit, 1e-3))
-        fault = replace(fault, size=float(np.copysign(min(most, fitting), fault.size)))
-        detectability = _seen_by(built, fault, rng)
-        if detectability.misfit > DETECTABLE:
-            break
-    return fault, detectability
+    names = [str(name) for name in rng.permutation(possible)[:number]]
+    if rng.random() < asked.beside:
+        names += [str(name) for name in rng.permutation([name for name in MODELLED if _places(built, name)])[:1]]
+    return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
 
 
-def _seen_by(built: BlankTrial, fault: FaultModel, rng: np.random.Generator) -> Detectability:
-    if fault.effect != OUTLIERS:
-        return _detectability(built, (fault,))
-    plain = _detectability(built, ())
-    points = plain.dataset.points
-    pixel = fault.shots(points["pixel"], np.arange(len(points)), rng)
-    return replace(plain, dataset=replace(plain.dataset, points=replace(points, pixel=pixel)))
+def _free(built: BlankTrial, places: tuple[str, ...], taken: Sequence[FaultModel]) -> tuple[str, ...]:
+    """Places but for joints that have a fault already, as long as there are others."""
+    joints = set(built.cell.run.arm.joints) & {fault.where for fault in taken}
+    return tuple(place for place in places if place not in joints) or places
+
+
+def _described(fault: FaultModel, name: str, detectability: Detectability, built: BlankTrial) -> dict[str, Any]:
+    """A fault as the truth has it."""
+    effect = _LIBRARY.get(fault.effect)
+    known = effect is not None and fault.effect != OUTLIERS
+    return {
+        **asdict(fault),
+        "effect": fault.effect,
+        "form": name,
+        "where": fault.where,
+        "misfit": round(detectability.misfit, 1),
+        "rivals": detectability.rivals(fault.effect, fault.where) if known else [],
+        "also_right": [list(place) for place in fault.also_right],
+        "sites": _sites(fault, built),
+        "classes": [effect.cause or effect.name] if effect else list(fault.classes),
+        "values": _values(fault, built),
+    }
+
+
+def _values(fault: FaultModel, built: BlankTrial) -> dict[str, float]:
+    """Of the library's parameters, small errors of the same kind and place added."""
+    same = [small for small in built.background if (small.effect, small.where) == (fault.effect, fault.where)]
+    values = fault.values(built.cell.run)
+    return {name: value + sum(s.values(built.cell.run).get(name, 0.0) for s in same) for name, value in values.items()}
 
 
 def _sites(fault: FaultModel, built: BlankTrial) -> list[str]:
     """Where a diagnosis may rightly say that it lies."""
-    return list(built.cell.run.arm.joints[-3:]) if fault.effect == "hose" else [fault.where]
+    joints = built.cell.run.arm.joints
+    if fault.effect == "hose":
+        return list(joints[-3:])
+    if fault.effect == "base_compliance":
+        return [fault.where, joints[0]]  # a base that tilts turns the first joint's axis
+    return [fault.where, *([fault.other] if isinstance(fault, CrossTalk | LedAlong) else [])]
 
 
 def _recorded(
-    dataset: Dataset, built: BlankTrial, faults: Sequence[FaultModel], rng: np.random.Generator, *, stated: bool
+    dataset: Dataset,
+    built: BlankTrial,
+    faults: Sequence[FaultModel],
+    rng: np.random.Generator,
+    *,
+    stated: bool,
+    factor: float,
 ) -> Dataset:
-    """With what the cell's people wrote down: some no velocities, some a temperature, half no pixel noise."""
-    poses = dataset.poses
+    """With what the cell's people wrote down: some no velocities, some a temperature, half no noise of their sensor."""
+    poses, true = dataset.poses, built.noise
     warming = [fault.tau for fault in faults if isinstance(fault, LinkGrowth)]
     if rng.random() < UNTIMED and not any(fault.effect == "latency" for fault in faults):
         poses = replace(poses, qd=None)
@@ -180,7 +199,11 @@ def _recorded(
         warmed = built.cell.run.warmed(warming[0] if warming else float(np.exp(rng.uniform(*np.log(TAUS)))))
         celsius = ROOM_C + rng.uniform(*WARMER_C) * warmed + THERMOMETER_C * rng.normal(size=len(warmed))
         poses = replace(poses, temperature_c=celsius.round(2))
-    noise = built.noise if stated else Noise(target_m=built.noise.target_m)
+    noise = Noise(
+        pixel_px=true.pixel_px * factor if stated and true.pixel_px else None,
+        point_m=true.point_m * factor if stated and true.point_m else None,
+        target_m=true.target_m * factor if true.target_m else None,
+    )
     return replace(dataset, poses=poses, noise=noise)
 
 

@@ -5,14 +5,18 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, final
 
+from robolaser.model.effects import EFFECTS
 from robolaser.trials.detectability import DETECTABLE
-from robolaser.trials.synthetic.fault_models import OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models import OUTLIERS
 
 FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
 SURE = 0.9  # a probability by which people act
+LIKELY = 0.5
 NORMAL_95 = 1.959964
-SIZED = ("encoder_scale", "joint_offset", "laser_roll", "target_scale")
-"""Effects whose principal number means the same in the truth's form and in the library's, save for its sign."""
+UNKNOWN = "unknown"
+"""The class of causes that no effect of the library describes."""
+
+_CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
 
 LocatedEffect = tuple[str, str]
 
@@ -23,26 +27,35 @@ class Outcome:
     """What became of one world.
 
     Attributes:
+        kind: Of the world.
         group: `none`, `outliers`, `one` (identifiable), `confusable`, `several`, `unknown`, or `faint`: with a known
             effect too small to be asked for.
         right: Whether the diagnosis is what one may ask for in this group.
+        class_right: Whether every true class is likely and no wrong one is sure; None where nothing may be asked for,
+            or where the diagnosis states no classes.
+        verdict_right: Whether the verdict is; None where nothing may be asked for.
         truth: Effects and places, outliers left out.
-        named: Those of the diagnosis, likewise, first things first.
+        named: Those of the diagnosis, likewise, first things first; small errors that are truly there left out.
         verdict: Of the diagnosis.
         stated: For each effect named, its probability and whether it is in the world.
-        sure_and_wrong: Unexplained, and yet some wrong cause is all but certain.
+        stated_classes: The same of classes.
+        sure_and_wrong: Whether a wrong name is all but certain.
         site: Whether `where` begins with a true site; None where there is nothing to find.
         left: Gap after the diagnosis over the noise floor; None where it says nothing.
         closed: Share of the squared gap above the noise that the diagnosis closed; None where there was hardly one.
         covered: For each effect with a comparable number: whether its 95 % interval holds the truth.
     """
 
+    kind: str
     group: str
     right: bool
+    class_right: bool | None
+    verdict_right: bool | None
     truth: tuple[LocatedEffect, ...]
     named: tuple[LocatedEffect, ...]
     verdict: str
     stated: tuple[tuple[float, bool], ...]
+    stated_classes: tuple[tuple[float, bool], ...]
     sure_and_wrong: bool
     site: bool | None
     left: float | None
@@ -57,34 +70,54 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     """
     each = [item for item in truth["each"] if item["effect"] != OUTLIERS]
     true = tuple((item["effect"], item["where"]) for item in each)
-    findings = [item for item in diagnosis["effects"] if item["effect"] != OUTLIERS]
-    named = tuple((item["effect"], item["where"]) for item in findings)
-    classes = [
-        {place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)
+    small = {tuple(place) for place in truth.get("background", [])}
+    as_good = {*true, *small, *(tuple(place) for item in each for place in item["also_right"])}
+    stated = tuple(
+        (float(item["probability"]), (item["effect"], item["where"]) in as_good)
+        for item in diagnosis["effects"]
+        if item["effect"] != OUTLIERS
+    )
+    findings = [
+        item
+        for item in diagnosis["effects"]
+        if item["effect"] != OUTLIERS and (item["effect"], item["where"]) not in small - set(true)
     ]
+    named = tuple((item["effect"], item["where"]) for item in findings)
+    alike = [{place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)]
     group = _group(truth, each)
     gap = diagnosis["gap_mm"]
     left = _ratio(gap["after"], gap["noise_floor"])
     verdict = diagnosis["verdict"]
-    stated = tuple((float(item["probability"]), place in true) for place, item in zip(named, findings, strict=True))
-    sure_and_wrong = verdict == "unexplained" and any(p >= SURE and not held for p, held in stated)
+    sure_and_wrong = any(p >= SURE and not held for p, held in stated)
     sites = {site for item in each for site in item["sites"]}
     where = diagnosis["where"]
+    classes = _expected_classes(each)
+    right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
+    probabilities = {item["class"]: float(item["probability"]) for item in diagnosis.get("classes", [])}
     return Outcome(
+        kind=truth.get("kind", ""),
         group=group,
         right={
-            "none": verdict == "no_gap" and not named,
+            "none": not named and (verdict == "no_gap" or bool(small)),
             "outliers": not named,
             "one": named == true,
-            "confusable": any(true[0] in alike for alike in classes[:1]) if true else False,
-            "several": len(named) == len(true) and _matched(each, named, classes),
+            "confusable": any(true[0] in some for some in alike[:1]) if true else False,
+            "several": len(named) == len(true) and _matched(each, named, alike),
             "unknown": (verdict == "unexplained" or (left is not None and left <= FLOOR)) and not sure_and_wrong,
             "faint": all(place in true for place in named),
         }[group],
+        class_right=(
+            None
+            if group == "faint" or "classes" not in diagnosis
+            else all(any(probabilities.get(name, 0.0) >= LIKELY for name in some) for some in classes)
+            and all(p < SURE for name, p in probabilities.items() if name not in right_classes)
+        ),
+        verdict_right=_verdict_right(group, verdict, left) if not small or each else None,
         truth=true,
         named=named,
         verdict=verdict,
         stated=stated,
+        stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
         sure_and_wrong=sure_and_wrong,
         site=bool(where) and where[0]["site"] in sites if sites and group != "faint" else None,
         left=left,
@@ -93,8 +126,28 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     )
 
 
+def _is_unknown(item: Mapping[str, Any]) -> bool:
+    return item["effect"] not in _CLASS_OF or bool(item.get("withheld"))
+
+
+def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
+    """Classes of which one must be likely, for each effect: those of its rivals are as good."""
+    return [
+        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
+        for item in each
+    ]
+
+
+def _verdict_right(group: str, verdict: str, left: float | None) -> bool | None:
+    if group == "faint":
+        return None
+    if group == "unknown":
+        return verdict == "unexplained" or (verdict == "explained" and left is not None and left <= FLOOR)
+    return verdict == ("no_gap" if group in ("none", "outliers") else "explained")
+
+
 def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
-    if any(item["effect"] in UNMODELLED or item.get("withheld") for item in each):
+    if any(_is_unknown(item) for item in each):
         return "unknown"
     if not each:
         return "outliers" if truth["each"] else "none"
@@ -105,14 +158,14 @@ def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
     return "confusable" if each[0]["rivals"] else "one"
 
 
-def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], classes: Sequence[set[Any]]) -> bool:
+def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], alike: Sequence[set[Any]]) -> bool:
     """Whether each true effect can be paired with one that was named: itself, or one of its class."""
 
-    def alike(item: Mapping[str, Any], i: int) -> bool:
-        return (item["effect"], item["where"]) in classes[i] or list(named[i]) in item["rivals"]
+    def is_same(item: Mapping[str, Any], i: int) -> bool:
+        return (item["effect"], item["where"]) in alike[i] or list(named[i]) in item["rivals"]
 
     return any(
-        all(alike(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
+        all(is_same(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
     )
 
 
@@ -129,11 +182,17 @@ def _closed(gap: Mapping[str, Any]) -> float | None:
 
 
 def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:
+    """Of every true value that the library has a parameter for; the two may count in opposite directions."""
     covered = []
     for item in each:
         for finding in findings:
-            if item["effect"] in SIZED and (finding["effect"], finding["where"]) == (item["effect"], item["where"]):
-                number = next(iter(finding["parameters"].values()))
-                if number["std"] is not None:
-                    covered.append(abs(abs(number["value"]) - abs(item["size"])) <= NORMAL_95 * number["std"])
+            if (finding["effect"], finding["where"]) != (item["effect"], item["where"]):
+                continue
+            for name, value in item["values"].items():
+                number = finding["parameters"].get(name)
+                if number is None or number["std"] is None:
+                    continue
+                half = NORMAL_95 * number["std"]
+                low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
+                covered.append(any(low <= sign * value <= high for sign in (1.0, -1.0)))
     return covered

@@ -5,33 +5,45 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Bools, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.trials.building import BlankTrial
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.tracker import TrackerCell
 
 
 def exact(built: BlankTrial, faults: Sequence[FaultModel]) -> Dataset:
     """One row a point, without noise."""
-    seen = built.cell.seen(faults)
-    pose = built.cell.pose
-    points = Points(pose=pose, names=_numbered(pose), pixel=seen.pixel, xyz=seen.xyz)
-    return replace(built.blank, points=points)
+    seen, pose = built.cell.seen(faults), built.cell.pose
+    if isinstance(built.cell, TrackerCell):
+        names = tuple(built.cell.reflectors) * len(built.cell.run.q)
+        return replace(built.blank, points=Points(pose=pose, names=names, xyz=seen.xyz))
+    return replace(built.blank, points=Points(pose=pose, names=_numbered(pose), pixel=seen.pixel, xyz=seen.xyz))
 
 
 def read(built: BlankTrial, faults: Sequence[FaultModel], rng: np.random.Generator) -> Dataset:
-    """All shots, with noise and gross errors."""
-    dataset = exact(built, faults)
-    points = dataset.points
-    noise, m = built.noise, len(points)
+    """All shots of the arm as it repeats, with its small errors, noise and gross errors."""
+    scatter = [] if built.scatter is None else [built.scatter]
+    dataset = exact(built, [*scatter, *built.background, *faults])
+    points, noise, m = dataset.points, built.noise, len(dataset.points)
+    if points.pixel is None:
+        measured = points["xyz"] + (noise.point_m or 0.0) * rng.normal(size=(m, 3))
+        return replace(dataset, points=replace(points, xyz=measured))
     drawn = points["xyz"] + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
     shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
     pixel = shots["pixel"] + (noise.pixel_px or 0.0) * rng.normal(size=shots["pixel"].shape)
-    shot = np.repeat(np.arange(m), built.repeats)
+    shot, repeat = np.repeat(np.arange(m), built.repeats), np.tile(np.arange(built.repeats), m)
+    if built.image_px:
+        pixel = pixel + _of_images(built, rng)[points.pose[shot], repeat]
     for fault in faults:
         pixel = fault.shots(pixel, shot, rng)
-    shots = replace(shots, pixel=pixel, repeat=np.tile(np.arange(built.repeats), m))
+    shots = replace(shots, pixel=pixel, repeat=repeat)
     return replace(dataset, points=shots.take(_shown(dataset, shots)))
+
+
+def _of_images(built: BlankTrial, rng: np.random.Generator) -> Array:
+    """By how much each image is off as a whole, (n, repeats, 2) [px]."""
+    return built.image_px * rng.normal(size=(len(built.cell.run.q), built.repeats, 2))
 
 
 def _numbered(pose: Ints) -> tuple[str, ...]:

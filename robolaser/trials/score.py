@@ -46,9 +46,13 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         "format": FORMAT,
         "worlds": len(every),
         "groups": groups,
+        "kinds": {kind: _of_kind([o for o in every if o.kind == kind]) for kind in sorted({o.kind for o in every})},
         "faint": share([o.right for o in every if o.group == "faint"]),
         "hits": share([o.named[:1] == o.truth for o in asked]),
         "false_alarms": share([bool(o.named) or o.verdict != "no_gap" for o in clean]),
+        "by_class": share([o.class_right for o in every if o.class_right is not None]),
+        "verdict": share([o.verdict_right for o in every if o.verdict_right is not None]),
+        "sure_and_wrong": share([o.sure_and_wrong for o in every]),
         "unknown": {
             "unexplained": share([o.verdict == "unexplained" for o in unknown]),
             "sure_and_wrong": share([o.sure_and_wrong for o in unknown]),
@@ -61,16 +65,35 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         "coverage_95": share([held for o in every for held in o.covered]),
         "confusion": _confusion(every),
         "reliability": _reliability([pair for o in every for pair in o.stated]),
+        "reliability_of_classes": _reliability([pair for o in every for pair in o.stated_classes]),
         "each": {
             name: {
+                "kind": o.kind,
                 "group": o.group,
                 "right": o.right,
+                "class_right": o.class_right,
+                "verdict_right": o.verdict_right,
+                "sure_and_wrong": o.sure_and_wrong,
+                "site_first": o.site,
                 "truth": [list(place) for place in o.truth],
                 "named": [list(place) for place in o.named],
                 "verdict": o.verdict,
             }
             for name, o in outcomes.items()
         },
+    }
+
+
+def _of_kind(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """By name, class, verdict and place, of the worlds of one kind."""
+    return {
+        "worlds": len(outcomes),
+        "by_name": share([o.right for o in outcomes]),
+        "by_class": share([o.class_right for o in outcomes if o.class_right is not None]),
+        "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
+        "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),
+        "sure_and_wrong": share([o.sure_and_wrong for o in outcomes]),
+        "coverage_95": share([held for o in outcomes for held in o.covered]),
     }
 
 

@@ -15,10 +15,11 @@ from robolaser.data.atomic_write import write_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.errors import TrialError, UsageError, near, output_exists
+from robolaser.errors import TrialError, output_exists
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.making import KINDS, make
+from robolaser.trials.kinds import kinds_of
+from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
@@ -62,13 +63,11 @@ def new(
         The names of the data sets.
 
     Raises:
-        UsageError: Not one of `KINDS`.
+        UsageError: Not one of `KINDS`, nor a fault.
         TrialError: A data set with another sensor, without joint angles, or without a placed target.
         OutputError: There is a trial.
     """
-    for kind in kinds:
-        if kind not in KINDS:
-            raise UsageError(f"No kind of world '{kind}'.{near(kind, KINDS)}")
+    kinds_of(kinds)
     if (folder / TRUTH).exists() and not overwrite:
         raise output_exists(folder / TRUTH)
     rng = np.random.default_rng(seed)

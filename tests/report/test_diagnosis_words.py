@@ -92,6 +92,16 @@ def test_a_certain_effect_is_named_beside_a_certain_class():
     assert "Certain by itself: the zero of perturb is off. Which others" in said
 
 
+def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
+    one = doubted(geometric())
+    unknown = CauseClass("unknown", 0.99, None, one.gap.after_m, site="base")
+    said = sentence(
+        "explained", one.findings, (*one.classes, unknown), one.where, one.gap, one.repeatability, one.outliers
+    )
+    assert "The little that is left lies at base, in no form" in said
+    assert "The little" not in one.sentence
+
+
 def test_uncertain_effects_of_a_class_have_one_advice_together():
     said = to_do(doubted(geometric()))
     assert [one for one in said if "robot_corrected.urdf" in one] == [said[0]]

@@ -1,16 +1,21 @@
 """Worlds of chance: repeatable, sealed against reading, and as their kind says."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import robolaser
+from robolaser.data.dataset import Noise
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.making import KINDS, make
+from robolaser.trials.kinds import KINDS
+from robolaser.trials.making import WRONGLY, make
+from robolaser.trials.reading import exact, read
 from robolaser.trials.resampling import reference_of, stepped
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.scatter import PoseScatter
 from robolaser.trials.trial import deal
 
 SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))
@@ -19,7 +24,7 @@ SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))
 @pytest.fixture(scope="module")
 def worlds():
     robot = find_robot("scorbot_er7")
-    return {kind: make(robot, kind, seed=8, ranges=SMALL) for kind in KINDS}
+    return {kind: make(robot, kind, seed=8, ranges=SMALL) for kind in KINDS if kind != "physics"}
 
 
 def test_the_same_seed_makes_the_same_world_to_the_bit(worlds):
@@ -37,11 +42,59 @@ def test_kinds_hold_what_they_say(worlds):
     named = {kind: [effect for effect, _ in world.truth["effects"]] for kind, world in worlds.items()}
     assert named["none"] == []
     assert named["outliers"] == [OUTLIERS]
+    assert 3 <= len(named["several"]) <= 4
+    for kind in ("repeatability", "misstated_noise", "shared_noise"):
+        assert len(named[kind]) <= 1
+    assert len(named["small_errors"]) == 1
     assert set(named["unknown"]) & set(UNMODELLED)
     for kind, number in (("single", 1), ("pair", 2), ("triple", 3)):
         known = [name for name in named[kind] if name != OUTLIERS]
         assert len(known) == number
         assert not set(known) & set(UNMODELLED)
+
+
+def test_what_is_not_ideal_is_in_the_truth_and_not_in_the_data_set(worlds):
+    truths = {kind: world.truth for kind, world in worlds.items()}
+    assert truths["repeatability"]["noise"]["repeatability_m"] >= 2e-5
+    assert truths["shared_noise"]["noise"]["image_px"] > 0.0
+    assert truths["misstated_noise"]["noise_stated"] in WRONGLY
+    assert truths["none"]["background"] == []
+    assert len(truths["small_errors"]["background"]) > len(find_robot("scorbot_er7").joints)
+    assert worlds["repeatability"].dataset.noise.joint_rad is None
+
+
+def test_noise_that_is_stated_wrongly_is_off_by_the_factor_of_the_truth(worlds):
+    world = worlds["misstated_noise"]
+    true, stated = world.truth["noise"], world.dataset.noise
+    assert stated.pixel_px / true["pixel_px"] == pytest.approx(world.truth["noise_stated"])
+    assert stated.target_m / true["target_m"] == pytest.approx(world.truth["noise_stated"])
+
+
+def test_an_image_that_is_off_is_off_as_a_whole(built):
+    rng = np.random.default_rng(3)
+    off = read(replace(built, image_px=5.0, noise=Noise()), (), rng).points
+    shift = off.pixel - exact(built, ()).points.pixel[np.repeat(np.arange(len(off) // 2), 2)]
+    images = off.pose * 2 + off.repeat
+    within = [np.ptp(shift[images == image], axis=0).max() for image in np.unique(images)]
+    assert max(within) < 1e-9
+    assert np.std(shift) == pytest.approx(5.0, rel=0.4)
+
+
+def test_an_arm_repeats_as_well_as_the_truth_says(built):
+    run, rng = built.cell.run, np.random.default_rng(3)
+    scatter = PoseScatter.sample("arm", 1e-4, run, rng)
+    off = run.arm.forward(scatter.joints(run.q, run))[:, :3, 3] - run.arm.forward(run.q)[:, :3, 3]
+    assert np.sqrt(np.square(off).sum(axis=1).mean()) == pytest.approx(1e-4, rel=0.4)
+
+
+def test_a_fault_alone_is_a_kind_of_its_own():
+    world = make(find_robot("scorbot_er7"), "slipping", seed=2, ranges=SMALL)
+    assert [effect for effect, _ in world.truth["effects"]] == ["slipping"]
+
+
+def test_a_tracked_world_is_a_trackers_data_set(worlds):
+    assert worlds["tracker"].dataset.kind == "point"
+    assert worlds["tracker"].truth["kind"] == "tracker"
 
 
 def test_no_data_set_gives_away_what_it_hides(worlds, tmp_path):

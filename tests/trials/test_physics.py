@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from robolaser.geometry.robots import find_robot
+from robolaser.trials.building import Ranges
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 from robolaser.trials.physics.faults import PHYSICAL, PlayUnderWeight
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
+from robolaser.trials.making import make
 from robolaser.trials.physics.mujoco_arm import MujocoArm
 
+SMALL = Ranges(poses=(10, 11), points=(5, 5))
 STIFF = 2e4
 
 
@@ -107,3 +110,10 @@ def test_of_no_size_nothing_gives_way(fault, built):
 def test_of_usual_size_the_data_show_it(fault, built):
     plain, bent = built.cell.seen(()), built.cell.seen((fault,))
     assert np.nanmax(np.abs(plain.pixel - bent.pixel)) > 0.05
+
+
+def test_worlds_of_the_kind_physics_are_moved_by_mujoco(built):
+    worlds = [make(find_robot("scorbot_er7"), "physics", seed=seed, ranges=SMALL) for seed in range(3)]
+    forms = [item["form"] for world in worlds for item in world.truth["each"]]
+    assert forms
+    assert set(forms) <= set(PHYSICAL)

@@ -5,22 +5,34 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_coupling import JointCoupling
+from robolaser.model.effects.tracker_scale import TrackerScale
+from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
 from robolaser.trials.reading import exact, read
+from robolaser.trials.sizing import detectability_of
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
 from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion
+from robolaser.trials.synthetic.fault_models.measuring_system import WrongRefractiveIndex
+from robolaser.trials.synthetic.fault_models.unmodelled_joints import HystereticWindup, UncountedTurn
 from robolaser.trials.synthetic.light import Light
+from robolaser.trials.tracking import build_tracked
 
+SMALL = Ranges(poses=(12, 14), points=(6, 6))
 LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
 """Departures whose form is the library's own: what the library fits of them must be everything."""
 NEARLY = ("base_compliance", "hand_eye_sag", "link_compliance", "settling")
 """Departures whose form is nearly the library's."""
 
 
-@pytest.fixture(params=FAULT_MODELS.values(), ids=FAULT_MODELS.keys())
+SEEN = {name: model for name, model in FAULT_MODELS.items() if name != "tracker_scale"}
+"""What a scanner sees."""
+
+
+@pytest.fixture(params=SEEN.values(), ids=SEEN.keys())
 def fault(request, built):
     fault_model, rng = request.param, np.random.default_rng(2)
     run = built.cell.run
@@ -29,7 +41,7 @@ def fault(request, built):
 
 def detectability(built, *faults):
     noise = built.noise
-    return Detectability(exact(built, faults), dict(built.cell.eye.truth), noise.pixel_px, noise.target_m)
+    return Detectability(exact(built, faults), built.cell.truth, {"pixel": noise.pixel_px, "target": noise.target_m})
 
 
 def test_every_effect_that_a_scanner_sees_has_a_world_and_some_worlds_have_no_effect(built):
@@ -116,3 +128,45 @@ def test_a_cone_that_does_not_open_is_a_plane():
     point = rng.normal(size=(20, 3))
     plane = (point * flat.normals).sum(axis=1) - 0.14 * np.cos(0.4)
     np.testing.assert_allclose(flat.off(point), plane, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def tracked():
+    return build_tracked(find_robot("scorbot_er7"), SMALL, np.random.default_rng(4), moving=True)
+
+
+def test_a_tracker_sees_the_arm_where_the_package_says(tracked):
+    assert detectability_of(tracked).misfit < 1e-6
+
+
+def test_a_trackers_wrong_lengths_are_the_librarys(tracked):
+    judged = detectability_of(tracked, WrongRefractiveIndex("measuring_system", 1e-3))
+    assert judged.misfit > 100
+    assert judged.left_by(CandidateEffect(TrackerScale, "measuring_system")) < 1.0
+
+
+@pytest.mark.parametrize("effect", [name for name, model in FAULT_MODELS.items() if model.is_tracked()])
+def test_what_a_tracker_sees_shows_in_its_points(effect, tracked):
+    fault_model, run = FAULT_MODELS[effect], tracked.cell.run
+    places = fault_model.locations(run)
+    fault = fault_model.sample(places[-1], fault_model.sizes[1], run, np.random.default_rng(2))
+    plain, bent = tracked.cell.seen(()), tracked.cell.seen((fault,))
+    assert np.abs(plain.xyz - bent.xyz).max() > 1e-5
+
+
+def test_hysteresis_comes_back_later_than_it_went(built):
+    run, windup = built.cell.run, HystereticWindup("joint_2", 2e-3, 0.4)
+    order, column = run.order, run.column("joint_2")
+    torque = run.arm.torques(run.q, run.payload_kg)[order, column]
+    sunk = (windup.joints(run.q, run) - run.q)[order, column]
+    spring = -2e-3 * torque / np.abs(torque).max()
+    assert np.abs(sunk - spring).max() <= 2e-3 * 0.4 * np.ptp(torque) / np.abs(torque).max() / 2 + 1e-12
+    assert np.abs(sunk - spring).max() > 1e-4
+
+
+def test_a_dead_zone_is_behind_on_one_side_and_ahead_on_the_other(built):
+    run, dead = built.cell.run, UncountedTurn("joint_2", 2e-3, 0.5, 0.2)
+    off = (dead.joints(run.q, run) - run.q)[:, run.column("joint_2")]
+    read_angle = run.q[:, run.column("joint_2")]
+    assert off[read_angle.argmin()] == pytest.approx(-1e-3)
+    assert off[read_angle.argmax()] == pytest.approx(1e-3)

@@ -1,6 +1,6 @@
 """A true cell: an arm, a scanner and a stepped target, and what the scanner reads there with given faults."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -70,6 +70,11 @@ class SyntheticCell:
     pose: Ints
     at: Array
     level: Array
+
+    @property
+    def truth(self) -> Mapping[str, float]:
+        """The sensor's ordinary parameters."""
+        return self.eye.truth
 
     def seen(self, faults: Sequence[FaultModel]) -> Readings:
         """Go the chain forwards, from the joints to the pixels."""

@@ -59,6 +59,12 @@ class FaultModel(ABC):
         """The true values of the effect library's parameters that mean the same, by their names there."""
         return {}
 
+    @classmethod
+    def is_tracked(cls) -> bool:
+        """Whether a tracker sees it: an arm, its base, or the tracker itself."""
+        stages = ("joints", "links", "flange", "measured")
+        return any(getattr(cls, stage) is not getattr(FaultModel, stage) for stage in stages)
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """True joint angles, (n, j)."""
         return q
@@ -94,6 +100,10 @@ class FaultModel(ABC):
     def printed(self, along: Array, run: SyntheticRun) -> Array:
         """What the target's drawing says of points in it, (m, 2) [m] from its middle."""
         return along
+
+    def measured(self, points: Array) -> Array:
+        """Points as a tracker measures them, (m, 3) [m] in its frame."""
+        return points
 
     def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
         """Pixels as read, (rows, 2) [px]; `shot` numbers each row's point."""

@@ -43,6 +43,10 @@ class ShiftedZero(FaultModel):
     sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
     signed: ClassVar[bool] = True
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"offset": self.size}
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Turned on by the error."""
         return turned(q, run.column(self.where), self.size)
@@ -56,6 +60,10 @@ class EncoderGain(FaultModel):
     effect: ClassVar[str] = "encoder_scale"
     sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
     signed: ClassVar[bool] = True
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"scale": self.size}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Stretched from the zero."""
@@ -127,6 +135,10 @@ class LostMotion(FaultModel):
     def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
         """Where in its play it begins."""
         return (rng.uniform(-1.0, 1.0),)
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"lost_motion": self.size}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Trailing the input, which goes straight from pose to pose in the order of time."""
@@ -264,6 +276,7 @@ class CrossTalk(FaultModel):
 
     effect: ClassVar[str] = "cross_talk"
     sizes: ClassVar[tuple[float, float]] = (4e-4, 4e-3)
+    classes: ClassVar[tuple[str, ...]] = ("transmission",)
 
     other: str
     even: bool
@@ -278,6 +291,11 @@ class CrossTalk(FaultModel):
         """Every joint that has a neighbour."""
         return run.arm.joints if len(run.arm.joints) > 1 else ()
 
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """The nearest that the library has."""
+        return (("joint_coupling", self.where),)
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Turned on by up to `size` [rad] across the other's range: to and fro, or by the square of its swing."""
         swing = _swing(run, self.other)
@@ -291,6 +309,7 @@ class CableForce(FaultModel):
 
     effect: ClassVar[str] = "hose"
     sizes: ClassVar[tuple[float, float]] = (5e-4, 4e-3)
+    classes: ClassVar[tuple[str, ...]] = ("elasticity", "transmission")
 
     anchor: tuple[float, float, float]
     slack: float

@@ -21,6 +21,10 @@ class ProjectorRoll(FaultModel):
     signed: ClassVar[bool] = True
     location: ClassVar[str | None] = "laser"
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"angle": self.size}
+
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """Turned."""
         return replace(light, roll=light.roll + self.size)

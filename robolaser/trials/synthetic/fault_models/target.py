@@ -27,6 +27,10 @@ class PrintScale(FaultModel):
         """The grid's origin, which lies somewhere on it."""
         return (tuple(rng.uniform(-0.5, 0.5, 2).tolist()),)
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"scale": self.size}
+
     def printed(self, along: Array, run: SyntheticRun) -> Array:
         """Scaled about the grid's origin."""
         origin = run.radius * np.array(self.aside)
@@ -69,6 +73,7 @@ class TargetDent(FaultModel):
     effect: ClassVar[str] = "dented_target"
     sizes: ClassVar[tuple[float, float]] = (3e-4, 1.5e-3)
     location: ClassVar[str | None] = "target"
+    classes: ClassVar[tuple[str, ...]] = ("target",)
 
     aside: tuple[float, float]
     width: float

@@ -1,0 +1,96 @@
+"""Standard errors that hold although the model is not the whole truth.
+
+Noise alone makes the smallest of them. Whole poses may scatter otherwise than the noise model has it, and effects too
+small to be found still pull at those that were.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.score_tests import ScoreTest
+from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN
+
+SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
+"""Sizes that all effects not found may have, in units of those usual in industry."""
+MOST_LEVERAGE: Final = 0.999
+"""Leverage of a pose in some direction, beyond which its residuals there say nothing."""
+
+
+def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
+    """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
+
+    Known distances and priors count as they are stated.
+
+    Args:
+        fit: The model.
+        tests: Of effects that it does not hold.
+    """
+    at, K = fit.at, len(fit.at.white)
+    influence = np.asarray((at.covariance / fit.problem.scale) @ at.J.T)
+    by_noise = np.maximum(np.diag(at.covariance), 0.0)
+    by_poses = clustered_variances(influence[:, :K], at.Q[:K], at.white, fit.pose_of_number)
+    variances = np.maximum(by_noise, by_poses + np.square(influence[:, K:]).sum(axis=1))
+    if tests:
+        white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
+        other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
+        pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
+        variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
+    return np.asarray(np.sqrt(variances))
+
+
+def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: Ints) -> Array:
+    """Variances of linear estimates by the scatter of independent clusters, whatever happens inside of each, (d,).
+
+    The sandwich, residuals freed from what their own cluster has drawn the fit to (Bell, McCaffrey 2002; Cameron,
+    Miller 2015, A practitioner's guide to cluster-robust inference).
+
+    Args:
+        influence: By how much each estimate moves with each row, (d, K).
+        Q: Orthonormal basis of what the parameters can do to the rows, (K, n).
+        residuals: Of the fit, (K,).
+        cluster: Of each row, (K,).
+    """
+    variances = np.zeros(len(influence))
+    for own in _alike_clusters(cluster):
+        r = residuals[own][..., None]
+        U, s, _ = np.linalg.svd(Q[own], full_matrices=False)
+        raised = 1.0 / np.sqrt(1.0 - np.minimum(s**2, MOST_LEVERAGE)) - 1.0
+        freed = r + U @ (raised[..., None] * (np.swapaxes(U, 1, 2) @ r))
+        variances += np.square(np.einsum("dpk,pk->dp", influence[:, own], freed[..., 0])).sum(axis=1)
+    return variances
+
+
+def _alike_clusters(cluster: Ints) -> Iterator[Ints]:
+    """Rows of each cluster (p, k), for clusters with the same number of rows k together."""
+    order = np.argsort(cluster, kind="stable")
+    _, starts, counts = np.unique(cluster[order], return_index=True, return_counts=True)
+    for k in np.unique(counts):
+        yield order[starts[counts == k][:, None] + np.arange(k)]
+
+
+def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array:
+    """Variances that effects too small to be found add to linear estimates without them, (d,).
+
+    Their amplitudes are random, each of its usual size times a factor common to all, which is averaged over its
+    posterior (Schmidt's considered parameters, 1966, their size by marginal likelihood, MacKay 1992). What the data
+    leave open of the amplitudes and what they suggest would both move the estimates.
+
+    Args:
+        pull: By how much each amplitude, at its usual size, would move the estimates, (d, q).
+        columns: What the amplitudes do to the rows, without what the parameters imitate, (K, q).
+        residuals: Of the fit, of unit variance, (K,).
+    """
+    eigenvalues, V = np.linalg.eigh(columns.T @ columns)
+    eigenvalues = np.maximum(eigenvalues, 0.0)
+    along, pull = V.T @ (columns.T @ residuals), pull @ V
+    t = SIZES[:, None] ** 2
+    shrunk = t / (1.0 + t * eigenvalues)
+    log_ratios = 0.5 * (along**2 * shrunk - np.log1p(t * eigenvalues)).sum(axis=1)
+    prior = np.where(SIZES > 0.0, (1.0 - NO_OTHER_EFFECTS) / (len(SIZES) - 1), NO_OTHER_EFFECTS)
+    weights = prior * np.exp(log_ratios - log_ratios.max())
+    added = [pull**2 @ s + (pull @ (s * along)) ** 2 for s in shrunk]
+    return np.asarray(weights @ np.array(added) / weights.sum())

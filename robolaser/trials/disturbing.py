@@ -1,0 +1,47 @@
+"""What is not ideal in a cell beside its faults: an arm that repeats only so well, shifted images, small errors."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.trials.building import BlankTrial
+from robolaser.trials.kinds import Kind
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.joints import GearWindup, ShiftedZero
+from robolaser.trials.synthetic.fault_models.lens import HigherRadialDistortion, LensDecentring
+from robolaser.trials.synthetic.fault_models.links import LinkError
+from robolaser.trials.synthetic.scatter import PoseScatter
+
+IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
+OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a placement counts in metres and radians
+K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
+
+
+def disturbed(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> BlankTrial:
+    """The same cell with what its kind has beside its faults."""
+    run, noise = built.cell.run, built.noise
+    if asked.scatters:
+        size = float(np.exp(rng.uniform(*np.log(PoseScatter.sizes))))
+        built = replace(built, scatter=PoseScatter.sample("arm", size, run, rng))
+    if asked.shared:
+        built = replace(built, image_px=float((noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
+    if asked.background:
+        built = replace(built, background=_small_errors(built, rng))
+    return built
+
+
+def _small_errors(built: BlankTrial, rng: np.random.Generator) -> tuple[FaultModel, ...]:
+    """What calibration leaves of an arm and a lens."""
+    run = built.cell.run
+    small: list[FaultModel] = []
+    for joint in run.arm.joints:
+        small.append(ShiftedZero(joint, float(OFFSET_RAD * rng.normal())))
+        small.append(LinkError.sample(joint, float(PLACEMENT * rng.uniform(0.2, 1.0)), run, rng))
+    small += [
+        GearWindup.sample(joint, float(WINDUP_RAD * rng.uniform(0.1, 1.0)), run, rng)
+        for joint in GearWindup.locations(run)
+    ]
+    if built.noise.pixel_px is not None:
+        small.append(HigherRadialDistortion.sample("camera", float(K2 * rng.uniform(0.1, 1.0)), run, rng))
+        small.append(LensDecentring.sample("camera", float(DECENTRING * rng.uniform(0.1, 1.0)), run, rng))
+    return tuple(small)

@@ -1,0 +1,92 @@
+"""The kinds of worlds that a blind trial may have."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.errors import UsageError, near
+from robolaser.trials.physics.faults import PHYSICAL
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
+
+FAULTS: dict[str, type[FaultModel]] = {**FAULT_MODELS, **PHYSICAL}
+"""All faults: those in formulas by the effect's name, those that MuJoCo moves by their form's."""
+BESIDE_UNKNOWN = 0.4  # of the worlds with an unknown cause have an effect of the library too
+
+
+@final
+@dataclass(frozen=True)
+class Kind:
+    """What chance decides of a kind of worlds.
+
+    Attributes:
+        number: Least and most number of faults.
+        among: Names of the faults that they are drawn from.
+        beside: How likely an effect of the library comes on top.
+        outliers: How likely gross errors come on top.
+        scatters: Whether the arm repeats only so well, which nobody stated.
+        misstated: Whether the stated noise is wrong.
+        shared: Whether an image is off as a whole.
+        background: Whether everything is off a little, and the faults stand out of it.
+        tracked: Whether a tracker sees the arm, instead of a scanner on it.
+        share: Of the worlds, where no kinds are asked for.
+    """
+
+    number: tuple[int, int] = (0, 0)
+    among: tuple[str, ...] = MODELLED
+    beside: float = 0.0
+    outliers: float = 0.0
+    scatters: bool = False
+    misstated: bool = False
+    shared: bool = False
+    background: bool = False
+    tracked: bool = False
+    share: float = 0.0
+
+
+KINDS: dict[str, Kind] = {
+    "none": Kind(share=0.1),
+    "single": Kind((1, 1), outliers=0.12, share=0.3),
+    "pair": Kind((2, 2), outliers=0.12, share=0.08),
+    "triple": Kind((3, 3), outliers=0.12, share=0.03),
+    "several": Kind((3, 4), share=0.04),
+    "unknown": Kind((1, 1), UNMODELLED, beside=BESIDE_UNKNOWN, share=0.1),
+    "outliers": Kind((1, 1), (OUTLIERS,), share=0.05),
+    "repeatability": Kind((0, 1), scatters=True, share=0.1),
+    "misstated_noise": Kind((0, 1), misstated=True, share=0.05),
+    "shared_noise": Kind((0, 1), shared=True, share=0.05),
+    "small_errors": Kind((1, 1), background=True, share=0.05),
+    "tracker": Kind(tracked=True, share=0.05),
+    "physics": Kind((0, 1), tuple(PHYSICAL)),
+}
+"""By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
+share."""
+USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}
+"""Share of each kind where none is asked for."""
+TRACKED = ("none", "single", "several", "repeatability", "small_errors", "unknown")
+"""What may be wrong with an arm that a tracker sees."""
+
+
+def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
+    """The same names, if all are kinds.
+
+    Raises:
+        UsageError: Not one of `KINDS`, nor a fault.
+    """
+    for name in (names := tuple(names)):
+        if name not in KINDS and name not in FAULTS:
+            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULTS))}")
+    return names
+
+
+def drawn(name: str, rng: np.random.Generator) -> Kind:
+    """What is to be decided by chance in a world of a kind.
+
+    Raises:
+        UsageError: See `kinds_of`.
+    """
+    (name,) = kinds_of([name])
+    kind = KINDS.get(name) or Kind((1, 1), (name,))
+    return replace(KINDS[str(rng.choice(TRACKED))], tracked=True, outliers=0.0) if name == "tracker" else kind

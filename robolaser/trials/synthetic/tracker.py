@@ -1,0 +1,54 @@
+"""A cell in which a tracker sees reflectors on the flange, and where it sees them with given faults."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.trials.synthetic.cell import Readings
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.run import SyntheticRun
+
+
+@final
+@dataclass(frozen=True)
+class TrackerCell:
+    """Where everything truly is, save the faults. In each pose all reflectors are seen.
+
+    Attributes:
+        run: Of the arm.
+        T_world_base: (4, 4).
+        reflectors: In the flange's frame, by name, (3,) [m].
+    """
+
+    run: SyntheticRun
+    T_world_base: Array
+    reflectors: Mapping[str, Array]
+
+    @property
+    def pose(self) -> Ints:
+        """Number of each point's pose, (m,)."""
+        return np.repeat(np.arange(len(self.run.q)), len(self.reflectors))
+
+    @property
+    def truth(self) -> dict[str, float]:
+        """No ordinary parameter of the sensor: all of them follow from the points."""
+        return {}
+
+    def seen(self, faults: Sequence[FaultModel]) -> Readings:
+        """Go the chain forwards, from the joints to the points in the tracker's frame."""
+        run, n = self.run, len(self.run.q)
+        q, links = run.q, np.tile(run.arm.links, (n, 1, 1, 1))
+        for fault in faults:
+            q, links = fault.joints(q, run), fault.links(links, run)
+        T_base_flange = run.arm.forward(q, links)
+        for fault in faults:
+            T_base_flange = fault.flange(T_base_flange, run)
+        T = self.T_world_base @ T_base_flange
+        at = np.array(list(self.reflectors.values()))
+        points = (np.einsum("nab,kb->nka", T[:, :3, :3], at) + T[:, None, :3, 3]).reshape(-1, 3)
+        for fault in faults:
+            points = fault.measured(points)
+        return Readings(np.empty((len(points), 0)), points)

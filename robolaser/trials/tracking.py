@@ -1,0 +1,74 @@
+"""Random synthetic cells in which a tracker sees an arm."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.visibility import random_configurations
+from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
+from robolaser.trials.resampling import ReferenceCell
+from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.tracker import TrackerCell
+
+REFLECTORS = ("A", "B", "C")
+BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
+
+
+def build_tracked(
+    source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool
+) -> BlankTrial:
+    """A tracker in front of an arm, or in front of the arm and the poses of a data set.
+
+    Args:
+        source: The arm as drawn, or what to imitate.
+        ranges: What is left to chance.
+        rng: Where it comes from.
+        moving: Whether the arm moves at the measurements.
+    """
+    if isinstance(source, ReferenceCell):
+        robot, poses = source.dataset.arm[0], source.dataset.poses
+        q = source.dataset.arm[1]
+        time = np.arange(len(q)) * np.mean(PAUSE_S) if poses.time_s is None else poses.time_s
+    else:
+        robot = source
+        n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+        q = random_configurations(robot, n, rng)
+        time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
+    qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
+    noise = Noise(point_m=rounded(rng.uniform(*ranges.point_m)))
+    arm = PinocchioArm(robot)
+    flange = arm.forward(q)[:, :3, 3]
+    radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
+    run = SyntheticRun(arm, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
+    cell = TrackerCell(run, _stand(rng), {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)})
+    blank = Dataset(
+        name="blind",
+        robot=robot,
+        poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
+        points=Points(np.empty(0, dtype=np.int64), (), xyz=np.empty((0, 3))),
+        kind="point",
+        noise=noise,
+    )
+    seen = cell.seen(())
+    points = Points(cell.pose, REFLECTORS * len(q), xyz=seen.xyz)
+    return BlankTrial(cell, replace(blank, points=points), noise, 1)
+
+
+def _stand(rng: np.random.Generator) -> Array:
+    """T_world_base."""
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)]).as_matrix()
+    T[:3, 3] = np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3)
+    return T
+
+
+def _reflector(number: int, rng: np.random.Generator) -> Array:
+    """Around the flange's axis, some centimetres in front of it."""
+    angle = 2 * np.pi * number / len(REFLECTORS) + rng.uniform(-0.3, 0.3)
+    radius = rng.uniform(0.06, 0.14)
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.1)])
