@@ -20,6 +20,7 @@ from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
 from robolaser.estimation.linearization import TOUCH
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import has_stage
+from robolaser.model.noise import NoiseModel
 
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
@@ -81,14 +82,14 @@ def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(found for found in findings if found.probability >= LEAST_LISTED)
 
 
-def gap_of(start: Fit, final: Fit, held_out: HeldOut, seed: int) -> Gap:
+def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap, from the nominal model to the final one."""
     given = any(item.given for item in start.sensor.items)
     x = start.problem.parameters.nominal if given else start.x
     nominal = start.model.in_metres(x, start.problem.plain(x[None])[0])
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
-    floor = final.size_of(final.noise)
+    floor = final.size_of(noise)
     return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
 
 

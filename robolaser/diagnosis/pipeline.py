@@ -108,7 +108,9 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
 
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
     enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
-    data, refits, selected, outliers = _selected(dataset, library(kinds, dataset) if enough else [], seed, progress)
+    preparation, data, refits, selected, outliers = _selected(
+        dataset, library(kinds, dataset) if enough else [], seed, progress
+    )
     start = refits.start
 
     progress("weighing the evidence", 0.6)
@@ -117,7 +119,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     final = refits.of(pruned)
 
     progress("predicting held-out poses", 0.8)
-    gap = gap_of(start, final, held_out, seed)
+    noise = preparation.noise_beside(data, final) if left else final.noise
+    gap = gap_of(start, final, noise, held_out, seed)
     verdict = judge(_evidence(start, final, left, gap))
     where = _where(verdict, refits, final, evidence, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
@@ -126,7 +129,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final))
     findings = findings_of(refits, nested, evidence, held_out, errors)
     classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
-    repeatability = repeatability_of(final)
+    repeatability = repeatability_of(final, noise)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
@@ -147,7 +150,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
-        noise=noise_sources(final),
+        noise=noise_sources(noise),
         repeatability=repeatability,
         noise_remarks=noise_remarks(final, dataset),
         seconds=time.perf_counter() - began,
@@ -156,7 +159,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
 def _selected(
     dataset: Dataset, effects: Sequence[CandidateEffect], seed: int, progress: Progress
-) -> tuple[AveragedData, Refits, Fit, Ints]:
+) -> tuple[Preparation, AveragedData, Refits, Fit, Ints]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
@@ -183,7 +186,7 @@ def _selected(
         outliers = found
         data, start = preparation.fit(outliers, effects)
         refits, final = again(start, 0.5)
-    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+    return preparation, data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:

@@ -55,11 +55,13 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     return found
 
 
-def explained(fit: Fit) -> Array:
-    """Directions of the plain residuals that a model's parameters explain, or smooth functions at some sites, (K, n).
+def explained(fit: Fit, *, smooth: bool) -> Array:
+    """Directions of the plain residuals that a model's parameters explain, those that can move, (K, n).
 
-    The sites are those that the residuals speak for.
+    Args:
+        fit: The model.
+        smooth: Whether smooth functions at sites that the residuals speak for explain, too.
     """
-    own = Linearization(fit.problem.with_noise(None), fit.x).slopes / fit.problem.scale
-    smooth = smooth_remainder(fit)
-    return np.hstack([own, fit.noise.correlate(smooth.T).T]) if smooth.size else own
+    own = (Linearization(fit.problem.with_noise(None), fit.x).slopes / fit.problem.scale)[:, fit.at.free]
+    rest = smooth_remainder(fit) if smooth else np.zeros((0, 0))
+    return np.hstack([own, fit.noise.correlate(rest.T).T]) if rest.size else own

@@ -22,6 +22,10 @@ from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.parameters import Parameters
 
+IMPLAUSIBLE = 2.0
+"""Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
+search for it ended in a lesser optimum."""
+
 
 @final
 @dataclass(frozen=True)
@@ -75,12 +79,25 @@ class Preparation:
 
     def with_other_scatter(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the noise that the final model leaves, where that is not what was assumed."""
-        noise = whole_noise(data, final.model, final.x, explained(final), self.dataset)
+        noise = self._noise_of(data, final, smooth=False)
+        white = noise.whiten(final.at.plain[None])[0]
+        if white @ white > IMPLAUSIBLE * len(white):
+            return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
         if max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all)) < np.log(SCATTER_CHANGE):
             return None
         return Fit.of(problem_of(start.model, noise, self.sensor), start.x)
+
+    def noise_beside(self, data: AveragedData, final: Fit) -> NoiseModel:
+        """The noise that a model leaves beside smooth functions at sites that its residuals speak for.
+
+        For weights and likelihoods all that a model leaves is chance; what is smooth is no noise, though.
+        """
+        return self._noise_of(data, final, smooth=True)
+
+    def _noise_of(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
+        return whole_noise(data, final.model, final.x, explained(final, smooth=smooth), self.dataset)
 
     def outliers(self, final: Fit) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.model.noise.covariance import Origin
+from robolaser.model.noise.covariance import NoiseModel, Origin
 
 
 @final
@@ -47,9 +47,8 @@ class Repeatability:
         return any(source.origin != "stated" for source in self.sources.values())
 
 
-def noise_sources(fit: Fit) -> dict[str, NoiseSource]:
-    """The sources of noise of a fit, by name."""
-    noise = fit.noise
+def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
+    """The sources of noise, by name."""
     return {
         source.name: NoiseSource(
             float(noise.sigmas[source.name]),
@@ -61,10 +60,9 @@ def noise_sources(fit: Fit) -> dict[str, NoiseSource]:
     }
 
 
-def repeatability_of(fit: Fit) -> Repeatability:
+def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
     """How much whole poses scatter beyond the noise of rows."""
-    noise = fit.noise
     alone = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
     nothing = noise.at(dict.fromkeys(noise.sigmas, 0.0))
-    sources = {name: source for name, source in noise_sources(fit).items() if source.of_poses}
+    sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
     return Repeatability(sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)))
