@@ -66,7 +66,8 @@ def specification(
     for name, gear in gears.items():
         if gear.servo:
             servo = spec.add_actuator(name=name, target=joint_name(name), trntype=engine.mjtTrn.mjTRN_JOINT)
-            servo.set_to_position(kp=gear.stiffness)
+            servo.biastype = engine.mjtBias.mjBIAS_AFFINE
+            servo.gainprm[0], servo.biasprm[1] = gear.stiffness, -gear.stiffness
     if load is not None:
         bracket.add_body(name="load", pos=load.at, **_mass(load.mass))
     return spec
