@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.errors import UsageError, near
 from robolaser.trials.physics.faults import PHYSICAL
+from robolaser.trials.physics.specification import mujoco
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
 
@@ -65,6 +66,8 @@ KINDS: dict[str, Kind] = {
 share."""
 USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}
 """Share of each kind where none is asked for."""
+IN_IMAGES = ("outliers", "shared_noise")
+"""Kinds that a tracker knows nothing of."""
 TRACKED = ("none", "single", "several", "repeatability", "small_errors", "unknown")
 """What may be wrong with an arm that a tracker sees."""
 
@@ -74,10 +77,13 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
+        DependencyMissing: MuJoCo moves some of them, and is not installed.
     """
     for name in (names := tuple(names)):
         if name not in KINDS and name not in FAULTS:
             raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULTS))}")
+    if {"physics", *PHYSICAL} & {*names}:
+        mujoco()
     return names
 
 
