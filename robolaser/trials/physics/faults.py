@@ -10,12 +10,12 @@ from robolaser.arrays import Array
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 from robolaser.trials.physics.mujoco_arm import MujocoArm
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.joints import GearWindup
 from robolaser.trials.synthetic.run import SyntheticRun
 
 CAMERA_AT = (0.06, 0.0, 0.04)  # of the scanner's centre of mass, seen from the flange [m]
 UNSTATED_KG = (1.0, 3.0)
 HARD = 2e5  # of a gear that has play and little else [Nm/rad]
-LEAST_SWING_NM = 0.2  # of the torque over the run
 LEAST_LENGTH_M = 0.05
 
 
@@ -32,11 +32,8 @@ class PhysicalFault(FaultModel):
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """At its location, or at the joints whose torque changes over the run: others only seem to have an offset."""
-        if cls.location is not None:
-            return (cls.location,)
-        swing = np.ptp(run.arm.torques(run.q, run.payload_kg), axis=0)
-        return tuple(joint for joint in run.arm.joints if swing[run.column(joint)] > LEAST_SWING_NM)
+        """At its location, or at joints that bear weight enough to be told from joints with an offset."""
+        return GearWindup.locations(run) if cls.location is None else (cls.location,)
 
     def stiffness(self, run: SyntheticRun) -> float:
         """That gives way by `size` under the largest torque of the run [Nm/rad]."""
