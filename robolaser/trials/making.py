@@ -103,6 +103,7 @@ def make(
             **{name: sigma for name, sigma in asdict(built.noise).items() if sigma is not None},
             "repeatability_m": built.scatter.size if built.scatter else 0.0,
             "image_px": built.image_px,
+            "growth": built.growth,
         },
         "parameters": dict(built.cell.truth),
         "seed": seed,
