@@ -139,5 +139,5 @@ def not_testable(
         if one.size is None:
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
-        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses, whatever its size")
+        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses at any plausible size")
     return reasons
