@@ -30,7 +30,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     final = _helpful(refits, final, held_out)
     while True:
         left = localize(final)
-        unmodelled = {one: _unmodelled(refits, final, one) if left else 0.0 for one in final.effects}
+        unmodelled = {one: _unmodelled(refits, final, one) for one in final.effects}
         doubtful = _above(unmodelled, MAX_UNMODELLED) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
