@@ -42,6 +42,7 @@ def new(
     points: Annotated[str | None, Parameter(metavar="A-B")] = None,
     pixel_noise: Annotated[str | None, Parameter(metavar="A-B")] = None,
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
+    tracked: Annotated[bool, Parameter(negative="")] = False,
     seed: Seed | None = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -56,12 +57,13 @@ def new(
         folder: Folder for the trial.
         robot: A robot or a URDF file; several take turns. Default: scorbot_er7.
         flange: Frame of URDF files that carries the sensor.
-        like: Data set whose arm, scanner, poses and noise are taken; may be given again.
+        like: Data set whose arm, scanner or tracker, poses and noise are taken; may be given again.
         count: Number of data sets.
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
         kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, singles most.
+        tracked: Let a tracker see the arms, whatever the kind.
         seed: Seed of the trial. Default: a new one each time, and a secret.
         force: Overwrite an earlier trial.
     """
@@ -70,7 +72,6 @@ def new(
     from robolaser.data.loading import load
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
-    from robolaser.trials.kinds import USUAL
     from robolaser.trials.trial import new as make
 
     usual = Ranges()
@@ -88,8 +89,9 @@ def new(
             sources,
             count=count,
             seed=secrets.randbits(48) if seed is None else seed,
-            kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else USUAL,
+            kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else None,
             ranges=ranges,
+            tracked=tracked,
             overwrite=force,
             tell=tell,
         )

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from robolaser.arrays import Bools
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.estimation.fisher_information import Information
@@ -26,9 +27,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     noise = noise_of(diagnosis.model, x)
     known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
     known += Information.of_known_distances(diagnosis.model, x)
-    fixed = np.isin(parameters.names, diagnosis.model.sensor.fixed)
-    given = np.array([item.given for item in parameters.items])
-    on_bound = given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper))
+    on_bound = given_on_bound(diagnosis)
     warnings = [
         f"{name} ended on one of its bounds: widen them, or check the model."
         for name in np.array(parameters.names)[on_bound]
@@ -56,6 +55,14 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         seconds=diagnosis.seconds,
         warnings=(*diagnosis.dataset.warnings, *warnings),
     )
+
+
+def given_on_bound(diagnosis: Diagnosis) -> Bools:
+    """Parameters that ended on one of the bounds that the data set gives them, (d,)."""
+    x, parameters = diagnosis.x, diagnosis.model.parameters
+    fixed = np.isin(parameters.names, diagnosis.model.sensor.fixed)
+    given = np.array([item.given for item in parameters.items])
+    return np.asarray(given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper)))
 
 
 def corrected_json(calibration: Calibration) -> str:

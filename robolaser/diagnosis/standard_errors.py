@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
@@ -23,7 +25,8 @@ MOST_LEVERAGE: Final = 0.999
 def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
     """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
 
-    Known distances and priors count as they are stated.
+    Known distances and priors count as they are stated. With few poses the scatter itself is little known: Student's t
+    with as many freedoms as poses, less one, widens all so that 1.96 of them make a 95 % interval.
 
     Args:
         fit: The model.
@@ -39,7 +42,8 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
         other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
         pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
         variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
-    return np.asarray(np.sqrt(variances))
+    widened = student.isf(0.025, max(1, len(fit.poses) - 1)) / norm.isf(0.025)
+    return np.asarray(widened * np.sqrt(variances))
 
 
 def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: Ints) -> Array:

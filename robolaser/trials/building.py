@@ -70,6 +70,7 @@ class BlankTrial:
         repeats: Images at each pose.
         scatter: How well the arm repeats; None: exactly.
         image_px: By how much an image is off as a whole, one standard deviation [px].
+        growth: Power of the range with which the noise of a pixel, or of a tracker's point, grows.
         background: What is off a little, whatever else is wrong.
     """
 
@@ -79,6 +80,7 @@ class BlankTrial:
     repeats: int
     scatter: PoseScatter | None = None
     image_px: float = 0.0
+    growth: float = 0.0
     background: tuple[FaultModel, ...] = ()
 
 

@@ -13,6 +13,7 @@ from robolaser.trials.synthetic.fault_models.links import LinkError
 from robolaser.trials.synthetic.scatter import PoseScatter
 
 IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
+GROWTH = (2.0, 4.0)  # power of the range
 OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a placement counts in metres and radians
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
 
@@ -25,6 +26,8 @@ def disturbed(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> Blank
         built = replace(built, scatter=PoseScatter.sample("arm", size, run, rng))
     if asked.shared:
         built = replace(built, image_px=float((noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
+    if asked.growing:
+        built = replace(built, growth=float(rng.uniform(*GROWTH)))
     if asked.background:
         built = replace(built, background=_small_errors(built, rng))
     return built

@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.errors import UsageError, near
 from robolaser.trials.physics.faults import PHYSICAL
+from robolaser.trials.physics.specification import mujoco
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
 
@@ -29,6 +30,7 @@ class Kind:
         scatters: Whether the arm repeats only so well, which nobody stated.
         misstated: Whether the stated noise is wrong.
         shared: Whether an image is off as a whole.
+        growing: Whether the noise grows with the range.
         background: Whether everything is off a little, and the faults stand out of it.
         tracked: Whether a tracker sees the arm, instead of a scanner on it.
         share: Of the worlds, where no kinds are asked for.
@@ -41,6 +43,7 @@ class Kind:
     scatters: bool = False
     misstated: bool = False
     shared: bool = False
+    growing: bool = False
     background: bool = False
     tracked: bool = False
     share: float = 0.0
@@ -57,6 +60,7 @@ KINDS: dict[str, Kind] = {
     "repeatability": Kind((0, 1), scatters=True, share=0.1),
     "misstated_noise": Kind((0, 1), misstated=True, share=0.05),
     "shared_noise": Kind((0, 1), shared=True, share=0.05),
+    "growing_noise": Kind((0, 1), growing=True, share=0.03),
     "small_errors": Kind((1, 1), background=True, share=0.05),
     "tracker": Kind(tracked=True, share=0.05),
     "physics": Kind((0, 1), tuple(PHYSICAL)),
@@ -65,7 +69,9 @@ KINDS: dict[str, Kind] = {
 share."""
 USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}
 """Share of each kind where none is asked for."""
-TRACKED = ("none", "single", "several", "repeatability", "small_errors", "unknown")
+IN_IMAGES = ("outliers", "shared_noise")
+"""Kinds that a tracker knows nothing of."""
+TRACKED = ("none", "single", "several", "repeatability", "growing_noise", "small_errors", "unknown")
 """What may be wrong with an arm that a tracker sees."""
 
 
@@ -74,10 +80,13 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
+        DependencyMissing: MuJoCo moves some of them, and is not installed.
     """
     for name in (names := tuple(names)):
         if name not in KINDS and name not in FAULTS:
             raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULTS))}")
+    if {"physics", *PHYSICAL} & {*names}:
+        mujoco()
     return names
 
 

@@ -49,7 +49,13 @@ class BlindDataset:
 
 
 def make(
-    source: Robot | ReferenceCell, kind: str, *, seed: int, name: str = "blind", ranges: Ranges | None = None
+    source: Robot | ReferenceCell,
+    kind: str,
+    *,
+    seed: int,
+    name: str = "blind",
+    ranges: Ranges | None = None,
+    tracked: bool = False,
 ) -> BlindDataset:
     """One world.
 
@@ -59,6 +65,7 @@ def make(
         seed: Same seed, same world.
         name: Of the data set: it should say nothing.
         ranges: What is left to chance.
+        tracked: Whether a tracker sees the arm, whatever the kind.
 
     Raises:
         UsageError: There is no such kind.
@@ -68,6 +75,8 @@ def make(
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_arm(source).encode()]))
     asked = drawn(kind, rng)
+    if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
+        asked = replace(asked, tracked=True, outliers=0.0)
     built = disturbed(_built(source, asked, ranges or Ranges(), rng), asked, rng)
     faults: list[FaultModel] = []
     each = []
@@ -94,6 +103,7 @@ def make(
             **{name: sigma for name, sigma in asdict(built.noise).items() if sigma is not None},
             "repeatability_m": built.scatter.size if built.scatter else 0.0,
             "image_px": built.image_px,
+            "growth": built.growth,
         },
         "parameters": dict(built.cell.truth),
         "seed": seed,
@@ -132,7 +142,8 @@ def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Gener
     if number and not possible:
         raise TrialError(
             f"No world of the kind '{kind}' can be made of the arm '{built.blank.name}': "
-            "its faults have no place there. A URDF without masses has nothing that gives way."
+            "its faults have no place there. A tracker sees neither images nor targets, "
+            "and in a URDF without masses nothing gives way."
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]
     if rng.random() < asked.beside:

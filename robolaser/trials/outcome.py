@@ -92,8 +92,13 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     sites = {site for item in each for site in item["sites"]}
     where = diagnosis["where"]
     classes = _expected_classes(each)
+    left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` speak of what the small errors leave
     right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
-    probabilities = {item["class"]: float(item["probability"]) for item in diagnosis.get("classes", [])}
+    probabilities = {
+        item["class"]: float(item["probability"])
+        for item in diagnosis.get("classes", [])
+        if not (left_small and item["class"] == UNKNOWN)
+    }
     return Outcome(
         kind=truth.get("kind", ""),
         group=group,
@@ -112,14 +117,14 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
             else all(any(probabilities.get(name, 0.0) >= LIKELY for name in some) for some in classes)
             and all(p < SURE for name, p in probabilities.items() if name not in right_classes)
         ),
-        verdict_right=_verdict_right(group, verdict, left) if not small or each else None,
+        verdict_right=_verdict_right(group, verdict, left, small=bool(small)),
         truth=true,
         named=named,
         verdict=verdict,
         stated=stated,
         stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
         sure_and_wrong=sure_and_wrong,
-        site=bool(where) and where[0]["site"] in sites if sites and group != "faint" else None,
+        site=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
         left=left,
         closed=_closed(gap),
         covered=tuple(_covered(each, findings)),
@@ -138,9 +143,12 @@ def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
     ]
 
 
-def _verdict_right(group: str, verdict: str, left: float | None) -> bool | None:
-    if group == "faint":
+def _verdict_right(group: str, verdict: str, left: float | None, *, small: bool) -> bool | None:
+    """Small errors may be left or explained, and may be all that there is."""
+    if group == "faint" or (small and group == "none"):
         return None
+    if small:
+        return verdict != "no_gap"
     if group == "unknown":
         return verdict == "unexplained" or (verdict == "explained" and left is not None and left <= FLOOR)
     return verdict == ("no_gap" if group in ("none", "outliers") else "explained")

@@ -27,18 +27,32 @@ def read(built: BlankTrial, faults: Sequence[FaultModel], rng: np.random.Generat
     dataset = exact(built, [*scatter, *built.background, *faults])
     points, noise, m = dataset.points, built.noise, len(dataset.points)
     if points.pixel is None:
-        measured = points["xyz"] + (noise.point_m or 0.0) * rng.normal(size=(m, 3))
+        measured = points["xyz"] + (noise.point_m or 0.0) * _farther(built, points)[:, None] * rng.normal(size=(m, 3))
         return replace(dataset, points=replace(points, xyz=measured))
     drawn = points["xyz"] + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
     shots = replace(points, xyz=drawn).take(np.repeat(np.arange(m), built.repeats))
-    pixel = shots["pixel"] + (noise.pixel_px or 0.0) * rng.normal(size=shots["pixel"].shape)
     shot, repeat = np.repeat(np.arange(m), built.repeats), np.tile(np.arange(built.repeats), m)
+    sigma = (noise.pixel_px or 0.0) * _farther(built, points)[shot, None]
+    pixel = shots["pixel"] + sigma * rng.normal(size=shots["pixel"].shape)
     if built.image_px:
         pixel = pixel + _of_images(built, rng)[points.pose[shot], repeat]
     for fault in faults:
         pixel = fault.shots(pixel, shot, rng)
     shots = replace(shots, pixel=pixel, repeat=repeat)
     return replace(dataset, points=shots.take(_shown(dataset, shots)))
+
+
+def _farther(built: BlankTrial, points: Points) -> Array:
+    """How much larger the noise of each point is than usual, (m,): its mean square is one."""
+    cell = built.cell
+    if isinstance(cell, TrackerCell):
+        away = points["xyz"]
+    else:
+        T_base_camera = cell.run.arm.forward(cell.run.q) @ cell.eye.mount
+        away = points["xyz"] - T_base_camera[points.pose, :3, 3]
+    factor = np.linalg.norm(away, axis=1) ** built.growth
+    larger: Array = factor / np.sqrt(np.nanmean(np.square(factor)))
+    return larger
 
 
 def _of_images(built: BlankTrial, rng: np.random.Generator) -> Array:

@@ -13,6 +13,7 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
 from robolaser.trials.synthetic.arm import PinocchioArm
@@ -31,8 +32,8 @@ class ReferenceCell:
     """A data set to be imitated, and its scanner.
 
     Attributes:
-        dataset: A placed stripe with joint angles.
-        found: The scanner's parameters as calibrated.
+        dataset: A placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known.
+        found: The sensor's parameters as calibrated.
         drawn: The same with nominal values and bounds.
     """
 
@@ -40,19 +41,25 @@ class ReferenceCell:
     found: Mapping[str, float]
     drawn: Mapping[str, Parameter]
 
+    @property
+    def is_tracked(self) -> bool:
+        """Whether a tracker sees the arm."""
+        return self.dataset.kind == Point.format.kind
+
 
 def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
-    """Find the scanner of a data set.
+    """Find the scanner of a data set, or where its tracker and reflectors are.
 
     Raises:
         TrialError: Another sensor, no joint angles, or a target whose place is unknown.
         RobolaserError: It cannot be calibrated.
     """
-    if not sensor_class(dataset.kind).has_laser_plane() or not len(dataset.points):
-        raise _unsuitable(dataset.name, "it has no points of a stripe scanner")
+    tracked = dataset.kind == Point.format.kind
+    if not (tracked or sensor_class(dataset.kind).has_laser_plane()) or not len(dataset.points):
+        raise _unsuitable(dataset.name, "it has no points of a stripe scanner or a tracker")
     if dataset.robot is None or dataset.poses.q is None:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
-    if not dataset.placed:
+    if not tracked and not dataset.placed:
         raise _unsuitable(dataset.name, "the place of its target is unknown")
     found = calibrate(dataset, Plan(seed=seed))
     items = found.model.parameters.items
@@ -63,8 +70,8 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
 
 def _unsuitable(name: str, lacking: str) -> TrialError:
     return TrialError(
-        f"A blind trial cannot be made like '{name}': {lacking}. It needs the points of a stripe scanner, "
-        "a robot with joint angles, and a placed target."
+        f"A blind trial cannot be made like '{name}': {lacking}. It needs a robot with joint angles, "
+        "and the points of a tracker, or of a stripe scanner and a placed target."
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from robolaser.data.atomic_write import write_text
 from robolaser.errors import TrialError
 
-FORMAT = "robolaser-seal/1"
+FORMAT = "robolaser-seal/2"
 TRUTH = "truth.sealed"
 SEAL = "seal.txt"
 LINE = 120

@@ -1,7 +1,5 @@
 """Random synthetic cells in which a tracker sees an arm."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -9,6 +7,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.visibility import random_configurations
+from robolaser.model.sensors.placements import motion, vector
 from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import PinocchioArm
@@ -22,41 +21,50 @@ BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 def build_tracked(
     source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool
 ) -> BlankTrial:
-    """A tracker in front of an arm, or in front of the arm and the poses of a data set.
+    """A tracker in front of an arm, or in front of the arm, the poses and the reflectors of a data set.
 
     Args:
         source: The arm as drawn, or what to imitate.
         ranges: What is left to chance.
         rng: Where it comes from.
-        moving: Whether the arm moves at the measurements.
+        moving: Whether the arm moves at the measurements, where that is left to chance.
     """
     if isinstance(source, ReferenceCell):
-        robot, poses = source.dataset.arm[0], source.dataset.poses
-        q = source.dataset.arm[1]
-        time = np.arange(len(q)) * np.mean(PAUSE_S) if poses.time_s is None else poses.time_s
+        (robot, q), poses = source.dataset.arm, source.dataset.poses
+        time: Array = PAUSE_S[0] * np.arange(float(len(q))) if poses.time_s is None else poses.time_s
+        qd = np.zeros(q.shape) if poses.qd is None else poses.qd
     else:
-        robot = source
-        n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+        robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
         q = random_configurations(robot, n, rng)
         time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-    qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
-    noise = Noise(point_m=rounded(rng.uniform(*ranges.point_m)))
+        qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     arm = PinocchioArm(robot)
     flange = arm.forward(q)[:, :3, 3]
     radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
     run = SyntheticRun(arm, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
-    cell = TrackerCell(run, _stand(rng), {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)})
+    if isinstance(source, ReferenceCell) and source.is_tracked:
+        cell, stated = _found(source, run), source.dataset.noise.point_m
+    else:
+        reflectors = {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)}
+        cell, stated = TrackerCell(run, _stand(rng), reflectors), None
+    noise = Noise(point_m=stated or rounded(rng.uniform(*ranges.point_m)))
+    points = Points(cell.pose, tuple(cell.reflectors) * len(q), xyz=cell.seen(()).xyz)
     blank = Dataset(
         name="blind",
         robot=robot,
         poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
-        points=Points(np.empty(0, dtype=np.int64), (), xyz=np.empty((0, 3))),
+        points=points,
         kind="point",
         noise=noise,
     )
-    seen = cell.seen(())
-    points = Points(cell.pose, REFLECTORS * len(q), xyz=seen.xyz)
-    return BlankTrial(cell, replace(blank, points=points), noise, 1)
+    return BlankTrial(cell, blank, noise, 1)
+
+
+def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
+    """Tracker and reflectors where a calibration found them."""
+    values = {name: np.array([value]) for name, value in source.found.items()}
+    names = dict.fromkeys(source.dataset.points.names)
+    return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
 
 
 def _stand(rng: np.random.Generator) -> Array:

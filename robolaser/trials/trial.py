@@ -18,7 +18,7 @@ from robolaser.data.writing import save
 from robolaser.errors import TrialError, output_exists
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.kinds import kinds_of
+from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
 from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
@@ -42,8 +42,9 @@ def new(
     *,
     count: int,
     seed: int,
-    kinds: Mapping[str, float],
+    kinds: Mapping[str, float] | None = None,
     ranges: Ranges | None = None,
+    tracked: bool = False,
     overwrite: bool = False,
     tell: Progress = _nothing,
 ) -> list[str]:
@@ -54,8 +55,9 @@ def new(
         sources: Arms, or data sets to imitate; they take turns.
         count: How many.
         seed: Same seed, same trial.
-        kinds: How often each kind of world comes, in any unit.
+        kinds: How often each kind of world comes, in any unit. Absent: `USUAL`.
         ranges: What else is left to chance.
+        tracked: Whether a tracker sees every arm.
         overwrite: Replace a trial that is there.
         tell: Progress.
 
@@ -65,8 +67,12 @@ def new(
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
         TrialError: A data set with another sensor, without joint angles, or without a placed target.
+        DependencyMissing: MuJoCo moves some of the worlds, and is not installed.
         OutputError: There is a trial.
     """
+    if kinds is None:
+        tracked = tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
+        kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
     kinds_of(kinds)
     if (folder / TRUTH).exists() and not overwrite:
         raise output_exists(folder / TRUTH)
@@ -78,7 +84,8 @@ def new(
     for i, kind in enumerate(drawn):
         tell("making worlds", i / count)
         name = f"world-{i:03d}"
-        world = make(patterns[i % len(patterns)], kind, seed=int(children[i]), name=name, ranges=ranges)
+        source = patterns[i % len(patterns)]
+        world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
         save(world.dataset, folder / name, overwrite=overwrite)
         (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
         truths[name] = world.truth

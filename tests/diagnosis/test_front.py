@@ -11,6 +11,7 @@ from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.findings import nested_fits
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
@@ -37,7 +38,7 @@ class Case:
         data = AveragedData.of(raw)
         model = Model(data.dataset)
         x = model.parameters.nominal
-        self.fit = Fit.of(problem_of(model, data.noise(model, x, raw), model.parameters), x)
+        self.fit = Fit.of(problem_of(model, row_noise(data, model, x, raw), model.parameters), x)
         self.refits = Refits(self.fit, library(EFFECTS, raw))
         self.held_out = HeldOut(self.fit, 0)
 

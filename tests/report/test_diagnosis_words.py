@@ -3,6 +3,7 @@
 import io
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from calibrated import arm, stripe
 from diagnosed import GEOMETRIC, MADE, candidate_effect, of
@@ -116,6 +117,15 @@ def test_a_parameter_on_its_bound_is_said_with_its_sign():
     on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
     assert caveats(diagnosis, on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
+
+
+def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
+    diagnosis = geometric()
+    k = diagnosis.model.parameters.names.index("t_x")
+    upper = diagnosis.model.parameters.upper[k]
+    x = np.where(np.arange(len(diagnosis.x)) == k, upper, diagnosis.x)
+    assert any(one.startswith("t_x ended on its upper bound") for one in to_do(replace(diagnosis, x=x)))
+    assert not any("bound" in one for one in to_do(diagnosis))
 
 
 def test_joints_are_listed_shortly():

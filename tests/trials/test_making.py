@@ -43,7 +43,7 @@ def test_kinds_hold_what_they_say(worlds):
     assert named["none"] == []
     assert named["outliers"] == [OUTLIERS]
     assert 3 <= len(named["several"]) <= 4
-    for kind in ("repeatability", "misstated_noise", "shared_noise"):
+    for kind in ("repeatability", "misstated_noise", "shared_noise", "growing_noise"):
         assert len(named[kind]) <= 1
     assert len(named["small_errors"]) == 1
     assert set(named["unknown"]) & set(UNMODELLED)
@@ -58,6 +58,7 @@ def test_what_is_not_ideal_is_in_the_truth_and_not_in_the_data_set(worlds):
     assert truths["repeatability"]["noise"]["repeatability_m"] >= 2e-5
     assert truths["shared_noise"]["noise"]["image_px"] > 0.0
     assert truths["misstated_noise"]["noise_stated"] in WRONGLY
+    assert truths["growing_noise"]["noise"]["growth"] >= 2.0
     assert truths["none"]["background"] == []
     assert len(truths["small_errors"]["background"]) > len(find_robot("scorbot_er7").joints)
     assert worlds["repeatability"].dataset.noise.joint_rad is None
@@ -78,6 +79,16 @@ def test_an_image_that_is_off_is_off_as_a_whole(built):
     within = [np.ptp(shift[images == image], axis=0).max() for image in np.unique(images)]
     assert max(within) < 1e-9
     assert np.std(shift) == pytest.approx(5.0, rel=0.4)
+
+
+def test_noise_that_grows_is_larger_where_the_target_is_farther_and_as_large_on_average(built):
+    rng, clean = np.random.default_rng(3), exact(built, ()).points
+    noisy = read(replace(built, growth=4.0, repeats=60, noise=Noise(pixel_px=0.1)), (), rng).points
+    off = (noisy.pixel - clean.pixel[np.repeat(np.arange(len(clean)), 60)]).reshape(len(clean), -1)
+    camera = (built.cell.run.arm.forward(built.cell.run.q) @ built.cell.eye.mount)[clean.pose, :3, 3]
+    away = np.linalg.norm(clean.xyz - camera, axis=1)
+    assert np.corrcoef(off.std(axis=1), away**4)[0, 1] > 0.8
+    assert off.std() == pytest.approx(0.1, rel=0.05)
 
 
 def test_an_arm_repeats_as_well_as_the_truth_says(built):

@@ -130,6 +130,12 @@ def test_small_errors_that_are_there_may_be_named_and_need_not_be():
     assert seen([true()], said(found(), found("laser_roll", "laser")), SMALL).sure_and_wrong
 
 
+def test_what_small_errors_leave_may_be_left_unexplained():
+    left = said(found(), verdict="unexplained", classes={"arm_geometry": 0.99, "unknown": 0.99}, where="joint_5")
+    result = seen([true()], left, SMALL)
+    assert (result.verdict_right, result.class_right, result.site) == (True, True, None)
+
+
 def test_a_name_that_is_as_good_as_the_true_one_is_no_false_one():
     form = true("hysteresis", "joint_2", also_right=[("joint_compliance", "joint_2")])
     assert seen([form], said(found("joint_compliance", "joint_2"), after=0.1)).right

@@ -1,10 +1,13 @@
 """A trial from end to end, as typed."""
 
 import json
+import sys
 
+import numpy as np
 import pytest
 
 from robolaser.cli import main
+from robolaser.data.loading import load
 from robolaser.errors import TrialError
 from robolaser.trials.sealed_truth import unseal
 from robolaser.trials.trial import DIAGNOSIS
@@ -102,6 +105,8 @@ def test_neither_names_nor_sealed_files_speak(made):
     [
         (("new", "{trial}"), 1, "already"),
         (("new", "{new}", "--kinds", "pear"), 2, "Did you mean 'pair'"),
+        (("new", "{new}", "--kinds", "hysteresys"), 2, "Did you mean 'hysteresis'"),
+        (("new", "{new}", "--kinds", "outliers", "--tracked"), 1, "its faults have no place there"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
@@ -130,3 +135,24 @@ def test_a_file_that_is_no_diagnosis_is_named(trial, text, why, capsys):
     said = capsys.readouterr().err
     assert "world-000" in said
     assert why in said
+
+
+def test_without_mujoco_the_worlds_that_it_moves_are_refused_before_anything_is_made(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert main(["challenge", "new", str(tmp_path / "new"), "--kinds", "none,soft_base"]) == 1
+    assert "pip install 'robolaser[trials]'" in capsys.readouterr().err
+    assert not list(tmp_path.rglob("world-*"))
+
+
+def test_a_trackers_data_set_can_be_imitated(tmp_path):
+    measured = tmp_path / "measured"
+    simulated = ("--robot", "scorbot_er7", "--sensor", "point", "--poses", "8", "--output", str(measured))
+    assert main(["simulate", *simulated]) == 0
+    assert (
+        main(["challenge", "new", str(tmp_path / "new"), "--like", str(measured), "--count", "1", "--seed", "2"]) == 0
+    )
+    like, model = load(tmp_path / "new" / "world-000"), load(measured)
+    assert like.kind == "point"
+    assert like.points.names == model.points.names
+    np.testing.assert_allclose(like.poses.q, model.poses.q, atol=1e-8)
+    assert np.abs(like.points.xyz - model.points.xyz).max() < 0.1

@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import noun
+from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
@@ -85,11 +88,27 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         said.append("Look at the images of the gross errors listed below; they are excluded here.")
     if diagnosis.model.effects:
         said.append("Until then use the corrected model, `calibration.json`: it contains all effects found.")
+    said += _bounds(diagnosis)
     if diagnosis.verdict == "no_gap":
         said.append(
             "Nothing needs repair. To become more accurate, lower the noise: repeat shots, or improve the line"
             " extraction."
         )
+    return said
+
+
+def _bounds(diagnosis: Diagnosis) -> list[str]:
+    """Parameters of the sensor that ended on a bound of the data set."""
+    names = [item.name for one in diagnosis.model.effects for item in one.parameters.items]
+    said = []
+    for i in np.flatnonzero(given_on_bound(diagnosis)):
+        item, value = diagnosis.model.parameters.items[i], diagnosis.x[i]
+        if item.name not in names:
+            bound = "lower" if value <= item.lower else "upper"
+            said.append(
+                f"{item.name} ended on its {bound} bound, {plain(value, item.unit)}: widen its bounds in dataset.toml,"
+                " or check the model."
+            )
     return said
 
 

@@ -13,7 +13,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.tree import Tree
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 
-LIGHTEST_KG, LEAST_INERTIA = 1e-9, 1e-9  # of a body that moves: the engine refuses less; inertia does nothing at rest
+LIGHTEST_KG, LEAST_INERTIA, ARMATURE = 1e-9, 1e-9, 1.0  # keep the engine's inertia regular; at rest they do nothing
 
 
 def mujoco() -> Any:
@@ -53,17 +53,21 @@ def specification(
                 above.append(joint.child)
     bracket = links[robot.flange].add_body(name=BRACKET, **_mass(LIGHTEST_KG))
     bodies = {FOOT: foot, BRACKET: bracket, **{name: links[tree.joints[name].child] for name in robot.joints}}
+    regular = {"armature": ARMATURE}
     turning, sliding = engine.mjtJoint.mjJNT_HINGE, engine.mjtJoint.mjJNT_SLIDE
     for i, hinge in enumerate(hinges):
-        bodies[hinge.before].add_joint(name=hinge_name(i), type=turning, axis=hinge.axis, pos=hinge.at)
+        bodies[hinge.before].add_joint(
+            name=hinge_name(i), type=turning, axis=hinge.axis, pos=hinge.at, armature=ARMATURE
+        )
     for name in robot.joints:
         joint = tree.joints[name]
         kind = sliding if joint.kind == "prismatic" else turning
-        bodies[name].add_joint(name=joint_name(name), type=kind, axis=joint.axis)
+        bodies[name].add_joint(name=joint_name(name), type=kind, axis=joint.axis, **regular)
     for name, gear in gears.items():
         if gear.servo:
             servo = spec.add_actuator(name=name, target=joint_name(name), trntype=engine.mjtTrn.mjTRN_JOINT)
-            servo.set_to_position(kp=gear.stiffness)
+            servo.biastype = engine.mjtBias.mjBIAS_AFFINE
+            servo.gainprm[0], servo.biasprm[1] = gear.stiffness, -gear.stiffness
     if load is not None:
         bracket.add_body(name="load", pos=load.at, **_mass(load.mass))
     return spec
