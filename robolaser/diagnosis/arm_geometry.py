@@ -10,8 +10,10 @@ from robolaser.diagnosis.thresholds import PLACEMENTS_OF_AN_ARM
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.link_geometry import LinkGeometry
 
-USUAL_SIZES: Final = np.geomspace(0.03, 10.0, 12)
-"""Sizes of an arm's errors that are tried, in units of those usual in industry: some arms were calibrated before."""
+LARGEST_USUAL: Final = 3.0
+"""Size of the errors of an arm that was never calibrated, in units of those usual in industry."""
+USUAL_SIZES: Final = np.geomspace(0.01, 3.0, 12)
+"""Sizes that are tried, in units of that: some arms were calibrated before."""
 
 
 def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffect, ...]:

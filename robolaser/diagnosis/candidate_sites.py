@@ -10,7 +10,9 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths
 from robolaser.model.stages import Stage
 
@@ -75,7 +77,8 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
         ):
             yield Site(name, coordinate, _over_poses(fit, free[name], basis))
         placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
-        yield Site(name, f"placement of {name}", placement, unknown=False)
+        if CandidateEffect(LinkGeometry, name) not in fit.effects:
+            yield Site(name, f"placement of {name}", placement, unknown=False)
         for coordinate, basis in coordinates.run():
             yield Site(name, coordinate, _over_poses(fit, placement[:, :3], basis))
     qd = fit.model.dataset.poses.qd

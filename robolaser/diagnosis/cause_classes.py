@@ -23,7 +23,7 @@ from robolaser.diagnosis.thresholds import (
     FURTHER_SUBSTITUTES,
     LEAST_PROBABILITY,
 )
-from robolaser.diagnosis.verdict import credibility, posterior_weights
+from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
 UNKNOWN: Final = "unknown"
@@ -47,7 +47,6 @@ def cause_classes(
         left: Where its residuals still lie.
         held_out: Errors on held-out poses.
     """
-    unexplained = sum(place.likelihood_ratio for place in left)
     gap = held_out.gap(final)
     probabilities = member_probabilities(evidence)
     found: list[CauseClass] = []
@@ -59,7 +58,7 @@ def cause_classes(
         if own:
             without = _without(refits, final, own)
             without_m = held_out.gap(refits.of(without))
-            some = max(some, _probability(refits, final, without, name, unexplained))
+            some = max(some, _probability(refits, final, without, name))
         if some < LEAST_PROBABILITY:
             continue
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
@@ -107,13 +106,15 @@ def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
     return final
 
 
-def _probability(refits: Refits, final: Fit, without: Fit, name: str, unexplained: float) -> float:
-    """Of a class, against the best that effects of other classes, or an unmodelled cause, do in its place."""
+def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
+    """Of a class, against the best that effects of other classes, or an unmodelled cause, do in its place.
+
+    What is left beside it does not count: something else may be at work too.
+    """
     spread = final.dispersion
     rivals = [without, *_substitutes(refits, final, without, name)]
     costs = np.array([refits.cost(fit, spread) for fit in (final, *rivals)])
-    explained = without.chi2 - final.chi2
-    return float(posterior_weights(costs)[0]) * credibility(refits.unmodelled(final, without), unexplained, explained)
+    return float(posterior_weights(costs)[0]) * (1.0 - refits.unmodelled(final, without))
 
 
 def _substitutes(refits: Refits, final: Fit, without: Fit, name: str) -> list[Fit]:

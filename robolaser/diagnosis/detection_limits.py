@@ -13,7 +13,7 @@ from robolaser.calibration.result import rms
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest, prior_scales
-from robolaser.diagnosis.thresholds import DETECTION_SIGMA
+from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -22,8 +22,7 @@ def detection_limits(tests: Sequence[ScoreTest], spread: float) -> tuple[Detecti
 
     A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
     measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty. Beside a
-    rival at an angle c to it only (1 - cos² c) of that is left to tell the two apart. Sizes beyond the effect's bound
-    are none.
+    rival at an angle c to it only (1 - cos² c) of that is left to tell the two apart. Sizes that no arm has are none.
 
     Args:
         tests: All against the final model.
@@ -36,7 +35,8 @@ def detection_limits(tests: Sequence[ScoreTest], spread: float) -> tuple[Detecti
         needed = (np.sqrt(penalty(test)) + DETECTION_SIGMA) * np.sqrt(spread)
         size = np.inf if _is_imitated(test) else needed / length * amplitude.prior_scale
         identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
-        is_seen, is_identified = size <= amplitude.bound, identifiable <= amplitude.bound
+        largest = min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)
+        is_seen, is_identified = size <= largest, identifiable <= largest
         limits.append(
             DetectionLimit(
                 test.candidate_effect,

@@ -19,7 +19,7 @@ from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
 from robolaser.estimation.linearization import TOUCH
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.requirements import has_stage
+from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
 
 MAX_ALTERNATIVES = 6
@@ -129,14 +129,15 @@ def not_testable(
     kinds: Sequence[type[Effect]], dataset: Dataset, limits: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
     """Why an effect could not be tested, by its name; effects that this kind of sensor cannot have are left out."""
-    kinds = [kind for kind in kinds if has_stage(kind.stage, dataset)]
+    missing = {kind.name: kind.missing(dataset) for kind in kinds}
+    reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:
-        return {kind.name: f"fewer than {MIN_POSES} poses have points" for kind in kinds}
-    reasons = {kind.name: reason for kind in kinds if (reason := kind.missing(dataset))}
+        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses have points")
+    reasons = {name: reason for name, reason in reasons.items() if reason}
     unseen: dict[str, list[str]] = {}
     for one in limits:
         if one.size is None:
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
-        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses, whatever its size")
+        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses at any plausible size")
     return reasons

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
+from robolaser.diagnosis.arm_geometry import LARGEST_USUAL, marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
@@ -48,7 +48,7 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
     prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
     for one in placements_of_arm(model.effects):
         for amplitude in one.effect.amplitudes():
-            prior[parameters.names.index(one.key(amplitude.name))] = amplitude.prior_scale
+            prior[parameters.names.index(one.key(amplitude.name))] = LARGEST_USUAL * amplitude.prior_scale
     return Problem.of(model, noise, prior=prior, parameters=parameters)
 
 

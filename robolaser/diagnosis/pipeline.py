@@ -26,7 +26,7 @@ from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
-from robolaser.diagnosis.result import Diagnosis, Gap
+from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -122,7 +122,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
     verdict = judge(_evidence(start, final, left, gap))
-    where = _where(verdict, refits, final, evidence, left)
+    classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
+    where = _where(verdict, refits, final, evidence, classes, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
     nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
@@ -202,12 +203,17 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) ->
 
 
 def _where(
-    verdict: str, refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
+    verdict: str,
+    refits: Refits,
+    final: Fit,
+    evidence: Sequence[EffectEvidence],
+    classes: Sequence[CauseClass],
+    left: list[Localization],
 ) -> list[Localization]:
     if verdict == "no_gap":
         return []
     if verdict == "unexplained":
-        return probable_remainder(refits, final, evidence, left)
+        return probable_remainder(refits, final, evidence, classes, left)
     return explained_sites(refits.start, final, evidence)
 
 

@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import HELD_OUT_REMOVALS, MAX_UNMODELLED, MIN_CREDIBILITY
+from robolaser.diagnosis.result import CauseClass
+from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MAX_UNMODELLED, MIN_CREDIBILITY
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -30,7 +32,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     final = _helpful(refits, final, held_out)
     while True:
         left = localize(final)
-        unmodelled = {one: _unmodelled(refits, final, one) if left else 0.0 for one in final.effects}
+        unmodelled = {one: _unmodelled(refits, final, one) for one in final.effects}
         doubtful = _above(unmodelled, MAX_UNMODELLED) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
@@ -83,10 +85,16 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
 
 
 def probable_remainder(
-    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
+    refits: Refits,
+    final: Fit,
+    evidence: Sequence[EffectEvidence],
+    classes: Sequence[CauseClass],
+    left: list[Localization],
 ) -> list[Localization]:
-    """Where lies what is left by those effects that are more likely than not."""
-    doubted = [one.candidate_effect for one in evidence if one.probability < MAX_UNMODELLED]
+    """Where lies what is left by those effects of which they or their class are more likely than not."""
+    likely = {one.name for one in classes if one.probability >= EVEN}
+    doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
+    doubted = [one for one in doubted if class_of(one) not in likely]
     for one in doubted:
         final = refits.refit(final, removed=one)
     return localize(final) if doubted else left

@@ -117,10 +117,9 @@ class DetectionLimit:
     Attributes:
         candidate_effect: Which, and where.
         parameter: Name of its principal parameter.
-        size: In its unit; None where no size within its bound shows.
+        size: In its unit; None where no plausible size shows.
         unit: SI.
-        identifiable: The smallest size at which it is told from its nearest rival; None where no size within its bound
-            is.
+        identifiable: The smallest size at which it is told from its nearest rival; None where no plausible size is.
         rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
         at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
             data, nothing refitted [m].

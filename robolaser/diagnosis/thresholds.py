@@ -109,6 +109,10 @@ ALIAS_SHARE: Final = 0.05
 ALIAS_LOCATIONS: Final = 3
 """Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
 
+LARGEST_PLAUSIBLE: Final = 10.0
+"""Size of an effect, in units of what is usual in industry, beyond which a limit says nothing: no arm errs so much. A
+judgement; a joint's zero may be off by 1°."""
+
 # Standard errors.
 
 NO_OTHER_EFFECTS: Final = 0.5

@@ -233,9 +233,14 @@ def test_an_overlooked_effect_costs_at_the_tool_what_it_moves(clean: tuple[Avera
     assert limit.at_tool_m == pytest.approx(limit.size * radius.mean(), rel=0.5)
 
 
-def test_a_size_beyond_the_bound_is_none(clean: tuple[AveragedData, Fit]) -> None:
-    (limit,) = limits_of(clean[1], "joint_offset:joint_3", spread=1e10)
-    assert (limit.size, limit.identifiable, limit.at_tool_m) == (None, None, None)
+def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None:
+    (usual,) = limits_of(clean[1], "joint_offset:joint_3")
+    assert usual.size is not None
+    plausible = 10 * 1.7e-3
+    (small,) = limits_of(clean[1], "joint_offset:joint_3", spread=(0.99 * plausible / usual.size) ** 2)
+    (large,) = limits_of(clean[1], "joint_offset:joint_3", spread=(1.01 * plausible / usual.size) ** 2)
+    assert small.size == pytest.approx(0.99 * plausible)
+    assert (large.size, large.identifiable, large.at_tool_m) == (None, None, None)
 
 
 def _search(dataset: Dataset) -> Fit:

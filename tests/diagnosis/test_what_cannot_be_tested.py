@@ -116,6 +116,14 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
     assert {"joint_offset", "encoder_scale", "joint_compliance", "latency"} <= set(told)
 
 
+@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
+    dataset = only(recorded(kind), 3)
+    untestable = set(reasons(examine(dataset, EFFECTS, seed=0).as_json()))
+    assert ("laser_roll" in untestable) == ("target_warp" in untestable) == (kind == "stripe")
+    assert ("tracker_scale" in untestable) == (kind == "point")
+
+
 def test_an_unplaced_target_is_survived():
     answer(recorded(placed=False))
 

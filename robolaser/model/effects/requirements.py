@@ -1,5 +1,7 @@
 """What effects need of a data set: each function says why the data do not have it, "" where they do."""
 
+from typing import final
+
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
@@ -18,17 +20,23 @@ PARTS = {
 """The parts of a sensor through which values pass at a stage."""
 
 
+@final
+class SensorLacks(str):
+    """The reason that no sensor of a kind can have an effect; other reasons are of the data."""
+
+    __slots__ = ()
+
+    def __new__(cls, dataset: Dataset, part: str) -> "SensorLacks":
+        """Say which part sensors of the data's kind do not have."""
+        return super().__new__(cls, f"a sensor of kind '{dataset.kind}' has no {part}")
+
+
 def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
-    has_it = has_stage(stage, dataset)
-    return "" if has_it else f"a sensor of kind '{dataset.kind}' has no {PARTS.get(stage, 'flange')}"
-
-
-def has_stage(stage: Stage, dataset: Dataset) -> bool:
-    """Whether a stage has a meaning for this kind of sensor; arms have joints and links, read or not."""
-    return stage in (Stage.JOINTS, Stage.LINKS) or stage in sensor_class(dataset.kind).stages
+    stages = sensor_class(dataset.kind).stages
+    return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
 
 
 def joint_angles(dataset: Dataset) -> str:
@@ -57,7 +65,7 @@ def own_lengths(dataset: Dataset) -> str:
     """What measures has lengths of its own, and sees no target with given ones."""
     stages = sensor_class(dataset.kind).stages
     measures = Stage.TARGET in stages and Stage.PIXELS not in stages
-    return "" if measures else f"a sensor of kind '{dataset.kind}' has no lengths of its own"
+    return "" if measures else SensorLacks(dataset, "lengths of its own")
 
 
 def pose_order(dataset: Dataset) -> str:

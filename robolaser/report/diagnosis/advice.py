@@ -78,8 +78,9 @@ def doubt(number: Estimate) -> str:
 def to_do(diagnosis: Diagnosis) -> list[str]:
     """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
+    doubtful = [one for one in diagnosis.model.effects if one not in certain]
     said = [f"{one}: {one.remedy}" for one in certain]
-    said += _of_classes(diagnosis, [one for one in diagnosis.model.effects if one not in certain])
+    said += _of_classes(diagnosis, doubtful)
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
@@ -127,8 +128,8 @@ def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -
         return f"{what}: not certain. Measure more poses before anything is repaired on its account."
     if all(one.effect.in_urdf for one in own):
         return (
-            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell what each"
-            " joint has of them."
+            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell how they are"
+            " to be divided among the joints."
         )
     return f"{what}: which part is at work is not certain. Measure more poses before one is repaired."
 
