@@ -127,9 +127,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     limits = detection_limits(refits.score_tests(final), final.dispersion)
     nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
-    errors = standard_errors(final, refits.score_tests(final))
+    errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
-    classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
     repeatability = repeatability_of(final, noise)
     return Diagnosis(
         dataset=dataset,

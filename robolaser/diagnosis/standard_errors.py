@@ -12,6 +12,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN
@@ -22,8 +23,11 @@ MOST_LEVERAGE: Final = 0.999
 """Leverage of a pose in some direction, beyond which its residuals there say nothing."""
 
 
-def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
+def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequence[EffectEvidence] = ()) -> Array:
     """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
+
+    What may be at work in the place of each effect found, or that nothing is, counts with its weight (model averaging:
+    Hoeting, Madigan, Raftery, Volinsky 1999).
 
     Known distances and priors count as they are stated. With few poses the scatter itself is little known: Student's t
     with as many freedoms as poses, less one, widens all so that 1.96 of them make a 95 % interval.
@@ -31,6 +35,7 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
     Args:
         fit: The model.
         tests: Of effects that it does not hold.
+        evidence: For those that it holds.
     """
     at, K = fit.at, len(fit.at.white)
     influence = np.asarray((at.covariance / fit.problem.scale) @ at.J.T)
@@ -42,8 +47,20 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = ()) -> Array:
         other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
         pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
         variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
+    variances = variances + between_models(fit, evidence)
     widened = student.isf(0.025, max(1, len(fit.poses) - 1)) / norm.isf(0.025)
     return np.asarray(widened * np.sqrt(variances))
+
+
+def between_models(fit: Fit, evidence: Sequence[EffectEvidence]) -> Array:
+    """Squares by which parameters move with something else, or nothing, in the place of an effect, weighted, (d,)."""
+    moved = np.zeros(len(fit.x))
+    for one in evidence:
+        for candidate, other in ((None, one.without), *one.alternatives):
+            values = other.values
+            there = np.array([values.get(name, x) for name, x in fit.values.items()])
+            moved += one.weights[candidate] * np.square(there - fit.x)
+    return moved
 
 
 def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: Ints) -> Array:

@@ -1,11 +1,13 @@
 """Standard errors hold where poses scatter as wholes, and where effects are at work that nobody found."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.standard_errors import clustered_variances, considered_variances
+from robolaser.diagnosis.standard_errors import between_models, clustered_variances, considered_variances
 from robolaser.geometry.robots import find_robot
 from robolaser.simulation import simulate
 
@@ -84,6 +86,19 @@ def test_where_nothing_else_is_at_work_next_to_nothing_is_added(fit):
     y = rng.normal(size=len(CLUSTER))
     added = considered_variances(fit.influence @ fit.W, fit.left(fit.W), fit.left(y))
     assert (added < 0.1 * fit.noise).all()
+
+
+def fitted(**values):
+    return SimpleNamespace(x=np.array(list(values.values())), values=values)
+
+
+def test_what_may_stand_in_an_effects_place_moves_the_others_by_its_weight():
+    final = fitted(offset=1.0, gain=2.0)
+    rival = object()
+    one = SimpleNamespace(
+        without=fitted(gain=2.3), alternatives=((rival, fitted(gain=1.8)),), weights={None: 0.1, rival: 0.5}
+    )
+    np.testing.assert_allclose(between_models(final, [one]), [0.0, 0.1 * 0.3**2 + 0.5 * 0.2**2])
 
 
 def test_a_small_error_everywhere_widens_the_interval_of_what_was_found():
