@@ -16,7 +16,7 @@ from robolaser.trials.disturbing import disturbed
 from robolaser.trials.kinds import FAULTS, Kind, drawn
 from robolaser.trials.reading import read
 from robolaser.trials.resampling import ReferenceCell, build_like
-from robolaser.trials.sizing import noise_floor_m, sized_fault
+from robolaser.trials.sizing import detectability_of, noise_floor_m, sized_fault
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import MODELLED, OUTLIERS
 from robolaser.trials.synthetic.fault_models.joints import CrossTalk, LedAlong
@@ -28,7 +28,7 @@ UNTIMED = 0.15  # of the worlds lack velocities,
 MEASURED = 0.3  # and so many have the arm's temperature, whether or not it matters
 ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
 TAUS = (0.1, 1.0)  # of a warm-up, over the run
-STANDING_OUT = 1000.0  # squared misfit of an effect among small errors
+STANDING_OUT, TIMES = 1000.0, 2.0  # squared misfit of an effect among small errors, at least, and over all of theirs
 WRONGLY = (0.4, 2.5)  # times the true noise is what is stated
 
 _LIBRARY = {effect.name: effect for effect in EFFECTS}
@@ -80,8 +80,8 @@ def make(
     built = disturbed(_built(source, asked, ranges or Ranges(), rng), asked, rng)
     faults: list[FaultModel] = []
     each = []
+    least = _least_misfit(built)
     for fault_name in _fault_names(kind, asked, built, rng):
-        least = STANDING_OUT if asked.background else DETECTABLE
         places = _free(built, _places(built, fault_name), faults)
         fault, detectability = sized_fault(built, fault_name, places, rng, least_misfit=least)
         faults.append(fault)
@@ -149,6 +149,13 @@ def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Gener
     if rng.random() < asked.beside:
         names += [str(name) for name in rng.permutation([name for name in MODELLED if _places(built, name)])[:1]]
     return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
+
+
+def _least_misfit(built: BlankTrial) -> float:
+    """What a fault should leave to be seen, or to stand out of small errors."""
+    if not built.background:
+        return DETECTABLE
+    return max(STANDING_OUT, TIMES * detectability_of(built, *built.background).misfit)
 
 
 def _free(built: BlankTrial, places: tuple[str, ...], taken: Sequence[FaultModel]) -> tuple[str, ...]:

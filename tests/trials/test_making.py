@@ -11,7 +11,7 @@ from robolaser.data.dataset import Noise
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import KINDS
-from robolaser.trials.making import WRONGLY, make
+from robolaser.trials.making import STANDING_OUT, WRONGLY, make
 from robolaser.trials.reading import exact, read
 from robolaser.trials.resampling import reference_of, stepped
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS, UNMODELLED
@@ -46,6 +46,7 @@ def test_kinds_hold_what_they_say(worlds):
     for kind in ("repeatability", "misstated_noise", "shared_noise", "growing_noise"):
         assert len(named[kind]) <= 1
     assert len(named["small_errors"]) == 1
+    assert worlds["small_errors"].truth["each"][0]["misfit"] > STANDING_OUT
     assert set(named["unknown"]) & set(UNMODELLED)
     for kind, number in (("single", 1), ("pair", 2), ("triple", 3)):
         known = [name for name in named[kind] if name != OUTLIERS]
