@@ -36,17 +36,25 @@ def class_of(candidate_effect: CandidateEffect) -> str:
 
 
 def cause_classes(
-    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: Sequence[Localization], held_out: HeldOut
+    verdict: str,
+    refits: Refits,
+    final: Fit,
+    evidence: Sequence[EffectEvidence],
+    left: Sequence[Localization],
+    held_out: HeldOut,
 ) -> tuple[CauseClass, ...]:
     """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
 
     Args:
+        verdict: Only an `unexplained` gap has an unknown cause; without a gap there is none.
         refits: Fits sets of effects.
         final: The final model.
         evidence: For each of its effects.
         left: Where its residuals still lie.
         held_out: Errors on held-out poses.
     """
+    if verdict == "no_gap":
+        return ()
     gap = held_out.gap(final)
     probabilities = member_probabilities(evidence)
     found: list[CauseClass] = []
@@ -63,7 +71,7 @@ def cause_classes(
             continue
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
         found.append(CauseClass(name, some, without_m, gap, ordered, tuple(credible_set(one.weights) for one in own)))
-    if left:
+    if left and verdict == "unexplained":
         ratio = left[0].likelihood_ratio
         odds = posterior_weights(np.array([0.0, ratio - CHI2_OF_UNMODELLED_CAUSE]))
         found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=left[0].site))

@@ -122,7 +122,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
     verdict = judge(_evidence(start, final, left, gap))
-    classes = () if verdict == "no_gap" else cause_classes(refits, final, evidence, left, held_out)
+    classes = cause_classes(verdict, refits, final, evidence, left, held_out)
     where = _where(verdict, refits, final, evidence, classes, left)
     limits = detection_limits(refits.score_tests(final), final.dispersion)
     nested = nested_fits(refits, final, held_out, evidence)
