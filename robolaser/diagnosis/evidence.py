@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import ALTERNATIVE_SHARE, REFITTED_ALTERNATIVES
-from robolaser.diagnosis.verdict import credibility, is_alias, is_indistinguishable, posterior_weights
+from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -71,14 +71,30 @@ def evidence_for(
     )
 
 
-def aliases(evidence: Sequence[EffectEvidence]) -> list[CandidateEffect]:
+def aliases(refits: Refits, final: Fit, evidence: Sequence[EffectEvidence]) -> list[CandidateEffect]:
     """Effects that only imitate what a larger one leaves, the least explaining first."""
     largest = max((one.explained for one in evidence), default=0.0)
     return [
         one.candidate_effect
         for one in sorted(evidence, key=lambda one: one.explained)
         if is_alias(one.explained, largest, len(_locations(one) - {one.candidate_effect.where}))
+        or is_form(one.explained, _explained_beside(refits, final, one, evidence))
     ]
+
+
+def _explained_beside(refits: Refits, final: Fit, one: EffectEvidence, evidence: Sequence[EffectEvidence]) -> float:
+    """What an effect and larger ones at its place explain together; nothing where there are none."""
+    larger = [other for other in evidence if other.explained > one.explained and _same_place(one, other)]
+    if not larger:
+        return 0.0
+    without = one.without
+    for other in larger:
+        without = refits.refit(without, removed=other.candidate_effect)
+    return without.chi2 - final.chi2
+
+
+def _same_place(one: EffectEvidence, other: EffectEvidence) -> bool:
+    return one.candidate_effect.where == other.candidate_effect.where
 
 
 def _locations(one: EffectEvidence) -> set[str]:

@@ -37,7 +37,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
             evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
-            doubtful = aliases(evidence) or _incredible(evidence, final)
+            doubtful = aliases(refits, final, evidence) or _incredible(evidence, final)
         if doubtful:
             for one in doubtful[: -(-len(doubtful) // 2)]:
                 final = refits.refit(final, removed=one)

@@ -93,6 +93,11 @@ def is_alias(explained: float, largest: float, other_locations: int) -> bool:
     return explained < ALIAS_SHARE * largest and other_locations >= ALIAS_LOCATIONS
 
 
+def is_form(explained: float, larger: float) -> bool:
+    """Whether an effect at the place of a larger one counts as the larger one's form being a little different."""
+    return explained < FORM_SHARE * larger
+
+
 @final
 @dataclass(frozen=True)
 class Evidence:

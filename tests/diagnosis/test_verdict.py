@@ -14,6 +14,7 @@ from robolaser.diagnosis.verdict import (
     credibility,
     dispersion,
     is_alias,
+    is_form,
     is_indistinguishable,
     judge,
     posterior_weights,
@@ -219,3 +220,10 @@ def test_a_function_is_no_larger_than_is_plausible():
 )
 def test_the_search_has_the_limits_that_the_blind_trials_were_run_with(name, value):
     assert getattr(thresholds, name) == value
+
+
+@pytest.mark.parametrize(("explained", "larger", "form"), [(1.9, 100.0, True), (2.1, 100.0, False), (5.0, 5.0, False)])
+def test_a_fiftieth_of_what_a_larger_effect_explains_at_its_place_is_its_form(
+    explained: float, larger: float, form: bool
+) -> None:
+    assert is_form(explained, larger) is form
