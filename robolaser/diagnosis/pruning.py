@@ -49,7 +49,13 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:
-    return refits.unmodelled(final, refits.refit(final, removed=candidate_effect))
+    """Probability of an unmodelled cause in the place of an effect, or of all effects at its location together."""
+    without = refits.refit(final, removed=candidate_effect)
+    alone = refits.unmodelled(final, without)
+    beside = [one for one in without.effects if one.where == candidate_effect.where]
+    for one in beside:
+        without = refits.refit(without, removed=one)
+    return max(alone, refits.unmodelled(final, without)) if beside else alone
 
 
 def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
