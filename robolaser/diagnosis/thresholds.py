@@ -87,7 +87,7 @@ chi-squared distribution (Self and Liang 1987): with a hundred coordinates asked
 sets."""
 CHI2_OF_UNMODELLED_CAUSE: Final = 4.0
 """Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 7. A judgement, by blind
-worlds: of 6 joints with a dead zone, which no effect describes, a wrong cause was certain in 4 with 12, and in 2 with 4,
+worlds: of 6 joints with a dead zone, which no effect describes, a wrong cause was certain in 4 with 12 and in 2 with 4,
 which lost 1 of 18 true causes at the mount, the base and the gears."""
 MAX_UNMODELLED: Final = 0.5
 """Probability that an unmodelled cause explains what an effect does, above which the effect is not named."""
