@@ -71,14 +71,14 @@ def test_posterior_weights_are_those_of_gaussian_likelihoods_and_add_up_to_one()
     np.testing.assert_allclose(posterior_weights(np.array([1e6, 1e6 + 2.0])), [1 / (1 + 1 / np.e), 1 / (1 + np.e)])
 
 
-def test_an_unmodelled_cause_starts_with_odds_of_one_to_seven():
-    assert probability_of_unmodelled(500.0, 500.0) == pytest.approx(1 / 8.4, rel=0.01)
-    assert thresholds.CHI2_OF_UNMODELLED_CAUSE == 4.0
+def test_an_unmodelled_cause_starts_with_odds_of_one_to_four_hundred():
+    assert probability_of_unmodelled(500.0, 500.0) == pytest.approx(1 / 404, rel=0.01)
+    assert thresholds.CHI2_OF_UNMODELLED_CAUSE == 12.0
 
 
 def test_an_unmodelled_cause_is_even_with_an_effect_where_it_costs_that_much_less():
-    assert probability_of_unmodelled(496.0, 500.0) == 0.5 == thresholds.MAX_UNMODELLED
-    assert probability_of_unmodelled(495.0, 500.0) > 0.5
+    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == thresholds.MAX_UNMODELLED
+    assert probability_of_unmodelled(487.0, 500.0) > 0.5
     assert probability_of_unmodelled(1e9, 0.0) < 1e-300
     assert probability_of_unmodelled(0.0, 1e9) == 1.0
 

@@ -6,10 +6,40 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import path
 from robolaser.model.stages import Stage
+
+ALIKE = 0.2
+"""Spread of the lengths of a joint's moves over their mean, up to which what they lack looks like lost motion."""
+
+
+def moves(q: Array, run: Run) -> Array:
+    """Each joint's last move before each pose, (..., n, j) like the readings q; none before the first of a session."""
+    made = np.zeros(q.shape)
+    for poses in run.paths:
+        readings = q[..., poses, :]
+        made[..., poses, :] = np.diff(readings, axis=-2, prepend=readings[..., :1, :])
+    return made
+
+
+def various_moves(dataset: Dataset) -> str:
+    """Some joint came to its poses by moves of several lengths."""
+    if reason := path(dataset):
+        return reason
+    alike = "each joint's last moves are all of one length, which makes what is missing of them look like lost motion"
+    return "" if _joints_of_various_moves(dataset) else alike
+
+
+def _joints_of_various_moves(dataset: Dataset) -> tuple[str, ...]:
+    robot, q = dataset.arm
+    measured = np.unique(dataset.points.pose) if len(dataset.points) else slice(None)
+    lengths = np.abs(moves(q, Run(dataset)))[measured]
+    mean = lengths.mean(axis=0)
+    alike = (mean > 0.0) & (lengths.std(axis=0) <= ALIKE * mean)
+    return tuple(name for name, same in zip(robot.joints, alike, strict=True) if not same)
 
 
 @final
@@ -30,7 +60,7 @@ class Settling(Effect):
     reference = "ISO 9283:1998, pose stabilization time and overshoot; 0.01-0.5 % of a move"
     stage = Stage.JOINTS
     cause = "transmission"
-    needs = (path,)
+    needs = (various_moves,)
     depends_on_trajectory = True
 
     share: Array = parameter(unit="", bound=0.05, prior_scale=5e-4)
@@ -38,8 +68,11 @@ class Settling(Effect):
     def apply(self, q: Array, run: Run, /) -> Array:
         """Hold back a share of each move."""
         column = joint_column(run, self.where)
-        moves = np.zeros(q.shape[:2])
-        for poses in run.paths:
-            readings = q[:, poses, column]
-            moves[:, poses] = np.diff(readings, axis=1, prepend=readings[:, :1])
-        return add_to_joint(q, run, self.where, -self.share[:, None] * moves)
+        missing = self.share[:, None] * moves(q[:, :, [column]], run)[:, :, 0]
+        return add_to_joint(q, run, self.where, -missing)
+
+    @classmethod
+    def locations(cls, dataset: Dataset) -> tuple[str, ...]:
+        """The joints whose last moves are of several lengths."""
+        every = super().locations(dataset)
+        return tuple(joint for joint in every if joint in _joints_of_various_moves(dataset)) if every else ()
