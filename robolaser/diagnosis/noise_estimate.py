@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
-from robolaser.diagnosis.thresholds import NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA
+from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
@@ -79,7 +79,7 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
-    noise = estimated_noise(data.dataset, sources, residuals, J, known)
+    noise = _within_reach(estimated_noise(data.dataset, sources, residuals, J, known))
     if not row_excess(noise, _left(noise, residuals, J), J.shape[1]).is_above:
         return noise
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
@@ -88,7 +88,17 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
         for source in sources
     )
     still = {source.name: known[source.name] for source in opened if source.name in known and not source.least}
-    return estimated_noise(data.dataset, opened, residuals, J, still)
+    return _within_reach(estimated_noise(data.dataset, opened, residuals, J, still))
+
+
+def _within_reach(noise: NoiseModel) -> NoiseModel:
+    """The same without scatter of whole poses beyond that of any arm: more of it is a cause that the model lacks."""
+    sizes = {
+        source.name: min(noise.sigmas[source.name], LARGEST_SCATTER[source.unit])
+        for source in noise.sources
+        if source.level == "pose" and source.name in noise.estimated
+    }
+    return noise.at(sizes)
 
 
 def row_excess(noise: NoiseModel, white: Array, fitted: int) -> Excess:

@@ -74,11 +74,15 @@ class Preparation:
         model, x = Model(data.dataset), self.near
         noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
+        if not _scatter_is_seen(fit):
+            return data, fit
         noise = whole_noise(data, model, fit.x, explainable(fit, effects), self.dataset)
         return data, Fit.of(problem_of(model, noise, self.sensor), fit.x)
 
     def with_other_scatter(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the noise that the final model leaves, where that is not what was assumed."""
+        if not _scatter_is_seen(final):
+            return None
         noise = self._noise_of(data, final, smooth=False)
         white = noise.whiten(final.at.plain[None])[0]
         if white @ white > IMPLAUSIBLE * len(white):
@@ -94,7 +98,7 @@ class Preparation:
 
         For weights and likelihoods all that a model leaves is chance; what is smooth is no noise, though.
         """
-        return self._noise_of(data, final, smooth=True)
+        return self._noise_of(data, final, smooth=True) if _scatter_is_seen(final) else final.noise
 
     def _noise_of(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
         return whole_noise(data, final.model, final.x, explained(final, smooth=smooth), self.dataset)
@@ -103,3 +107,12 @@ class Preparation:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
         model = Model(self.dataset, final.effects)
         return outliers_of(Fit(problem_of(model, self.shots, self.sensor), final.x))
+
+
+def _scatter_is_seen(fit: Fit) -> bool:
+    """Whether the scatter of whole poses can be told from what the sensor's model lacks.
+
+    Not where a camera moves with flange poses of unknown joints: poses that are free in all six ways explain any error
+    of a lens or a laser plane, and weights that allow for them trust the model within each pose, where it fails.
+    """
+    return not fit.has_optics or fit.model.dataset.robot is not None

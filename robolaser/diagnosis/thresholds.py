@@ -73,6 +73,12 @@ HELD_OUT_REMOVALS: Final = 2
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 
+# Noise.
+
+LARGEST_SCATTER: Final = {"m": 3e-4, "rad": 5e-4}
+"""Scatter of whole poses that chance may cause [m, rad]: more is a gap. Arms repeat to 0.02 mm, hobby arms to 0.5 mm
+at the end of half a metre. Without a limit, poses that are free to move explain any error of a sensor."""
+
 # Gross errors.
 
 OUTLIER_SIGMA: Final = 5.5

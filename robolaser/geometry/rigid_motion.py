@@ -143,6 +143,8 @@ def to_quaternion(R: Array) -> Array:
     """Quaternions (x, y, z, w), w >= 0, of rotations (..., 3, 3) -> (..., 4)."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415 - loaded when needed: scipy is slow to import
 
+    if not R.size:  # older versions of SciPy refuse it
+        return np.empty((*R.shape[:-2], 4))
     flat = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=True)
     return flat.reshape(*R.shape[:-2], 4)
 
