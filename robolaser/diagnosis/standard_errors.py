@@ -8,14 +8,13 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN
+from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN, SIGMA_OF_95_PERCENT
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Sizes that all effects not found may have, in units of those usual in industry."""
@@ -48,7 +47,7 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequenc
         pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
         variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
     variances = variances + between_models(fit, evidence)
-    widened = student.isf(0.025, max(1, len(fit.poses) - 1)) / norm.isf(0.025)
+    widened = stdtrit(max(1, len(fit.poses) - 1), 0.975) / SIGMA_OF_95_PERCENT
     return np.asarray(widened * np.sqrt(variances))
 
 

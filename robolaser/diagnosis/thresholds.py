@@ -5,6 +5,7 @@ alone contributes 1 for each residual. A threshold is either a quantile of a dis
 consequences the blind trials measure; each says which.
 """
 
+from statistics import NormalDist
 from typing import Final
 
 # What an effect must explain before it enters the model.
@@ -123,6 +124,8 @@ judgement; a joint's zero may be off by 1°."""
 
 # Standard errors.
 
+SIGMA_OF_95_PERCENT: Final = NormalDist().inv_cdf(0.975)
+"""Standard deviations on either side that hold 95 % of a normal distribution."""
 NO_OTHER_EFFECTS: Final = 0.5
 """Prior probability that an arm has no effects but those found; the data soon outweigh it. A judgement."""
 SAME_COLUMN: Final = 1e-2

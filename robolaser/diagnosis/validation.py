@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from scipy.stats import norm
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
@@ -17,6 +16,7 @@ from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -27,8 +27,6 @@ from robolaser.parameters import Parameter, Parameters
 
 OWN = ("base.", "target.", "tool.", "socket.")
 """Parameters that are fitted anew: where things were put for a campaign."""
-CLEAR = float(norm.isf(0.025))
-"""Standard errors of the mean change of a pose's squared error, from which on it is no chance: two-sided, 5 %."""
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
@@ -169,4 +167,6 @@ def _is_better(before: Array, after: Array, dataset: Dataset) -> bool:
     """Whether squared errors (m, j) fall by more than chance from pose to pose would make them."""
     _, pose = np.unique(dataset.points.pose, return_inverse=True)
     falls = np.bincount(pose, (before**2 - after**2).sum(axis=-1))
-    return bool(falls.mean() > CLEAR * falls.std(ddof=1) / np.sqrt(len(falls))) if len(falls) > 1 else False
+    if len(falls) < 2:
+        return False
+    return bool(falls.mean() > SIGMA_OF_95_PERCENT * falls.std(ddof=1) / np.sqrt(len(falls)))
