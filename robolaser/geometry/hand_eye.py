@@ -1,84 +1,107 @@
-"""Where a sensor sits and what it looks at, from pairs of poses: AX = ZB in closed form, with nothing given."""
+"""Hand-eye and robot-world: A X = Z B in closed form, from pairs of poses and nothing else.
+
+A camera on the flange sees a board in the cell: A is T_base_flange, X T_flange_camera, Z T_base_board and B
+T_camera_board inverted. A camera in the cell sees a board on the flange: X is T_flange_board, Z T_base_camera and B
+T_camera_board. Two systems that track one body each: X and Z are what lies between the bodies and between the systems.
+A X = X B, as it is often written, is the same for pairs of such pairs.
+
+Shah 2013, Solving the robot-world/hand-eye calibration problem using the Kronecker product: R_Z = R_A R_X R_Bᵀ is
+linear in all entries, so the rotations that fit best are a pair of singular vectors, wherever they lie: no start is
+needed.
+"""
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.geometry.rigid_motion import log_so3, nearest_rotation, pose
 
-ROUNDS = 30
-"""Of alternation between the one rotation and the others; each lowers what is left."""
-RANK = 1e-9
-"""Singular values of the translations' equations below this share of the largest belong to directions that no pose
-determines."""
+LEAST_TURN = np.deg2rad(2.0)
+"""Root-mean-square turn about a second axis below which rotations do not fix a hand-eye."""
+ALTERNATIONS = 200
+"""Of the two rotations, each the best for the other; mostly ten settle it."""
+SETTLED = 1e-13
+"""Change of a rotation's entries below which they have."""
 
 
-def robot_world_hand_eye(T_base_flange: Array, T_world_tool: Array, tool: Ints) -> tuple[Array, Array]:
-    """T_world_base and T_flange_tool with T_world_base T_base_flange T_flange_tool = T_world_tool as nearly as can be.
+def turn_about_second_axis(R: Array) -> float:
+    """Root-mean-square turn of rotations (n, 3, 3) about the second of their principal axes [rad].
 
-    A tracker sees bodies on the flange: the world is the tracker's frame, the bodies are the tools. A camera in the
-    cell sees a target on the flange: the world is the camera, the target is the tool. A camera on the flange sees a
-    target in the cell: the world is the target, the camera is the tool, and what was measured is inverted. AX = XB is
-    the same problem with T_world_base eliminated.
+    Zero where all turns are about one axis, and where there is none: then no hand-eye can be found from them.
+    """
+    M, _ = nearest_rotation(R.sum(axis=0))
+    turns = log_so3(M.T @ R)
+    return float(np.linalg.svd(turns - turns.mean(axis=0), compute_uv=False)[1] / np.sqrt(len(R)))
 
-    Rotations come first: Σ tr(R_world_toolᵀ R_world_base R_base_flange R_flange_tool) is bilinear in the two that are
-    sought. Its relaxation is an eigenvector (Shah 2013, Solving the robot-world/hand-eye calibration problem using the
-    Kronecker product), from where the two are improved in turns. The translations are linear, given these.
+
+def robot_world_hand_eye(
+    A: Array, B: Array, of: Ints | None = None, *, X: Array | None = None, Z: Array | None = None
+) -> tuple[Array, Array]:
+    """X and Z with A X = Z B as nearly as can be: rotations first, then translations.
 
     Args:
-        T_base_flange: Of each measurement, (c or 1, m, 4, 4).
-        T_world_tool: As measured, (c or 1, m, 4, 4).
-        tool: Number of each measurement's tool, (m,); each occurs.
+        A: Motions, (n, 4, 4).
+        B: Motions, (n, 4, 4).
+        of: Which X belongs to each pair, (n,), numbered from 0: several bodies share one Z. All to one when absent.
+        X: All of them where they are known, (t, 4, 4).
+        Z: The other one where it is known, (4, 4).
 
     Returns:
-        T_world_base (c, 4, 4) and T_flange_tool of each tool (c, t, 4, 4). What the poses do not determine, see
-        `turns_about_axes`, is arbitrary.
+        X (t, 4, 4) and Z (4, 4).
     """
-    A, W = T_base_flange[..., :3, :3], T_world_tool[..., :3, :3]
-    counts = np.bincount(tool)
-    K = np.stack([_mixed(W[:, tool == p], A[:, tool == p]) for p in range(len(counts))], axis=1)
-    _, vectors = np.linalg.eigh((K @ np.swapaxes(K, -1, -2) / counts[:, None, None]).sum(axis=1))
-    relaxed = vectors[..., -1].reshape(-1, 3, 3)
-    Z, _ = nearest_rotation(relaxed * np.sign(np.linalg.det(relaxed))[:, None, None])
-    for _ in range(ROUNDS):
-        X, _ = nearest_rotation((np.swapaxes(K, -1, -2) @ Z.reshape(-1, 1, 9, 1)).reshape(*K.shape[:2], 3, 3))
-        Z, _ = nearest_rotation((K @ X.reshape(*K.shape[:2], 9, 1)).sum(axis=1).reshape(-1, 3, 3))
-    shift, tools = _translations(T_base_flange, T_world_tool, tool, Z)
-    return pose(Z, shift), pose(X, tools)
+    of = np.zeros(len(A), dtype=np.int64) if of is None else of
+    bodies = int(of.max()) + 1
+    R_A, R_B = A[:, :3, :3], B[:, :3, :3]
+    if X is not None:
+        R_X = X[:, :3, :3]
+        R_Z = _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2)) if Z is None else Z[:3, :3]
+    else:
+        R_Z = _shah(R_A, R_B, of, bodies) if Z is None else Z[:3, :3]
+        R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
+        for _ in range(ALTERNATIONS if Z is None else 0):
+            before, R_Z = R_Z, _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2))
+            R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
+            if np.abs(R_Z - before).max() < SETTLED:
+                break
+    t_X, t_Z = _translations(A, B, R_Z, of, None if X is None else X[:, :3, 3], None if Z is None else Z[:3, 3])
+    return pose(R_X, t_X), pose(R_Z, t_Z)
 
 
-def _mixed(W: Array, A: Array) -> Array:
-    """Coefficients of Z (rows) and X (columns) in Σ tr(Wᵀ Z A X), entries row by row, (c, 9, 9)."""
-    c = max(len(W), len(A))
-    W, A = (np.broadcast_to(R, (c, *R.shape[1:])) for R in (W, A))
-    mixed: Array = np.einsum("cijn,cikl->cjkln", W, A, optimize=True).reshape(c, 9, 9)
-    return mixed
+def _shah(R_A: Array, R_B: Array, of: Ints, bodies: int) -> Array:
+    """R_Z, (3, 3): the left singular vector of Σ R_B ⊗ R_A over the pairs of each body, side by side."""
+    K = np.zeros((bodies, 9, 9))
+    np.add.at(K, of, np.einsum("nij,nkl->nikjl", R_B, R_A).reshape(-1, 9, 9))
+    U, _, _ = np.linalg.svd(np.concatenate(K, axis=1))
+    M = U[:, 0].reshape(3, 3).T  # vec() stacks columns
+    R, _ = nearest_rotation(M if np.linalg.det(M) > 0 else -M)
+    return R
 
 
-def _translations(T_base_flange: Array, T_world_tool: Array, tool: Ints, Z: Array) -> tuple[Array, Array]:
-    """Shift of T_world_base (c, 3) and of each T_flange_tool (c, t, 3), given the rotation Z of the former [m].
+def _translations(
+    A: Array, B: Array, R_Z: Array, of: Ints, t_X: Array | None, t_Z: Array | None
+) -> tuple[Array, Array]:
+    """R_A t_X + t_A = R_Z t_B + t_Z in least squares, (t, 3) and (3,)."""
+    n, bodies = len(A), int(of.max()) + 1
+    right = B[:, :3, 3] @ R_Z.T - A[:, :3, 3]
+    if t_X is not None and t_Z is not None:
+        return t_X, t_Z
+    by_body = np.zeros((n, 3, bodies, 3))
+    by_body[np.arange(n), :, of] = A[:, :3, :3]
+    carried = by_body.reshape(3 * n, -1)
+    if t_X is not None:
+        return t_X, np.asarray(((carried @ t_X.ravel()).reshape(n, 3) - right).mean(axis=0))
+    if t_Z is not None:
+        found = np.linalg.lstsq(carried, (right + t_Z).ravel(), rcond=None)[0]
+        return np.asarray(found.reshape(-1, 3)), t_Z
+    design = np.concatenate([carried, np.tile(-np.eye(3), (n, 1))], axis=1)
+    found = np.linalg.lstsq(design, right.ravel(), rcond=None)[0]
+    return np.asarray(found[:-3].reshape(-1, 3)), np.asarray(found[-3:])
 
-    Zᵀ t_world_tool − t_base_flange = R_base_flange t_flange_tool + Zᵀ t_world_base is linear in both.
-    """
-    c, m, t = len(Z), len(tool), int(tool.max()) + 1
-    design = np.zeros((c, m, 3, 3 + 3 * t))
-    design[..., :3] = np.eye(3)
-    for p in range(t):
-        design[:, tool == p, :, 3 + 3 * p : 6 + 3 * p] = T_base_flange[:, tool == p, :3, :3]
-    right = T_world_tool[..., :3, 3] @ Z - T_base_flange[..., :3, 3]
-    flat = design.reshape(c, 3 * m, -1)
-    transposed = np.swapaxes(flat, 1, 2)
-    inverse = np.linalg.pinv(transposed @ flat, rcond=RANK**2, hermitian=True)
-    found = (inverse @ (transposed @ right.reshape(c, -1, 1)))[..., 0]
-    return (Z @ found[:, :3, None])[..., 0], found[:, 3:].reshape(c, t, 3)
+
+def _each(R: Array, of: Ints, bodies: int) -> Array:
+    """The rotation nearest to those of each body, (t, 3, 3)."""
+    return np.stack([_mean(R[of == body]) for body in range(bodies)])
 
 
-def turns_about_axes(R: Array) -> Array:
-    """Root mean squares of how far rotations (n, 3, 3) turn from their mean, about three axes, largest first [rad].
-
-    A hand-eye needs two that are not zero: turns about one axis alone leave the place along it open, and no turns at
-    all leave all but one rotation open.
-    """
-    middle, _ = nearest_rotation(R.sum(axis=0))
-    turns = log_so3(middle.T @ R)
-    largest_first: Array = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(R))
-    return np.pad(largest_first, (0, 3 - len(largest_first)))
+def _mean(R: Array) -> Array:
+    nearest, _ = nearest_rotation(R.sum(axis=0))
+    return nearest
