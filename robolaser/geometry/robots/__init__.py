@@ -62,8 +62,11 @@ def find_robot(
     flange: str | None = None,
     joints: Sequence[str] | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    options: urdf.DescriptionOptions | None = None,
 ) -> Robot:
-    """Load a robot by its name here or by the path of its URDF.
+    """Load a robot by its name here or by the path of its description.
+
+    That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
 
     Args:
         name_or_path: A name of `known_robots`, else a path.
@@ -72,6 +75,7 @@ def find_robot(
         joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
+        options: What a person says of a file that it does not say.
 
     Raises:
         UsageError: Neither a known name nor a file.
@@ -88,12 +92,12 @@ def find_robot(
             flange, joints = entry.flange, joints or entry.joints
     else:
         path = Path(name_or_path)
-        if path.suffix != ".urdf" and not path.is_file():
+        if path.suffix not in urdf.SUFFIXES and not path.is_file():
             known = [file.stem for file in sorted(_HERE.glob("*.toml"))]
             raise UsageError(
                 f"No robot '{name_or_path}'.{near(str(name_or_path), known)} Or give the path of a .urdf file."
             )
-    text = urdf.load_text(path)
+    text = urdf.load_description(path, options)
     if flange is None:
         leaves = urdf.parse(text, source=path.name).leaves()
         if len(leaves) != 1:
