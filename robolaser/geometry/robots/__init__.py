@@ -88,8 +88,11 @@ def find_robot(
     flange: str | None = None,
     joints: Sequence[str] | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    options: urdf.DescriptionOptions | None = None,
 ) -> Robot:
-    """Load a robot by its name here or by the path of its URDF.
+    """Load a robot by its name here or by the path of its description.
+
+    That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
 
     Args:
         name_or_path: What one of `known_robots` is called, its maker named or not, else a path.
@@ -98,6 +101,7 @@ def find_robot(
         joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
+        options: What a person says of a file that it does not say.
 
     Raises:
         UsageError: Neither a known name nor a file.
@@ -106,16 +110,17 @@ def find_robot(
         DataError: The path leads to no file that can be read.
         DependencyMissing: Known, but its package is absent.
     """
-    entry = None if Path(name_or_path).suffix == ".urdf" else named(str(name_or_path))
-    if entry is not None and not (Path(name_or_path).is_file() and entry.name != str(name_or_path)):
+    path = Path(name_or_path)
+    is_path = path.suffix in urdf.SUFFIXES or path.is_file()
+    entry = None if is_path else named(str(name_or_path))
+    if entry is not None:
         text, source = entry.text(), entry.path().name
         if flange is None:
             flange, joints = entry.flange, joints or entry.joints
+    elif is_path:
+        text, source = urdf.load_description(path, options), path.name
     else:
-        path = Path(name_or_path)
-        if path.suffix != ".urdf" and not path.is_file():
-            raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
-        text, source = urdf.load_text(path), path.name
+        raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
     if flange is None:
         leaves = urdf.parse(text, source=source).leaves()
         if len(leaves) != 1:

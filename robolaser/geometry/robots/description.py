@@ -1,5 +1,6 @@
 """The rows of numbers in our own robots' TOML files, written as a URDF."""
 
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -8,11 +9,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import apply, pose, rot_x, rot_y, rot_z
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
-from robolaser.geometry.urdf.serial_arm import Segment, serial_urdf
+from robolaser.geometry.urdf.elements import add_fixed, add_link, add_moving
 
 Convention = Literal["standard", "modified", "frames"]
 SI = {unit: factor for quantity in (LENGTH, ANGLE) for unit, factor in FACTORS[quantity].items()} | {"kg": 1.0}
-ZERO = (0.0, 0.0, 0.0)
+ZERO, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def rows_urdf(rows: Sequence[Mapping[str, Any]], convention: Convention, name: str, base: str, flange: str) -> str:
@@ -27,17 +28,22 @@ def rows_urdf(rows: Sequence[Mapping[str, Any]], convention: Convention, name: s
 
     What is left out is zero, and an axis z.
     """
-    segments, T = [], np.eye(4)
-    for row in map(_in_si, rows):
+    robot = ET.Element("robot", name=name)
+    add_link(robot, base)
+    link, T = base, np.eye(4)
+    for number, row in enumerate(map(_in_si, rows)):
         before, after = _steps(row, convention)
         T = T @ before
         if "joint" in row:
-            com = apply(after, np.array(row.get("com", ZERO)))
-            limits = row.get("lower", -np.inf), row.get("upper", np.inf)
-            segments.append(Segment(row["joint"], T, np.array(row.get("axis", (0, 0, 1))), limits, row["mass"], com))
-            T = np.eye(4)
+            child, limits = f"link_{number}", (float(row.get("lower", -np.inf)), float(row.get("upper", np.inf)))
+            add_link(robot, child, float(row["mass"]), apply(after, np.array(row.get("com", ZERO))))
+            add_moving(robot, row["joint"], link, child, T, np.array(row.get("axis", Z)), limits)
+            link, T = child, np.eye(4)
         T = T @ after
-    return serial_urdf(segments, T, name, base, flange)
+    add_link(robot, flange)
+    add_fixed(robot, f"{flange}_joint", link, flange, T)
+    ET.indent(robot)
+    return ET.tostring(robot, encoding="unicode") + "\n"
 
 
 def _steps(row: Mapping[str, Any], convention: Convention) -> tuple[Array, Array]:
