@@ -13,7 +13,7 @@ needed.
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.rigid_motion import nearest_rotation, pose
+from robolaser.geometry.rigid_motion import log_so3, nearest_rotation, pose
 
 LEAST_TURN = np.deg2rad(2.0)
 """Root-mean-square turn about a second axis below which rotations do not fix a hand-eye."""
@@ -29,7 +29,7 @@ def turn_about_second_axis(R: Array) -> float:
     Zero where all turns are about one axis, and where there is none: then no hand-eye can be found from them.
     """
     M, _ = nearest_rotation(R.sum(axis=0))
-    turns = np.array([_log(one) for one in M.T @ R])
+    turns = log_so3(M.T @ R)
     return float(np.linalg.svd(turns - turns.mean(axis=0), compute_uv=False)[1] / np.sqrt(len(R)))
 
 
@@ -105,10 +105,3 @@ def _each(R: Array, of: Ints, bodies: int) -> Array:
 def _mean(R: Array) -> Array:
     nearest, _ = nearest_rotation(R.sum(axis=0))
     return nearest
-
-
-def _log(R: Array) -> Array:
-    """The turn vector of a rotation, (3,) [rad]."""
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - loaded when needed: scipy is slow to import
-
-    return np.asarray(Rotation.from_matrix(R).as_rotvec())

@@ -77,6 +77,11 @@ class Sensor(ABC):
         """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
         return frozenset()
 
+    @classmethod
+    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
+        """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
+        return cls.stages
+
     @property
     @abstractmethod
     def free(self) -> tuple[str, ...]:
