@@ -268,6 +268,7 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
         ("placed = true", "plcaed = true", "[target] plcaed: this key is not known. Did you mean 'placed'?"),
         ("[scanner]", "[scaner]", "scaner: this key is not known. Did you mean 'scanner'?"),
         ("stripe_axis", "stripe_axes", "[sensor] stripe_axes: this key is not known. Did you mean 'stripe_axis'?"),
+        ("lower = 0.006", "lowr = 0.006", "[parameters] f.lowr: this key is not known. Did you mean 'lower'?"),
     ],
 )
 def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, expected: str) -> None:

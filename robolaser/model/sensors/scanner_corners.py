@@ -85,8 +85,8 @@ class ScannerCorners(Sensor, registered=False):
         return values
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Where the scanner's stripe has it."""
-        return {name: values.get(name, np.zeros(len(values["f"]))) for name in self.derived}
+        """Only what is known already: the scanner's stripe places the target."""
+        return {name: values[name] for name in self.derived if name in values}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""

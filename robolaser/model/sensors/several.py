@@ -26,6 +26,7 @@ class _Part:
     """One of the sensors.
 
     Attributes:
+        number: Among the sensors.
         name: Of the sensor.
         rows: Which of the whole's rows it saw, (m,).
         sensor: As for a data set of its own.
@@ -33,6 +34,7 @@ class _Part:
         named: Names of parameters in the whole by its own.
     """
 
+    number: int
     name: str
     rows: Ints
     sensor: Sensor
@@ -69,8 +71,10 @@ class Several(Sensor):
         super().__init__(dataset)
         bare = [sensor_of(part, number) for number, part in enumerate(dataset.parts)]
         named = shared_names(dataset.members, [sensor.free + sensor.derived for sensor in bare])
+        self._sensor_of = sensor_of
         self._parts = tuple(
             _Part(
+                number,
                 member.name,
                 np.flatnonzero(dataset.points.sensor == number),
                 sensor_of(replace(dataset.parts[number], parameters=_given(dataset.parameters, named[number])), number),
@@ -116,19 +120,18 @@ class Several(Sensor):
         return values
 
     def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
-        """Each sensor's, one after the other.
+        """Each sensor's, one after the other: what one has found is known to the next.
 
         Raises:
             DataError: The data set gives one that no sensor has, or not all free ones of a sensor.
         """
         self.check_given()
-        own = Parameters(())
+        found = dict(self.dataset.parameters)
         for part in self._parts:
-            found = part.sensor.parameters(T_base_flange, self._perturbed(part, perturb))
-            items = [replace(item, name=part.named[item.name]) for item in found.items]
-            own += Parameters(tuple(item for item in items if item.name not in own.names))
-        order = {name: place for place, name in enumerate(self.free + self.derived)}
-        return Parameters(tuple(sorted(own.items, key=lambda item: order[item.name])))
+            knowing = self._sensor_of(replace(part.sensor.dataset, parameters=_given(found, part.named)), part.number)
+            own = knowing.parameters(T_base_flange, self._perturbed(part, perturb))
+            found |= {part.named[item.name]: replace(item, name=part.named[item.name]) for item in own.items}
+        return Parameters(tuple(found[name] for name in self.free + self.derived))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Each sensor's, those with the most rows first; the others leave what it found."""
