@@ -74,7 +74,8 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.writing import check_output, checked, preview
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.errors import near
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
@@ -113,7 +114,8 @@ def import_files(
     for warning in read_back.warnings:
         terminal.warn(warning)
     if not dry_run:
-        save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=FOLDER, force=force):
+            save(imported.dataset, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
