@@ -44,6 +44,7 @@ def diagnose(
     from robolaser.data.loading import load
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json
+    from robolaser.diagnosis.result_json import diagnosis_json
     from robolaser.report.diagnosis import page, print_diagnosis
 
     for name in ("diagnosis.json", "calibration.json"):
@@ -55,7 +56,7 @@ def diagnose(
     for warning in data.warnings:
         terminal.warn(warning)
     model = corrected(found, seed)
-    result = json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     texts = {
         "robot.urdf": robot_urdf(model),
         "robot_corrected.urdf": corrected_urdf(model),

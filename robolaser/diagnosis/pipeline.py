@@ -27,6 +27,7 @@ from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -59,7 +60,7 @@ def diagnose(
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
-    return examine(dataset, effects, seed=seed, validate=validate).as_json()
+    return diagnosis_json(examine(dataset, effects, seed=seed, validate=validate))
 
 
 def examine(

@@ -15,6 +15,7 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
@@ -63,14 +64,14 @@ def read(path):
 @pytest.mark.parametrize("name", MADE)
 def test_every_diagnosis_is_what_its_schema_says(name):
     jsonschema.Draft202012Validator.check_schema(schema("diagnosis"))
-    found = json.loads(json.dumps(MADE[name]().as_json(), allow_nan=False))
+    found = json.loads(json.dumps(diagnosis_json(MADE[name]()), allow_nan=False))
     jsonschema.validate(found, schema("diagnosis"))
 
 
 @pytest.mark.parametrize("wrong", [{"verdict": "fine"}, {"where": None}, {"seconds": "4"}])
 def test_the_schema_refuses_what_is_no_diagnosis(wrong):
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(MADE["explained"]().as_json() | wrong, schema("diagnosis"))
+        jsonschema.validate(diagnosis_json(MADE["explained"]()) | wrong, schema("diagnosis"))
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -35,7 +35,7 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
-    stages = sensor_class(dataset.kind).stages
+    stages = sensor_class(dataset.kind).stages_in(dataset)
     return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
 
 
@@ -63,7 +63,7 @@ def weight(dataset: Dataset) -> str:
 
 def own_lengths(dataset: Dataset) -> str:
     """What measures has lengths of its own, and sees no target with given ones."""
-    stages = sensor_class(dataset.kind).stages
+    stages = sensor_class(dataset.kind).stages_in(dataset)
     measures = Stage.TARGET in stages and Stage.PIXELS not in stages
     return "" if measures else SensorLacks(dataset, "lengths of its own")
 

@@ -67,6 +67,11 @@ class Sensor(ABC):
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
 
+    @classmethod
+    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
+        """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
+        return cls.stages
+
     @property
     @abstractmethod
     def free(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import Sessions
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EffectError
 from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian
@@ -171,7 +172,7 @@ def test_a_diagnosis_of_two_sessions_finds_the_effect_that_they_share():
     found = examine(made.dataset, [kind for kind in EFFECTS if kind.name in ("joint_offset", "base_shift")], seed=1)
     assert found.verdict == "explained"
     assert str(found.findings[0].candidate_effect) == "joint_offset at joint_3"
-    assert found.as_json()["gap_mm"]["after"] < 0.05
+    assert diagnosis_json(found)["gap_mm"]["after"] < 0.05
 
 
 def test_a_data_set_with_sessions_reads_the_same_after_writing(tmp_path):
