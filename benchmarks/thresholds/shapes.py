@@ -5,7 +5,7 @@
 An effect with nonlinear parameters is tried with each value of a grid, and the best is kept. On data that hold nothing
 but noise the largest of those gains exceeds a level more often than chi-squared does. The price of the choice is the
 distance between the two levels that are exceeded with the same probability. To first order it is twice the logarithm
-of the number of shapes that are independent, which has no dependence on the level (see the two columns).
+of the number of shapes that are independent.
 """
 
 import argparse
@@ -64,14 +64,17 @@ def main() -> None:
                 grid = one.effect.grid(dataset, one.where)
                 if len(grid) < 2:
                     continue
-                left = fit.at.project(columns.by_effect(fit, one, grid)).reshape(-1, len(grid), len(one.effect.amplitudes()))
-                bases = [np.linalg.qr(left[:, g])[0] for g in range(len(grid)) if np.linalg.matrix_rank(left[:, g]) == left.shape[2]]
+                left = fit.at.project(columns.by_effect(fit, one, grid))
+                shapes = np.split(left, len(grid), axis=1)
+                bases = [np.linalg.qr(some)[0] for some in shapes if np.linalg.matrix_rank(some) == some.shape[1]]
                 if len(bases) > 1:
                     found[one.effect.name].append((len(bases), *prices(bases, args.draws, rng)))
-    print(f"{'effect':22} {'places':>6} {'tried':>6} {'2 log tried':>11} {'price at 0.01':>14} {'price at 0.001: least, median, most':>36}")
+    print(f"{'effect':20} {'places':>6} {'tried':>6} {'at 0.01':>8} {'at 0.001':>9} {'most':>6} {'independent':>12}")
     for name, rows in found.items():
-        tried, at_2, at_3 = np.array(rows).T
-        print(f"{name:22} {len(rows):6d} {np.median(tried):6.0f} {2 * np.log(np.median(tried)):11.1f} {np.median(at_2):14.1f} {at_3.min():14.1f} {np.median(at_3):10.1f} {at_3.max():10.1f}")
+        tried, at_2, at_3 = (float(np.median(column)) for column in np.array(rows).T)
+        most = max(row[2] for row in rows)
+        share = min(1.0, np.exp(most / 2.0) / tried)
+        print(f"{name:20} {len(rows):6d} {tried:6.0f} {at_2:8.1f} {at_3:9.1f} {most:6.1f} {share:12.2f}")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.local_unknown import is_joint
+from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import stepwise_order
 from robolaser.diagnosis.refits import Refits
@@ -125,8 +125,9 @@ def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     rivals = [without, *_substitutes(refits, final, without, name)]
     costs = np.array([refits.cost(fit, spread) for fit in (final, *rivals)])
     unmodelled = [refits.unmodelled(final, without)]
-    if len(places := {one.where for one in final.effects if class_of(one) == name}) == 1 and is_joint(final, *places):
-        unmodelled.append(refits.locally_unmodelled(final, without, *places))
+    own = [one for one in final.effects if class_of(one) == name]
+    if len({one.where for one in own}) == 1 and has_form(final, own[0]):
+        unmodelled.append(refits.locally_unmodelled(final, own[0].where))
     return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))
 
 

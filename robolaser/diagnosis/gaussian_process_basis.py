@@ -8,14 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.thresholds import ROUGH, SMOOTH, SMOOTH_POSTURE
 from robolaser.model.effects.run import Run
 
-SMOOTH = 0.35
-"""Length over which a smooth function keeps its value, as a share of the coordinate's range."""
-SMOOTH_POSTURE = 0.6
-"""The same for functions of all joints at once, of the posture's spread."""
-ROUGH = 0.25
-"""The same for functions with corners."""
 THIN = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
 KEPT = 1e-3

@@ -6,6 +6,7 @@ by the marginal likelihood. And a form is wrong where such a function still find
 """
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
@@ -16,12 +17,17 @@ from robolaser.diagnosis.localization import likelihood_ratio
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 
+GEOMETRY: Final = "arm_geometry"
+"""The class of effects that are constants of the arm."""
 
-def is_joint(fit: Fit, site: str) -> bool:
-    """Whether a site is a joint that moves in the data."""
-    return site in moving_joints(fit.model.dataset.robot)
+
+def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
+    """Whether an effect varies at a joint, in a form that may be wrong: an offset or a placement has none."""
+    is_constant = candidate_effect.effect.cause == GEOMETRY
+    return not is_constant and candidate_effect.where in moving_joints(fit.model.dataset.robot)
 
 
 def local_unknown_chi2(fit: Fit, joint: str) -> float:
