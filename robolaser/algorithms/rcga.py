@@ -24,10 +24,11 @@ from robolaser.operators import (
     NonUniformMutation,
     RouletteSelection,
 )
+from robolaser.operators.bounds import bounds_missing
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, bounds_missing, step_size
-from robolaser.operators.roulette_selection import fitness
+from robolaser.operators.non_uniform_mutation import Form, step_size
+from robolaser.operators.scaling import inverse_cost
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -185,6 +186,7 @@ class RCGA(ArrayBased):
             and type(mating.repair) is NoRepair
             and type(mating.eliminate_duplicates) is NoDuplicateElimination
             and _is_plainly(mating.selection, RouletteSelection)
+            and mating.selection.scaling == "inverse"
             and _is_plainly(mating.crossover, ArithmeticCrossover)
             and _is_plainly(mating.mutation, NonUniformMutation)
             and type(self.survival) is ElitistReplacement
@@ -215,7 +217,7 @@ class RCGA(ArrayBased):
         moves = rng.random(2 * h + 2 * n)
         Y = loop(self.n_iter)(
             parents.X,
-            fitness(penalised(parents.F, parents.violation)),
+            inverse_cost(penalised(parents.F, parents.violation)),
             coins[: 2 * n].reshape(n, 2),
             crossed,
             share,

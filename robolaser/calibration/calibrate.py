@@ -84,6 +84,7 @@ def calibrate(
     sigmas = sizes_of(model, x, problem.inliers(x)).sigmas
     known = information(problem, x, sigmas)
     parameters, on_bound = model.parameters, problem.on_bound(x)
+    stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
         model=model,
         algorithm=start.algorithm,
@@ -93,7 +94,7 @@ def calibrate(
         x=x,
         std=standard_errors(known, fixed=problem.fixed, bounded=np.where(on_bound, problem.scale, 0.0)),
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
+        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
         residuals=residuals,
         held_out=None if unseen is None else model.in_metres(x, unseen.errors),
         held_out_rows=None if unseen is None else unseen.errors,
