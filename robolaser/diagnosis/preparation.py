@@ -49,7 +49,7 @@ class Preparation:
         model = Model(dataset)
         sensor = model.parameters
         some = AveragedData.single(dataset).subsampled()
-        small = Model(some.dataset)
+        small = Model(some.dataset).sharing(sensor)
         start = find_start(small, Plan(seed=seed)).x
         noise = row_noise(some, small, start, dataset)
         near = robust_fit(Fit.of(problem_of(small, noise, sensor), start)).x
@@ -67,7 +67,7 @@ class Preparation:
             effects: Effects that may explain what is left.
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
-        model, x = Model(data.dataset), self.near
+        model, x = Model(data.dataset).sharing(self.sensor), self.near
         noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
         if not _scatter_is_seen(fit):
@@ -101,7 +101,7 @@ class Preparation:
 
     def outliers(self, final: Fit) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
-        model = Model(self.dataset, final.effects)
+        model = Model(self.dataset, final.effects).sharing(self.sensor)
         return outliers_of(Fit(problem_of(model, self.shots, self.sensor), final.x))
 
 
