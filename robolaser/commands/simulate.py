@@ -18,7 +18,8 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "point", "socket"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "socket"] = "stripe",
+    mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
@@ -46,8 +47,9 @@ def simulate(
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: What measures.
+        mount: What carries a camera; its board is at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, 3 sockets.
         repeats: Number of shots in each pose.
         sessions: Number of campaigns, each with base, target or sockets elsewhere.
         pixel_px: Of a pixel.
@@ -72,6 +74,7 @@ def simulate(
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",
+        "--mount": mount != "flange",
         "--poses": poses != 40,
         "--points": points is not None,
         "--repeats": repeats != 1,
@@ -97,6 +100,7 @@ def simulate(
                 sessions=sessions,
                 noise=Noise(**stated) if stated else None,
                 placed=not unplaced,
+                mount=mount,
                 effects=sizes,
                 name=output.resolve().name,
                 seed=seed,

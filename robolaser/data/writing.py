@@ -131,7 +131,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
     if dataset.parameters:
         yield from ("", "[parameters]")
         for name, item in dataset.parameters.items():
-            bounds = f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
+            bounds = "fixed = true" if item.fixed else f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
             yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
 
 
