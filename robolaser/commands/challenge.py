@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import App, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -97,8 +97,8 @@ def new(
         )
 
     def print_names() -> None:
-        print(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
-        print(f"robolaser challenge score {folder}")
+        say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
+        say(f"robolaser challenge score {folder}")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -137,7 +137,7 @@ def score(
             scored = score_trial(folder, seed=seed, jobs=jobs, tell=tell)
         text = json.dumps(scored, indent=1) + "\n"
         write_text(file, text)
-    terminal.show(text, lambda: print("\n".join([*summary(scored), f"Wrote {file}"])))
+    terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
 
 
 def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[str], N]) -> tuple[N, N]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import Interrupted, unwritable
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def _points(
             "pixel_noise_px": float(found.pixel_noise_px) if known else None,
             "file": str(file),
         },
-        lambda: print(
+        lambda: say(
             f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
         ),
     )
@@ -144,7 +144,7 @@ def _stripes(
             save(recording, output, overwrite=force)
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
-        lambda: print(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
+        lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
     )
 
 

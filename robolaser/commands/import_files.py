@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def import_files(
         "warnings": list(read_back.warnings),
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(result, lambda: print(f"{rows} points in {number} poses. {ended}"))
+    terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -14,7 +14,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
 from robolaser.commands.options import Count, Positive, Seed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -216,7 +216,7 @@ def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: T
         session.run(lambda waypoint: tell(waypoint.name), tell)
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
-        lambda: print(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 NOISE = Group("Noise, one standard deviation", sort_key=0)
@@ -109,5 +109,5 @@ def simulate(
     rows, number = len(made.dataset.points), len(made.dataset.poses)
     terminal.show(
         {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
-        lambda: print(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
+        lambda: say(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
     )
