@@ -13,7 +13,7 @@ from robolaser.arrays import Array, Progress
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.dataset import Dataset
-from robolaser.errors import EstimationError, UsageError
+from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
@@ -30,14 +30,6 @@ def no_finite_residuals() -> EstimationError:
     return EstimationError(
         "No set of parameters within the bounds puts the points at finite places. "
         "Check the bounds in [parameters], stripe_axis and the units."
-    )
-
-
-def no_bounds(what: str, names: Sequence[str]) -> UsageError:
-    """The error raised where something searches within bounds that nobody gives."""
-    return UsageError(
-        f"{what} searches within bounds, but dataset.toml gives none for {', '.join(names)}: these start from closed"
-        " forms. State { nominal, lower, upper } for each under [parameters], or calibrate without a search."
     )
 
 
@@ -80,8 +72,6 @@ def find_start(
     tell = progress or (lambda what, share: None)
     unbounded = model.sensor_parameters.unbounded(model.sensor.free)
     algorithm = plan.algorithm or (SCREENING if model.sensor.free and not unbounded else POLISH_ONLY)
-    if unbounded and algorithm != POLISH_ONLY:
-        raise no_bounds(f"--algorithm {algorithm}", unbounded)
     if algorithm == POLISH_ONLY:
         return _downhill(model, plan)
     if algorithm != SCREENING:

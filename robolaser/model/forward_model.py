@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.geometry.flange_motion import moved_by_joints, moved_by_placements
-from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
+from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -121,7 +121,7 @@ class Model:
         return ChainRule(acting, self.parameters.values(x), steps)
 
     def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
-        return lambda value, values: one.at(values).apply(value, self.run)
+        return lambda value, values: acted(one.at(values), value, self.run)
 
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""

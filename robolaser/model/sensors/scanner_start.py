@@ -1,4 +1,4 @@
-"""Where a stripe scanner starts with nothing given: camera and bracket from its board's corners, then the laser plane."""
+"""Where a stripe scanner starts with nothing given: camera and bracket from board corners, then the laser plane."""
 
 from collections.abc import Mapping
 
@@ -41,7 +41,7 @@ def camera_start(corners: Dataset, known: Mapping[str, float], T_base_flange: Ar
     T_flange_optical = motion({name: np.array([value]) for name, value in found.items()}, "hand_eye")[0]
     R_flange_camera = T_flange_optical[:3, :3] @ _optical(corners)[:3, :3].T
     turn = Rotation.from_matrix(from_quaternion(np.array(corners.bracket_quat)).T @ R_flange_camera)
-    w, phi, psi = turn.as_euler(corners.angles.upper())
+    w, phi, psi = turn.as_euler("XYZ" if corners.angles == "xyz" else "ZYZ")
     t_x, t_y, t_z = T_flange_optical[:3, 3]
     return {
         "f": f,
@@ -61,7 +61,8 @@ def target_start(corners: Dataset, values: Values, T_base_flange: Array) -> dict
     series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # of the paper's polynomial inverted
     pinhole = {"fx": f / values["s_u"], "fy": f / values["s_v"], "cx": values["u_0"], "cy": values["v_0"]}
     T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ _optical(corners)
-    known = {**pinhole, **series, "p1": np.zeros_like(f), "p2": np.zeros_like(f), **six_of(T_flange_optical, "hand_eye")}
+    lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}
+    known = {**pinhole, **lens, **six_of(T_flange_optical, "hand_eye")}
     closed = CameraStart(corners, corners.image_px or IMAGE_PX, rides=True)
     found = closed.initialize(known, T_base_flange)
     return {name: found[name] for name in (f"target.{part}" for part in SIX)}

@@ -383,7 +383,9 @@ class Sensor(ABC):
         return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
 
     def _start(self, name: str, at: float, span: float) -> Parameter:
-        return Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form)
+        return Parameter(
+            name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form
+        )
 
 
 def sum_of_squares(residuals: Array) -> Array:
