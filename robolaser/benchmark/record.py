@@ -130,13 +130,13 @@ class RunRecord:
     def _incomparable(self, what: str, there: object, here: object) -> BenchmarkError:
         return BenchmarkError(
             f"{self._path} holds runs under other conditions: {what} is {there} there, here it is {here}, and such runs"
-            " are not comparable. Go on with the same, take another folder, or begin anew with --force."
+            " are not comparable. Continue under the same conditions, use another folder, or start over with --force."
         )
 
     def _unreadable(self, line: int, reason: str) -> BenchmarkError:
         return BenchmarkError(
             f"{self._path}, line {line}, does not belong to a record of benchmark runs ({reason})."
-            " Take another folder, begin anew with --force, or delete that line to go on without it."
+            " Use another folder, start over with --force, or delete that line to continue without it."
         )
 
     def _append(self, line: Mapping[str, Any]) -> None:

@@ -34,7 +34,7 @@ def open_stripes(path: Path) -> Stripes:
     """
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise unreadable(path, "it is no plain file")
+            raise unreadable(path, "it is not a regular file")
         with path.open("rb") as file:
             shape, dtype = _header(file)
             start = file.tell()
@@ -44,11 +44,11 @@ def open_stripes(path: Path) -> Stripes:
         raise unreadable(path, str(error)) from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
         raise DataError(
-            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it anew with `robolaser extract --force`.",
+            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it again with `robolaser extract --force`.",
             file=path,
         )
     if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
-        raise unreadable(path, f"it is cut off: its header promises {shape[0]} middles")
+        raise unreadable(path, f"it is truncated: its header promises {shape[0]} line centres")
     if shape[0] == 0:
         return np.empty(0, STRIPE)
     return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)

@@ -141,8 +141,8 @@ def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Gener
     number = int(rng.integers(asked.number[0], asked.number[1] + 1))
     if number and not possible:
         raise TrialError(
-            f"No world of the kind '{kind}' can be made of the arm '{built.blank.name}': "
-            "its faults have no place there. A tracker sees neither images nor targets, "
+            f"No world of the kind '{kind}' can be made with the arm '{built.blank.name}': "
+            "none of its faults applies to it. A tracker sees neither images nor targets, "
             "and in a URDF without masses nothing gives way."
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]

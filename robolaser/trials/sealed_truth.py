@@ -65,7 +65,7 @@ def unseal(folder: Path) -> dict[str, dict[str, Any]]:
 
 def _no_truth(folder: Path) -> TrialError:
     return TrialError(
-        f"{folder} has no truth.sealed that can be read, so it is no blind trial. "
+        f"{folder} has no truth.sealed that can be read, so it is not a blind trial. "
         "Make one with `robolaser challenge new`."
     )
 
@@ -73,5 +73,5 @@ def _no_truth(folder: Path) -> TrialError:
 def _broken(seal_file: Path, wrong: str) -> TrialError:
     return TrialError(
         f"{seal_file} {wrong}: one of the two was changed after the trial was made. "
-        "Its score would mean nothing; make the trial anew."
+        "Its score would mean nothing; make the trial again."
     )

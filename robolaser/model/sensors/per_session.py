@@ -119,7 +119,7 @@ class PerSession(Sensor):
                 if not any(replace(self._sessions, own=(pattern,)).is_own(name) for name in known):
                     groups = {name.partition(".")[0] + ".*" if "." in name else name for name in known}
                     raise DataError(
-                        f"dataset.toml, [sessions] own: '{pattern}' fits no parameter of this sensor, which has"
+                        f"dataset.toml, [sessions] own: '{pattern}' matches no parameter of this sensor, which has"
                         f" {', '.join(sorted(groups))}.",
                         file="dataset.toml",
                         column="[sessions] own",
