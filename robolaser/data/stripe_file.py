@@ -55,7 +55,7 @@ def open_stripes(path: Path) -> Stripes:
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = False) -> int:
-    """Write middles as they come, whole or not at all.
+    """Write line centres as they come, whole or not at all.
 
     Args:
         path: The file; what was there stays until all is written.
@@ -63,7 +63,7 @@ def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = Fa
         overwrite: Replace a file that is there.
 
     Returns:
-        How many middles were written.
+        How many line centres were written.
 
     Raises:
         OutputError: There is a file, or the disk or its rights refuse.

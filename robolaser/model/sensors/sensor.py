@@ -17,7 +17,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import middles, twisted
+from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
@@ -177,7 +177,7 @@ class Sensor(ABC):
         """
         known, of_pose = self.known(values, T_base_flange, perturb), self.dataset.points.pose
         flange: Array = T_base_flange[0, :, :3, 3]
-        pivot = flange if known is None else middles(known[0], of_pose, len(flange))
+        pivot = flange if known is None else pose_centroids(known[0], of_pose, len(flange))
 
         def moved(twists: Array) -> Array:
             each = (self.residuals(values, twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)

@@ -180,6 +180,6 @@ def _limit(one: DetectionLimit) -> str:
     if one.at_tool_m is not None:
         said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
-        told = "not told" if one.identifiable is None else f"from {plain(one.identifiable, one.unit, 2)} on told"
-        said.append(f"{told} from {one.rival}")
+        size = "" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
+        said.append(f"above {size} distinguishable from {one.rival}" if size else f"indistinguishable from {one.rival}")
     return "; ".join(said)
