@@ -100,7 +100,7 @@ def test_what_cannot_be_done_is_said_in_a_sentence(
     ("port", "said"),
     [
         ("/dev/absent", r"Cannot open port /dev/absent.*--port"),
-        ("nonsense://x", r"Cannot open port nonsense://x"),
+        ("nonsense://x", r"Port nonsense://x: nonsense:// is not allowed"),
         ("socket://127.0.0.1:1", r"Cannot open port socket://127.0.0.1:1"),
         ("loop://", r"The arm on loop:// answered 'ECHO'"),
     ],
