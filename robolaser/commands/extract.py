@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
-from robolaser.commands.output import make_folder, refuse_to_overwrite, unwritable
-from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import Interrupted
+from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.errors import Interrupted, unwritable
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -49,6 +48,8 @@ def extract(
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER
     from robolaser.model.sensors import sensor_class
 
     dataset = load(recording)
@@ -57,14 +58,13 @@ def extract(
     if output is not None and output.resolve() == recording.resolve():
         output = None
     folder = output or recording
-    for file in (STRIPES if to_scan else POINTS, *([] if output is None else [SETTINGS])):
-        refuse_to_overwrite(folder / file, force=force)
-    if not has_stripe:
-        _corners(dataset, recording, output, force=force, terminal=terminal)
-        return
-    make_folder(folder)
+    files = {STRIPES if to_scan else POINTS, *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
-    write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
+    with results_in(folder, command="extract", files=sorted(files), force=force):
+        if not has_stripe:
+            _corners(dataset, recording, output, force=force, terminal=terminal)
+            return
+        write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
 
 
 def _points(
@@ -110,7 +110,7 @@ def _points(
             "pixel_noise_px": float(found.pixel_noise_px) if known else None,
             "file": str(file),
         },
-        lambda: print(
+        lambda: say(
             f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
         ),
     )
@@ -129,7 +129,6 @@ def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: 
     if output is None:
         save_points(dataset, source)
     else:
-        make_folder(output)
         with _told_if_stopped(f"a part of {output}", POINTS):
             _copy_images(recording, source, output)
             save(dataset, output, overwrite=force)
@@ -138,7 +137,7 @@ def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: 
     points, images = len(dataset.points), len(seen) - len(skipped)
     terminal.show(
         {"points": points, "images": images, "skipped": skipped, "file": str(file)},
-        lambda: print(f"{points} points from {images} images, {len(skipped)} without the target. Wrote {file}"),
+        lambda: say(f"{points} points from {images} images, {len(skipped)} without the target. Wrote {file}"),
     )
 
 
@@ -175,7 +174,7 @@ def _stripes(
             save(recording, output, overwrite=force)
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
-        lambda: print(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
+        lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
     )
 
 
@@ -188,6 +187,7 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
     from robolaser.data.image_list import images_of_poses
+    from robolaser.data.result_folder import make_folder
 
     for image in (file.relative_to(source) for shots in images_of_poses(recording) for file in shots.files):
         make_folder((folder / image).parent)
@@ -196,7 +196,7 @@ def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
             taken = (source / image).stat()
             os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
         except OSError as error:
-            raise unwritable(folder / image, error) from None
+            raise unwritable(folder / image, error.strerror or str(error)) from None
 
 
 @contextmanager

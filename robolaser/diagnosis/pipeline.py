@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints, Progress
+from robolaser.calibration.misread_joints import misread_joints
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
@@ -131,10 +132,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
+    said = sentence(verdict, findings, classes, where, gap, repeatability, outliers)
+    misread = misread_joints(start.model, gap.calibrated_m)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers),
+        sentence=f"{misread} {said}" if misread else said,
         gap=gap,
         where=tuple(where),
         findings=listed(findings),
