@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -74,7 +74,8 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.writing import check_output, checked, preview
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.errors import near
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
@@ -113,7 +114,8 @@ def import_files(
     for warning in read_back.warnings:
         terminal.warn(warning)
     if not dry_run:
-        save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=FOLDER, force=force):
+            save(imported.dataset, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -126,7 +128,7 @@ def import_files(
         "warnings": list(read_back.warnings),
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(result, lambda: print(f"{rows} points in {number} poses. {ended}"))
+    terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
