@@ -18,6 +18,7 @@ from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
 from robolaser.commands.options import shown_default
+from robolaser.commands.plan import plan
 from robolaser.commands.record import record
 from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
@@ -54,6 +55,7 @@ app = App(
 app.command(calibrate, group=find)
 app.command(diagnose, group=find)
 app.command(simulate, group=data)
+app.command(plan, group=data)
 app.command(extract, group=data)
 app.command(record, group=data)
 app.command(import_files, name="import", group=data)

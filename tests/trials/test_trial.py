@@ -124,7 +124,7 @@ def test_a_score_says_of_which_data_and_diagnoses_it_is(trial):
 def test_what_is_no_diagnosis_is_said_in_a_sentence(trial, text, capsys):
     (trial / "world-000" / DIAGNOSIS).write_text(text)
     assert main(["challenge", "score", str(trial)]) == 1
-    assert "is no diagnosis of the format" in capsys.readouterr().err
+    assert "is not a diagnosis in the format" in capsys.readouterr().err
 
 
 def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
