@@ -18,11 +18,13 @@ from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
 from robolaser.commands.options import shown_default
+from robolaser.commands.plan import plan
 from robolaser.commands.record import record
 from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
 from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
+from robolaser.report.printable import printable
 
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
@@ -53,6 +55,7 @@ app = App(
 app.command(calibrate, group=find)
 app.command(diagnose, group=find)
 app.command(simulate, group=data)
+app.command(plan, group=data)
 app.command(extract, group=data)
 app.command(record, group=data)
 app.command(import_files, name="import", group=data)
@@ -78,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (CycloptsError, RobolaserError, KeyboardInterrupt, OSError) as error:
         if sentence := _sentence(error):
-            print(f"robolaser: {sentence}", file=sys.stderr)
+            print(f"robolaser: {printable(sentence)}", file=sys.stderr)
         if isinstance(error, OSError):
             _write_nowhere()
         return WRONG_USAGE if isinstance(error, (CycloptsError, UsageError)) else DATA_SAID_NO

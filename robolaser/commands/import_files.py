@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def import_files(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Turn files that you have into a data set; shows how each column is read before anything is written.
+    """Turn your files into a data set; how each column is read is shown before anything is written.
 
     For example:
 
@@ -59,22 +59,23 @@ def import_files(
         flange: Frame of the robot's file that carries the sensor.
         dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
-        path: Whether the arm went straight from each pose to the next in time, or nobody knows.
+        path: Whether the arm went straight from each pose to the next in time, or its path is unknown.
         sensor: One of `robolaser list sensors`: what measured the points.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
-        units: Of lengths, angles and times in the files, such as mm,deg,ms.
-        separator: Between cells: a sign, tab or space. Default: the one that the header has.
-        decimal: The decimal sign.
+        units: Units of lengths, angles and times in the files, such as mm,deg,ms.
+        separator: What separates cells: a character, tab or space. Default: what the header has.
+        decimal: Decimal point.
         header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
         euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
-        point: The point that all rows are of, where no column names it.
+        point: Name of the measured point, where no column names it.
         further: An option of an importer from another package; may be given again.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.writing import check_output, checked, preview
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.errors import near
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
@@ -113,7 +114,8 @@ def import_files(
     for warning in read_back.warnings:
         terminal.warn(warning)
     if not dry_run:
-        save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=FOLDER, force=force):
+            save(imported.dataset, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -126,7 +128,7 @@ def import_files(
         "warnings": list(read_back.warnings),
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(result, lambda: print(f"{rows} points in {number} poses. {ended}"))
+    terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.output import refuse_to_overwrite
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 NOISE = Group("Noise, one standard deviation", sort_key=0)
@@ -36,7 +35,7 @@ def simulate(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make a data set as a real cell would give it, with noise and effects you choose.
+    """Make a data set as a real cell would give it, with noise and effects of your choice.
 
     For example:
 
@@ -47,30 +46,30 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: What measures.
+        sensor: Kind of sensor.
         mount: What carries a camera; its board is at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors or sockets.
         repeats: Number of shots in each pose.
-        sessions: Number of campaigns, each with base, target or sockets elsewhere.
-        pixel_px: Of a pixel.
-        target_m: Of a target point.
+        sessions: Number of sessions; base, target or sockets stand elsewhere in each.
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point.
-        unplaced: Leave out where the target is.
-        effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
+        point_m: Of a coordinate that a tracker measures.
+        unplaced: Do not state where the target is.
+        effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
         seed: Seed of poses and noise.
         force: Overwrite an earlier data set.
     """
     from robolaser.data.dataset import Noise
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.geometry.robots import find_robot
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of
 
-    refuse_to_overwrite(output / "dataset.toml", force=force)
     deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
@@ -86,28 +85,29 @@ def simulate(
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
         raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
-    arm = find_robot(robot, flange=flange)
-    sizes = sizes_of(effects)
-    if paper:
-        made = paper_experiment(arm, effects=sizes, seed=seed)
-    else:
-        made = simulated(
-            arm,
-            kind=sensor,
-            poses=poses,
-            points=points,
-            repeats=repeats,
-            sessions=sessions,
-            noise=Noise(**stated) if stated else None,
-            placed=not unplaced,
-            mount=mount,
-            effects=sizes,
-            name=output.resolve().name,
-            seed=seed,
-        )
-    save(made.dataset, output, overwrite=force)
+    with results_in(output, command="simulate", files=FOLDER, force=force):
+        arm = find_robot(robot, flange=flange)
+        sizes = sizes_of(effects)
+        if paper:
+            made = paper_experiment(arm, effects=sizes, seed=seed)
+        else:
+            made = simulated(
+                arm,
+                kind=sensor,
+                poses=poses,
+                points=points,
+                repeats=repeats,
+                sessions=sessions,
+                noise=Noise(**stated) if stated else None,
+                placed=not unplaced,
+                mount=mount,
+                effects=sizes,
+                name=output.resolve().name,
+                seed=seed,
+            )
+        save(made.dataset, output, overwrite=force)
     rows, number = len(made.dataset.points), len(made.dataset.poses)
     terminal.show(
         {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
-        lambda: print(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
+        lambda: say(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
     )

@@ -12,6 +12,7 @@ from robolaser.calibration.export import corrected_urdf, robot_urdf
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
+from robolaser.data.result_folder import MANIFEST
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
@@ -150,8 +151,10 @@ def test_a_result_is_never_overwritten_silently(cell, tmp_path, capsys, file):
 
 
 def test_nothing_of_an_overwritten_result_stays(cell, tmp_path):
-    for file in ("diagnosis.json", "robot_corrected.urdf", "camera.yaml"):
+    before = dict.fromkeys(("diagnosis.json", "robot_corrected.urdf", "camera.yaml"), "diagnose")
+    for file in before:
         (tmp_path / file).write_text("of before")
+    (tmp_path / MANIFEST).write_text(json.dumps({"files": before}))
     geometric = ["--without", "joint_offset", "--without", "link_geometry"]
     assert main(["diagnose", str(cell), "--output", str(tmp_path), "--force", *geometric]) == 0
     assert not (tmp_path / "robot_corrected.urdf").exists()
