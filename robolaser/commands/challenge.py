@@ -23,7 +23,7 @@ N = TypeVar("N", int, float)
 
 challenge = App(
     "challenge",
-    help="Make blind data sets whose effects are sealed, and score a diagnosis on them.",
+    help="Make blind data sets whose faults are sealed, and score the diagnoses of them.",
     group_commands="Commands",
 )
 
@@ -47,7 +47,7 @@ def new(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make data sets, and seal what is wrong in them.
+    """Make data sets with hidden faults.
 
     For example:
 
@@ -55,16 +55,16 @@ def new(
 
     Args:
         folder: Folder for the trial.
-        robot: A robot or a URDF file; several take turns. Default: scorbot_er7.
+        robot: A robot or a URDF file; may be given again, they take turns. Default: scorbot_er7.
         flange: Frame of URDF files that carries the sensor.
-        like: Data set whose arm, scanner or tracker, poses and noise are taken; may be given again.
+        like: Data set whose arm, sensor, poses and noise are imitated; may be given again.
         count: Number of data sets.
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
-        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, singles most.
-        tracked: Let a tracker see the arms, whatever the kind.
-        seed: Seed of the trial. Default: a new one each time, and a secret.
+        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
+        tracked: Measure all arms with a tracker, whatever the kind of world.
+        seed: Seed of the trial. Default: a new, secret one each time.
         key: File for the key that opens the seals; keep it. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier trial.
     """
@@ -128,8 +128,8 @@ def score(
 
     Args:
         folder: Folder of the trial.
-        output: Folder for score.json. Default: the trial's.
-        seed: Seed of diagnoses that are not yet made.
+        output: Folder for score.json. Default: FOLDER.
+        seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time.
         key: The key of the trial. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier score.

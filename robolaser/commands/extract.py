@@ -34,17 +34,18 @@ def extract(
 ) -> None:
     """Find board and laser stripe, or a camera's target, in a recording's images and write points.csv.
 
-    In a stripe scanner's recording without [board], the stripe's centres in every image go to stripes.npy.
-    Where poses.csv names an image with the laser off (column image_off), the board is found
-    in it, and the stripe in the difference of the two. For example:
+    Without [board], a stripe scanner's line centres in all images go to
+    stripes.npy. Where poses.csv names an image with the laser off (image_off),
+    the board is found there, and the stripe in the difference of both. For
+    example:
 
         robolaser extract recording --output measured
 
     Args:
         recording: Folder with dataset.toml, poses.csv and images.
-        output: New data set, images copied, stripe's noise stated. Default: only add points to RECORDING.
-        step: Lines of pixels from point to point.
-        centre: Stripe's centre: best Gaussian, centre of gravity, or Steger's ridge, smoothed along it.
+        output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
+        step: Distance between points along the stripe, in lines of pixels.
+        centre: How the stripe's centre is found: Gaussian fit, centre of gravity, or Steger's ridge.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load
@@ -206,5 +207,5 @@ def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise Interrupted(
-            f"Stopped. {written} was written, but not {missing}: run it again with --force for the whole."
+            f"Stopped. {written} was written, but not {missing}: run the command again with --force."
         ) from None

@@ -43,7 +43,7 @@ def import_files(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Turn files that you have into a data set; shows how each column is read before anything is written.
+    """Turn your files into a data set; how each column is read is shown before anything is written.
 
     For example:
 
@@ -59,15 +59,15 @@ def import_files(
         flange: Frame of the robot's file that carries the sensor.
         dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
-        path: Whether the arm went straight from each pose to the next in time, or nobody knows.
+        path: Whether the arm went straight from each pose to the next in time, or its path is unknown.
         sensor: One of `robolaser list sensors`: what measured the points.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
-        units: Of lengths, angles and times in the files, such as mm,deg,ms.
-        separator: Between cells: a sign, tab or space. Default: the one that the header has.
-        decimal: The decimal sign.
+        units: Units of lengths, angles and times in the files, such as mm,deg,ms.
+        separator: What separates cells: a character, tab or space. Default: what the header has.
+        decimal: Decimal point.
         header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
         euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
-        point: The point that all rows are of, where no column names it.
+        point: Name of the measured point, where no column names it.
         further: An option of an importer from another package; may be given again.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.

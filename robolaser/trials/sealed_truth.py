@@ -85,7 +85,7 @@ def _opened(folder: Path, key: Path) -> dict[str, Any]:
     sealed = folder / TRUTH
     if not sealed.is_file() or sealed.stat().st_size > MOST_BYTES:
         raise TrialError(
-            f"{folder} has no truth.sealed that can be read, so it is no blind trial. Make one with"
+            f"{folder} has no truth.sealed that can be read, so it is not a blind trial. Make one with"
             " `robolaser challenge new`."
         )
     try:
@@ -117,5 +117,5 @@ def _write_secret(path: Path, secret: bytes) -> None:
 def _broken(path: Path, wrong: str) -> TrialError:
     return TrialError(
         f"{path} {wrong}: something was changed after the trial was made. Its score would mean nothing; make the trial"
-        " anew."
+        " again."
     )

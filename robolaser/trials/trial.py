@@ -181,6 +181,6 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
 
 def _no_diagnosis(path: Path, why: str) -> TrialError:
     return TrialError(
-        f"{path} is no diagnosis of the format robolaser-diagnosis/1: {why}. "
-        "Delete it to have the data set diagnosed anew."
+        f"{path} is not a diagnosis in the format robolaser-diagnosis/1: {why}. "
+        "Delete it to have the data set diagnosed again."
     )

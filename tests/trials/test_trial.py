@@ -124,7 +124,7 @@ def test_a_score_says_of_which_data_and_diagnoses_it_is(trial):
 def test_what_is_no_diagnosis_is_said_in_a_sentence(trial, text, capsys):
     (trial / "world-000" / DIAGNOSIS).write_text(text)
     assert main(["challenge", "score", str(trial)]) == 1
-    assert "is no diagnosis of the format" in capsys.readouterr().err
+    assert "is not a diagnosis in the format" in capsys.readouterr().err
 
 
 def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
@@ -156,7 +156,7 @@ def test_neither_names_nor_sealed_files_speak(made):
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
-        (("score", "{new}"), 1, "no blind trial"),
+        (("score", "{new}"), 1, "not a blind trial"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(typed, code, message, trial, tmp_path, capsys):
@@ -169,7 +169,7 @@ def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, caps
     floating = tmp_path / "floating"
     assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
     assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
-    assert "the place of its target is unknown" in capsys.readouterr().err
+    assert "where its target lies is unknown" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

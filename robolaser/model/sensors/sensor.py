@@ -17,7 +17,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import middles, twisted
+from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
@@ -213,7 +213,7 @@ class Sensor(ABC):
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)
         flange: Array = T_base_flange[0, :, :3, 3]
-        return flange if known is None else middles(known[0], self.dataset.points.pose, len(flange))
+        return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
 
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].

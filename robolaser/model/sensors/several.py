@@ -12,7 +12,7 @@ from robolaser.data.several_sensors import with_points_of
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
-from robolaser.model.sensors.pose_motions import middles
+from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.shared_names import shared_names
 from robolaser.model.stages import Perturbation, Stage
@@ -252,7 +252,7 @@ class Several(Sensor):
                 points.append(known[0])
                 of_pose.append(part.sensor.dataset.points.pose)
         number = np.concatenate(of_pose)
-        middle = middles(np.concatenate(points), number, len(pivot))
+        middle = pose_centroids(np.concatenate(points), number, len(pivot))
         seen = np.bincount(number, minlength=len(pivot)) > 0
         pivot[seen] = middle[seen]
         return pivot
