@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools, Progress
-from robolaser.calibration.checks import check_poses, check_target, setup_warning
+from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
@@ -64,6 +64,7 @@ def calibrate(
     tell = progress or (lambda what, share: None)
     model = Model(dataset, candidate_effects(plan.effects, dataset))
     problem = Problem.of(model)
+    check_orientations(model)
     check_target(model)
     check_poses(problem)
 

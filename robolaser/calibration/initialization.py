@@ -10,6 +10,7 @@ import numpy as np
 
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array, Progress
+from robolaser.calibration.given_placements import start_of_data
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.dataset import Dataset
@@ -90,11 +91,15 @@ def find_start(
 
 
 def _downhill(thin: Model, plan: Plan) -> Start:
-    """From the nominal values to the optimum of their valley."""
+    """From the nominal values to the optimum of their valley; also from where the data put what the data set gives."""
     nominal = thin.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
-    return Start(POLISH_ONLY, *_descended(thin, nominal[None]))
+    starts, warnings = nominal[None], tuple[str, ...]()
+    if thin.sensor.derived and any(item.given for item in thin.parameters.items):
+        of_data, warnings = start_of_data(thin)
+        starts = np.stack([nominal, of_data])
+    return Start(POLISH_ONLY, *_descended(thin, starts), warnings)
 
 
 def _multistart(model: Model, seed: int, tell: Progress) -> Start:

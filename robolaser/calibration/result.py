@@ -87,8 +87,9 @@ class Calibration:
 
     @cached_property
     def objective_m2(self) -> float:
-        """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit."""
-        return float((self.residuals**2).sum())
+        """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit; without angles."""
+        row_format = self.model.sensor.format
+        return float((self.residuals[:, : row_format.numbers - row_format.angles] ** 2).sum())
 
     @cached_property
     def errors_m(self) -> Array:
@@ -112,21 +113,26 @@ class Calibration:
 
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
-        """The errors of the sensor's rows, then of the known distances, where any are stated."""
+        """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
         row_format = self.model.sensor.format
-        held_out = self.held_out if row_format.unit == "m" else self.held_out_rows
-        of_sensor = RowErrors(
-            row_format.kind,
-            len(self.residuals),
-            rms(self.residuals),
-            None if held_out is None else rms(held_out),
-            row_format.unit,
+        held_out = self.held_out if row_format.unit == "m" and not row_format.angles else self.held_out_rows
+        lengths = row_format.numbers - row_format.angles
+        of_sensor = tuple(
+            RowErrors(
+                row_format.kind,
+                len(self.residuals),
+                rms(self.residuals[:, part]),
+                None if held_out is None else rms(held_out[:, part]),
+                unit,
+            )
+            for part, unit in ((slice(lengths), row_format.unit), (slice(lengths, None), "rad"))
+            if self.residuals[:, part].size
         )
         known = self.model.known_distances
         if known is None:
-            return (of_sensor,)
+            return of_sensor
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
-        return of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+        return *of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
     def value(self, name: str) -> float:
         """The estimated value of a parameter.

@@ -19,7 +19,7 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "point", "socket"] = "stripe",
+    sensor: Literal["stripe", "point", "pose", "socket"] = "stripe",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
@@ -28,6 +28,7 @@ def simulate(
     target_m: Deviation = None,
     joint_rad: Deviation = None,
     point_m: Deviation = None,
+    angle_rad: Deviation = None,
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     paper: bool = False,
@@ -48,13 +49,14 @@ def simulate(
         output: Folder for the data set.
         sensor: What measures.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 1 body, 3 sockets.
         repeats: Number of shots in each pose.
         sessions: Number of campaigns, each with base, target or sockets elsewhere.
         pixel_px: Of a pixel.
         target_m: Of a target point.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point.
+        point_m: Of a tracker's point, or of a body's place.
+        angle_rad: Of a body's rotation.
         unplaced: Leave out where the target is.
         effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
@@ -69,7 +71,13 @@ def simulate(
     from robolaser.simulation import sizes_of
 
     refuse_to_overwrite(output / "dataset.toml", force=force)
-    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    deviations = {
+        "pixel_px": pixel_px,
+        "target_m": target_m,
+        "joint_rad": joint_rad,
+        "point_m": point_m,
+        "angle_rad": angle_rad,
+    }
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",

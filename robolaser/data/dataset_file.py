@@ -23,9 +23,7 @@ FORMAT = "robolaser-dataset/1"
 GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
-PLANNED = (
-    "sensors", "board.marker_m", "board.dictionary", "target.radius_m", "noise.angle_rad",
-)  # fmt: skip
+PLANNED = ("sensors", "board.marker_m", "board.dictionary")
 """Keys of the format that this version does not read."""
 
 Text = Annotated[str, Meta(min_length=1)]
@@ -78,6 +76,7 @@ class TargetTable:
 
     placed: bool = True
     distances_m: tuple[tuple[str, str, Positive], ...] = ()
+    radius_m: dict[str, Positive] = field(default_factory=dict)
 
 
 @final
@@ -156,6 +155,7 @@ def describe(folder: str | Path) -> Dataset:
         board=read.board,
         placed=read.target.placed,
         distances_m=read.target.distances_m,
+        radius_m=read.target.radius_m,
         noise=read.noise,
         time_is_order=read.robot is not None and read.robot.time == "order",
         path_known=read.robot is None or read.robot.path == "consecutive",

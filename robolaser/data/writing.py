@@ -110,7 +110,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         "scanner": {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles},
         "image": dict(zip(("width_px", "height_px"), dataset.image_px or (), strict=False)),
         "board": {} if dataset.board is None else asdict(dataset.board),
-        "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
+        "target": {"placed": dataset.placed, "distances_m": dataset.distances_m, "radius_m": dict(dataset.radius_m)},
         "noise": asdict(dataset.noise),
         "sessions": {} if dataset.sessions is None or dataset.sessions.own == OWN else {"own": dataset.sessions.own},
     }
@@ -122,7 +122,9 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         tables["sensor"] |= asdict(dataset.options)
     for table, values in tables.items():
         lines = [
-            f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", ())
+            f"{key} = {_value(value)}"
+            for key, value in values.items()
+            if value is not None and value not in ("", (), {})
         ]
         if lines:
             yield from ("", f"[{table}]", *lines) if table else lines
@@ -161,6 +163,8 @@ def _value(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value)
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{_key(key)} = {_value(entry)}' for key, entry in value.items())} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_value, value))}]"
     return repr(value) if isinstance(value, int) else repr(float(value))  # type: ignore[arg-type]

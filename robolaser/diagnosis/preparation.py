@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.calibration.checks import check_orientations
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
@@ -49,8 +50,12 @@ class Preparation:
         """Fit robustly to single shots; and mark those that look like gross errors, (rows of points.csv,).
 
         The fit starts where that of `calibrate` does.
+
+        Raises:
+            EstimationError: The poses cannot say where the sensor sits.
         """
         model = Model(dataset)
+        check_orientations(model)
         sensor = model.parameters
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)

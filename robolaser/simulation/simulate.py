@@ -69,9 +69,10 @@ def simulate(
 
     Args:
         robot: The nominal arm.
-        kind: "stripe", "point" (a tracker) or "socket".
+        kind: "stripe", "point" (a tracker), "pose" (a 6-D tracker) or "socket".
         poses: How many, in each session.
-        points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
+        points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3);
+            bodies on the flange (1).
         repeats: Images at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.

@@ -174,9 +174,9 @@ def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:
         calibrate(one, Plan(algorithm="gauss-newton"))
 
 
-@pytest.mark.parametrize("kind", ["point", "socket"])
+@pytest.mark.parametrize("kind", ["point", "pose", "socket"])
 def test_trackers_and_sockets_start_from_a_closed_form(kind: str) -> None:
-    noise = Noise(point_m=2e-5, joint_rad=1e-5)
+    noise = Noise(point_m=2e-5, angle_rad=1e-4, joint_rad=1e-5)
     made = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1)
     found = calibrate(made.dataset)
     assert found.algorithm == "gauss-newton"

@@ -15,7 +15,7 @@ from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
 
-KINDS = ("stripe", "point", "socket")
+KINDS = ("stripe", "point", "pose", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
 
 

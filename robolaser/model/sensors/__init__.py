@@ -9,6 +9,7 @@ from functools import cache
 from robolaser.data.dataset import Dataset
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
+from robolaser.model.sensors.pose import Pose
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
@@ -38,8 +39,8 @@ def sensor_of(dataset: Dataset) -> Sensor:
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Point, Socket)]
+    ours = [sensor.format.kind for sensor in (Stripe, Point, Pose, Socket)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Point", "Pose", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
