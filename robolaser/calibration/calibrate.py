@@ -64,9 +64,9 @@ def calibrate(
     tell = progress or (lambda what, share: None)
     model = Model(dataset, candidate_effects(plan.effects, dataset))
     problem = Problem.of(model)
-    check_orientations(model)
     check_target(model)
     check_poses(problem)
+    check_orientations(model)
 
     start = find_start(model, plan, state=state, resume=resume, progress=tell)
     x, evaluations = start.x, start.evaluations

@@ -19,7 +19,8 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "point", "pose", "socket"] = "stripe",
+    sensor: Literal["stripe", "point", "pose", "socket", "profile"] = "stripe",
+    mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
@@ -48,14 +49,15 @@ def simulate(
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: What measures.
+        mount: What carries a profile sensor; its balls are at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 1 body, 3 sockets.
+        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 1 body, 3 sockets, 3 balls.
         repeats: Number of shots in each pose.
         sessions: Number of campaigns, each with base, target or sockets elsewhere.
         pixel_px: Of a pixel.
         target_m: Of a target point.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point, or of a body's place.
+        point_m: Of a tracker's point, of a body's place, or of a profile's point.
         angle_rad: Of a body's rotation.
         unplaced: Leave out where the target is.
         effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
@@ -81,6 +83,7 @@ def simulate(
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",
+        "--mount": mount != "flange",
         "--poses": poses != 40,
         "--points": points is not None,
         "--repeats": repeats != 1,
@@ -105,6 +108,7 @@ def simulate(
             sessions=sessions,
             noise=Noise(**stated) if stated else None,
             placed=not unplaced,
+            mount=mount,
             effects=sizes,
             name=output.resolve().name,
             seed=seed,

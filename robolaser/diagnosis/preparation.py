@@ -16,7 +16,7 @@ from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
-from robolaser.diagnosis.thresholds import SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import MIN_POSES, SCATTER_CHANGE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -55,7 +55,8 @@ class Preparation:
             EstimationError: The poses cannot say where the sensor sits.
         """
         model = Model(dataset)
-        check_orientations(model)
+        if len(np.unique(dataset.points.pose)) >= MIN_POSES:
+            check_orientations(model)
         sensor = model.parameters
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset)

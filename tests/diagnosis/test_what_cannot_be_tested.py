@@ -55,7 +55,7 @@ def only(dataset, poses):
     return dataset.of_poses(chosen)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 @pytest.mark.parametrize("poses", [1, 2, 4])
 def test_too_few_poses_speak_for_no_effect(kind, poses):
     found = answer(only(recorded(kind), poses))
@@ -63,7 +63,7 @@ def test_too_few_poses_speak_for_no_effect(kind, poses):
     assert set(reasons(found)) == {one.name for one in TESTED if kind == "stripe" or one.site != "laser"}
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_poses_all_alike_speak_for_no_effect_of_the_joints(kind):
     dataset = recorded(kind)
     alike = replace(dataset.poses, q=np.repeat(dataset.poses.q[:1], len(dataset.poses), axis=0))
@@ -108,7 +108,7 @@ def test_a_robot_without_masses_has_no_compliance_to_test():
     assert "masses" in reasons(answer(replace(dataset, robot=light)))["joint_compliance"]
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_measured_flange_poses_speak_for_no_joint(kind):
     dataset = recorded(kind)
     poses = replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange())
@@ -116,12 +116,12 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
     assert {"joint_offset", "encoder_scale", "joint_compliance", "latency"} <= set(told)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
     dataset = only(recorded(kind), 3)
     untestable = set(reasons(examine(dataset, EFFECTS, seed=0).as_json()))
     assert ("laser_roll" in untestable) == ("target_warp" in untestable) == (kind == "stripe")
-    assert ("tracker_scale" in untestable) == (kind == "point")
+    assert ("tracker_scale" in untestable) == (kind in {"point", "pose", "profile"})
 
 
 def test_an_unplaced_target_is_survived():
@@ -135,7 +135,7 @@ def test_one_point_a_pose_is_enough_for_an_answer(kind):
     answer(replace(dataset, points=dataset.points.take(first)))
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_noise_that_nobody_stated_is_estimated(kind):
     found = answer(recorded(kind, poses=24, stated=Noise()))
     assert found["verdict"] == "no_gap"

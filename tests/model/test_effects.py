@@ -28,7 +28,7 @@ def cell(kind: str) -> Dataset:
 
 def homes(kind: type[Effect]) -> list[Model]:
     """A model for each kind of sensor in which the effect has a meaning, at a place in the middle of the arm."""
-    cells = [(one, kind.locations(one)) for one in map(cell, ("stripe", "point", "pose", "socket"))]
+    cells = [(one, kind.locations(one)) for one in map(cell, ("stripe", "point", "pose", "profile", "socket"))]
     return [Model(one, (CandidateEffect(kind, places[len(places) // 2]),)) for one, places in cells if places]
 
 
@@ -122,6 +122,7 @@ def test_what_cannot_be_tested_has_a_reason_and_no_location(effect: type[Effect]
         replace(whole, path_known=False),
         cell("point"),
         cell("pose"),
+        cell("profile"),
         cell("socket"),
     ):
         assert bool(effect.missing(dataset)) is not bool(effect.locations(dataset))
@@ -183,7 +184,7 @@ def test_what_a_urdf_can_hold_moves_joints(effect: type[Effect]) -> None:
     assert not effect.in_urdf or effect.stage in (Stage.JOINTS, Stage.LINKS)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_values_of_a_sensor_pass_exactly_the_stages_that_it_declares(kind: str) -> None:
     passed = set()
 

@@ -25,6 +25,7 @@ CELLS = {
     "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
     "tracker": {"kind": "point", "poses": 60},
     "bodies": {"kind": "pose", "poses": 60},
+    "profiles": {"kind": "profile", "poses": 12},
     "sockets": {"kind": "socket", "poses": 90},
 }
 

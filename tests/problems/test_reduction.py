@@ -28,6 +28,7 @@ CELLS: dict[str, dict[str, Any]] = {
     "tracker": {"kind": "point"},
     "tracker, bent arm": {"kind": "point", "effects": {"joint_offset:joint_2": 0.01}},
     "bodies": {"kind": "pose"},
+    "profiles": {"kind": "profile"},
     "sockets": {"kind": "socket"},
     "sockets, bent arm": {"kind": "socket", "effects": {"joint_offset:joint_2": 0.01}},
 }

@@ -10,6 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.pose import Pose
+from robolaser.model.sensors.profile import Profile
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
@@ -39,8 +40,8 @@ def sensor_of(dataset: Dataset) -> Sensor:
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Point, Pose, Socket)]
+    ours = [sensor.format.kind for sensor in (Stripe, Point, Pose, Socket, Profile)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Point", "Pose", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Point", "Pose", "Profile", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

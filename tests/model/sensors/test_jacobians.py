@@ -21,6 +21,8 @@ CELLS = {
     "unplaced target": simulate(ROBOT, poses=4, points=5, placed=False),
     "tracker": simulate(ROBOT, kind="point", poses=8, points=4),
     "bodies": simulate(ROBOT, kind="pose", poses=8, points=2, noise=Noise(point_m=1e-3, angle_rad=0.3)),
+    "profiles": simulate(ROBOT, kind="profile", poses=8, noise=Noise(point_m=1e-4)),
+    "profiles of a standing sensor": simulate(ROBOT, kind="profile", mount="base", poses=8, points=2),
     "sockets": simulate(ROBOT, kind="socket", poses=6, points=3),
 }
 

@@ -49,7 +49,7 @@ def near(model, truth, seed=0):
     return (exact + 1e-4 * rng.uniform(-1, 1, len(exact)) * np.minimum(1.0, model.parameters.width))[None]
 
 
-@pytest.mark.parametrize("kind", ["point", "pose", "socket", "stripe"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe"])
 def test_with_the_true_parameters_and_no_noise_nothing_is_left(kind):
     made = cell(kind, noise=None, effects=EFFECT, placed=False)
     model = Model(made.dataset, candidate_effects(["joint_offset:joint_3"], made.dataset))
@@ -57,7 +57,7 @@ def test_with_the_true_parameters_and_no_noise_nothing_is_left(kind):
     assert np.abs(model.residuals_at(values)).max() < 1e-8
 
 
-@pytest.mark.parametrize("kind", ["point", "pose", "socket", "stripe"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe"])
 def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
     made = cell(kind, placed=False)
     model = Model(made.dataset)
@@ -73,7 +73,7 @@ def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
         np.testing.assert_array_equal(alone.residuals_at(own), whole[:, of_row == number])
 
 
-@pytest.mark.parametrize("kind", ["point", "pose", "socket", "stripe"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe"])
 def test_derivatives_are_those_of_finite_differences(kind):
     made = cell(kind, placed=False, poses=6)
     model = Model(made.dataset, candidate_effects(["joint_offset:joint_2"], made.dataset))
