@@ -1,10 +1,11 @@
 """Placements as the data set gives them, and where the data put them: a bracket may be mounted the other way round."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import inverse, log_so3
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
@@ -14,30 +15,36 @@ FAR = 0.1
 """Of the bounds' width: a closed form misses by less, so that what it puts farther beyond a bound is elsewhere."""
 
 
-def start_of_data(model: Model) -> tuple[Array, tuple[str, ...]]:
+def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
     """Where a fit may start beside the nominal values, and what to say where the data set's bounds exclude that.
 
     Args:
-        model: Its sensor finds parameters in closed form, of which the data set gives some.
+        model: Its sensor finds parameters in closed form, of which the data set may give some.
 
     Returns:
-        The parameters (d,), within the bounds; and a sentence for each placement that lies beyond them.
+        The parameters (d,) within the bounds, where the data set gives others; and a sentence for each placement that
+        lies beyond them.
     """
-    items = model.parameters.items
+    items, derived = model.parameters.items, model.sensor.derived
+    stated = {item.name: item for item in items if item.name in derived and item.given and not item.fixed}
     nominal = {item.name: np.array([item.nominal]) for item in items}
-    found = {name: float(value[0]) for name, value in model.completed(nominal).items()}
-    given = {item.name: item for item in items if item.given}
-    places = {name.rpartition(".")[0] for name in given if "." in name}
-    for place in places:
-        found |= _nearest_angles(found, {name: item.nominal for name, item in given.items()}, place)
+    if not stated:
+        return [], ()
+    try:
+        closed = model.completed({name: value for name, value in nominal.items() if name not in derived})
+    except EstimationError:
+        return [], ()
+    found = {name: float(closed[name][0] if name in closed else value[0]) for name, value in nominal.items()}
+    for place in {name.rpartition(".")[0] for name in stated}:
+        found |= _nearest_angles(found, {name: item.nominal for name, item in stated.items()}, place)
     beyond = {
         name.rpartition(".")[0]
-        for name, item in given.items()
-        if max(item.lower - found[name], found[name] - item.upper) > FAR * (item.upper - item.lower)
+        for name, item in stated.items()
+        if "." in name and max(item.lower - found[name], found[name] - item.upper) > FAR * (item.upper - item.lower)
     }
     sentences = tuple(_sentence(place, nominal, found) for place in sorted(beyond))
     x = np.array([np.clip(found[item.name], item.lower, item.upper) for item in items])
-    return x, sentences
+    return [x], sentences
 
 
 def _nearest_angles(found: Mapping[str, float], given: Mapping[str, float], place: str) -> dict[str, float]:

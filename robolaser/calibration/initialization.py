@@ -73,12 +73,12 @@ def find_start(
     tell = progress or (lambda what, share: None)
     algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
-        return _downhill(subsampled(model), plan)
+        return _downhill(model, plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
     if not model.sensor.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
-        return replace(_downhill(subsampled(model), plan), warnings=(warning,))
+        return replace(_downhill(model, plan), warnings=(warning,))
     if algorithm == SCREENING:
         return _multistart(model, plan.seed, tell)
     thin = subsampled(model)
@@ -90,16 +90,13 @@ def find_start(
     return Start(algorithm, x, found.evaluations + evaluations, history=found.history)
 
 
-def _downhill(thin: Model, plan: Plan) -> Start:
-    """From the nominal values to the optimum of their valley; also from where the data put what the data set gives."""
-    nominal = thin.parameters.nominal
+def _downhill(model: Model, plan: Plan) -> Start:
+    """From the nominal values, and from the closed form where it is another start, to the better valley's optimum."""
+    nominal = model.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
-    starts, warnings = nominal[None], tuple[str, ...]()
-    if thin.sensor.derived and any(item.given for item in thin.parameters.items):
-        of_data, warnings = start_of_data(thin)
-        starts = np.stack([nominal, of_data])
-    return Start(POLISH_ONLY, *_descended(thin, starts), warnings)
+    of_data, warnings = start_of_data(model)
+    return Start(POLISH_ONLY, *_descended(subsampled(model), np.vstack([nominal[None], *of_data])), warnings)
 
 
 def _multistart(model: Model, seed: int, tell: Progress) -> Start:

@@ -160,12 +160,23 @@ class Points:
 @final
 @dataclass(frozen=True)
 class Board:
-    """A checkerboard: inner corners along x and y, and the side of a square [m]."""
+    """A board in the images.
+
+    Attributes:
+        columns: Inner corners along x, or circles.
+        rows: The same along y.
+        square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
+        kind: What is printed on it.
+        marker_m: Side of a ChArUco board's markers [m].
+        dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
+    """
 
     columns: Annotated[int, Meta(ge=3)]
     rows: Annotated[int, Meta(ge=3)]
     square_m: Positive
-    kind: Literal["checkerboard"] = "checkerboard"
+    kind: Literal["checkerboard", "charuco", "circles"] = "checkerboard"
+    marker_m: Positive | None = None
+    dictionary: str | None = None
 
 
 @final

@@ -16,6 +16,8 @@ from robolaser.errors import output_exists, unwritable
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
+FOLDER = (*FILES, "robot.urdf")
+"""All that a data set is written as."""
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
@@ -131,7 +133,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
     if dataset.parameters:
         yield from ("", "[parameters]")
         for name, item in dataset.parameters.items():
-            bounds = f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
+            bounds = "fixed = true" if item.fixed else f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
             yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
 
 

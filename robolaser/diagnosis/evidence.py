@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import ALTERNATIVE_SHARE, REFITTED_ALTERNATIVES
+from robolaser.diagnosis.thresholds import REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -54,7 +54,7 @@ def evidence_for(
     explained = without.chi2 - final.chi2
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
-    near = [test for test in best if test.gain > ALTERNATIVE_SHARE * explained]
+    near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * explained]
     others = [(test.candidate_effect, refits.refit(without, [test])) for test in near]
     costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)

@@ -8,8 +8,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.diagnosis.arm_geometry import LARGEST_USUAL, marginal_cost, placements_of_arm
+from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
+from robolaser.diagnosis.thresholds import LARGEST_USUAL
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization

@@ -61,7 +61,7 @@ class Problem:
     @cached_property
     def fixed(self) -> Bools:
         """Parameters that stay at their nominal values, by the sensor's gauge or by bounds without room, (d,)."""
-        gauge = np.isin(self.parameters.names, self.model.sensor.fixed)
+        gauge = np.isin(self.parameters.names, self.model.sensor.held)
         return np.asarray(gauge | (self.parameters.upper <= self.parameters.lower))
 
     @cached_property

@@ -76,7 +76,7 @@ def test_limits_are_those_of_the_table() -> None:
         ([DHRow("tool", 0, 0, 0.1, 0, "fixed")], "no joint that moves"),
         ([DHRow("a", 0, 0, 0.1, 0), DHRow("a", 0, 0, 0.1, 0)], "two joints are named 'a'"),
         ([DHRow("a", 0, 0, 0.1, 0, "prismatic")], "'a' slides without limits"),
-        ([DHRow("a", 0, 0, 0.1, 0, lower=1.0, upper=-1.0)], "lower limit 1 above -1"),
+        ([DHRow("a", 0, 0, 0.1, 0, lower=1.0, upper=-1.0)], "lower limit 1 above its upper -1"),
         ([DHRow("a", 0, 0, 0.1, 0), DHRow("t", 0, 0, 0.1, 0, "fixed", mass=1.0)], "'t' is fixed and has a mass"),
     ],
 )

@@ -26,6 +26,7 @@ CELLS = {
     "tracker": {"kind": "point", "poses": 60},
     "bodies": {"kind": "pose", "poses": 60},
     "profiles": {"kind": "profile", "poses": 12},
+    "camera": {"kind": "camera", "poses": 20, "points": 12},
     "sockets": {"kind": "socket", "poses": 90},
 }
 

@@ -8,14 +8,14 @@ from typing import Literal, final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, pose, rot_x, rot_z
-from robolaser.geometry.urdf.writing import origin_attributes
+from robolaser.geometry.urdf.elements import add_fixed, add_link, add_moving
 
 Convention = Literal["standard", "modified"]
 CONVENTIONS: tuple[Convention, ...] = ("standard", "modified")
 FLANGE = "flange"
+Z = np.array([0.0, 0.0, 1.0])
 JOINT_KINDS = ("revolute", "prismatic", "fixed")
 
 
@@ -64,7 +64,7 @@ def dh_urdf(rows: Sequence[DHRow], convention: Convention, name: str = "arm") ->
     """
     _check(rows, name)
     robot = ET.Element("robot", name=name)
-    ET.SubElement(robot, "link", name="base")
+    add_link(robot, "base")
     link, T = "base", np.eye(4)
     for number, row in enumerate(rows, 1):
         about_x = pose(rot_x(np.array(row.alpha)), np.array([row.a, 0.0, 0.0]))
@@ -72,12 +72,13 @@ def dh_urdf(rows: Sequence[DHRow], convention: Convention, name: str = "arm") ->
         before, after = (about_z, about_x) if convention == "standard" else (about_x @ about_z, np.eye(4))
         T = T @ before
         if row.kind != "fixed":
-            _link(robot, f"link_{number}", row.mass, apply(after, np.array(row.com)))
-            _joint(robot, row, link, f"link_{number}", T)
-            link, T = f"link_{number}", np.eye(4)
+            child, slides = f"link_{number}", row.kind == "prismatic"
+            add_link(robot, child, row.mass, apply(after, np.array(row.com)))
+            add_moving(robot, row.name, link, child, T, Z, (row.lower, row.upper), slides=slides)
+            link, T = child, np.eye(4)
         T = T @ after
-    ET.SubElement(robot, "link", name=FLANGE)
-    _hang(robot, f"{FLANGE}_joint", "fixed", link, FLANGE, T)
+    add_link(robot, FLANGE)
+    add_fixed(robot, f"{FLANGE}_joint", link, FLANGE, T)
     ET.indent(robot)
     return ET.tostring(robot, encoding="unicode") + "\n"
 
@@ -100,28 +101,3 @@ def _check(rows: Sequence[DHRow], name: str) -> None:
             )
         if row.kind == "prismatic" and not (math.isfinite(row.lower) and math.isfinite(row.upper)):
             raise RobotError(f"{name}: joint '{row.name}' slides without limits. State its lower and upper limit.")
-
-
-def _link(robot: ET.Element, name: str, mass: float, com: Array) -> None:
-    link = ET.SubElement(robot, "link", name=name)
-    if mass > 0:
-        inertial = ET.SubElement(link, "inertial")
-        ET.SubElement(inertial, "origin", xyz=" ".join(map(repr, com.tolist())))
-        ET.SubElement(inertial, "mass", value=repr(mass))
-        ET.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0"))
-
-
-def _joint(robot: ET.Element, row: DHRow, parent: str, child: str, T: Array) -> None:
-    limited = math.isfinite(row.lower) and math.isfinite(row.upper)
-    joint = _hang(robot, row.name, row.kind if limited else "continuous", parent, child, T)
-    ET.SubElement(joint, "axis", xyz="0 0 1")
-    if limited:
-        ET.SubElement(joint, "limit", lower=repr(row.lower), upper=repr(row.upper), effort="0", velocity="0")
-
-
-def _hang(robot: ET.Element, name: str, kind: str, parent: str, child: str, T: Array) -> ET.Element:
-    joint = ET.SubElement(robot, "joint", name=name, type=kind)
-    ET.SubElement(joint, "parent", link=parent)
-    ET.SubElement(joint, "child", link=child)
-    ET.SubElement(joint, "origin", origin_attributes(T))
-    return joint

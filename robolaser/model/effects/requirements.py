@@ -39,6 +39,26 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
 
 
+def laser_plane(dataset: Dataset) -> str:
+    """A plane of light cuts the surface."""
+    return passes(Stage.LASER_PLANE, dataset)
+
+
+def carried(dataset: Dataset) -> str:
+    """The flange carries the sensor."""
+    return (
+        ""
+        if sensor_class(dataset.kind).rides(dataset)
+        else "the sensor stands in the cell, and its bracket does not turn"
+    )
+
+
+def centred_lens(dataset: Dataset) -> str:
+    """The sensor's own parameters do not have a decentred lens."""
+    own = "tangential" in sensor_class(dataset.kind).lens_terms(dataset)
+    return "the sensor's own p1 and p2 are fitted, and say it" if own else ""
+
+
 def joint_angles(dataset: Dataset) -> str:
     """Joint angles were read."""
     return "" if dataset.robot is not None else "no joint angles in the data, only poses of the flange"

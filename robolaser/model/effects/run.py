@@ -13,6 +13,7 @@ from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
+from robolaser.model.sensors import sensor_class
 
 
 @final
@@ -107,6 +108,12 @@ class Run:
             duration = passed.max(initial=0.0)
             progress[path] = passed / duration if duration > 0 else passed
         return progress
+
+    @cached_property
+    def unfitted_radial_order(self) -> int:
+        """How many radial terms beyond the first the sensor's own parameters have."""
+        terms = sensor_class(self.dataset.kind).lens_terms(self.dataset)
+        return 0 if "k2" not in terms else 1 if "k3" not in terms else 2
 
     @cached_property
     def rise(self) -> Array | None:

@@ -7,6 +7,7 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from functools import cache
 
 from robolaser.data.dataset import Dataset
+from robolaser.model.sensors.camera import Camera
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.pose import Pose
@@ -40,8 +41,8 @@ def sensor_of(dataset: Dataset) -> Sensor:
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Point, Pose, Socket, Profile)]
+    ours = [sensor.format.kind for sensor in (Stripe, Camera, Point, Pose, Socket, Profile)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Point", "Pose", "Profile", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Camera", "Point", "Pose", "Profile", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

@@ -69,6 +69,16 @@ class Sensor(ABC):
         return Stage.LASER_PLANE in cls.stages
 
     @classmethod
+    def rides(cls, dataset: Dataset) -> bool:
+        """Whether the flange carries it."""
+        return True
+
+    @classmethod
+    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
+        """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
+        return frozenset()
+
+    @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
         """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
         return cls.stages
@@ -88,6 +98,13 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
+        given = self.dataset.parameters
+        stated = [name for name in self.free + self.derived if name in given and given[name].fixed]
+        return tuple(dict.fromkeys((*self.fixed, *stated)))
+
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
@@ -97,9 +114,12 @@ class Sensor(ABC):
         """Start values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The free parameters.
+            values: The free parameters; derived ones that are among them are known too.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
+
+        Raises:
+            EstimationError: The data do not tell them.
         """
 
     @property
@@ -118,7 +138,8 @@ class Sensor(ABC):
             perturb: The effects of the model.
             bounds: All parameters by name.
         """
-        return self.initialize(values, T_base_flange, perturb)
+        others = {name: value for name, value in values.items() if name not in self.derived}
+        return self.initialize(others, T_base_flange, perturb)
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -293,16 +314,28 @@ class Sensor(ABC):
                 column="[parameters]",
             )
         items = [given[name] for name in self.free]
-        if self.derived:
-            nominal = {item.name: np.array([item.nominal]) for item in items}
+        if any(name not in given for name in self.derived):
+            known = [*items, *(given[name] for name in self.held if name in given)]
+            nominal = {item.name: np.array([item.nominal]) for item in known}
             found = self.initialize(nominal, T_base_flange, perturb)
-            for name in self.derived:
-                unit = self.format.unit_of(name)
-                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
-                at = float(found[name][0])
-                start = Parameter(name, unit, at, at - span, at + span, given=False)
-                items.append(given.get(name, start))
+            at = {name: float(found[name][0]) for name in self.derived if name not in given}
+            spans = self.spans(at | {item.name: item.nominal for item in given.values()})
+            items += [given.get(name) or self._start(name, at[name], spans[name]) for name in self.derived]
+        else:
+            items += [given[name] for name in self.derived]
         return Parameters(tuple(items))
+
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """How far each derived parameter may be from what `initialize` found, by name.
+
+        Args:
+            values: All parameters.
+        """
+        units = {name: self.format.unit_of(name) for name in self.derived}
+        return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
+
+    def _start(self, name: str, at: float, span: float) -> Parameter:
+        return Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False)
 
 
 def too_few_turns(T_base_flange: Array) -> str:

@@ -61,7 +61,7 @@ def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
     """
     calibration = analysis.calibration
     numbers = calibration.residuals.size
-    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.fixed))
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.held))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
     return ratio, ratio / float(np.sqrt(2 * free))
 

@@ -4,6 +4,7 @@ To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of
 """
 
 from robolaser.simulation.outliers import impossible
+from robolaser.simulation.sensors.camera import SimulatedCamera
 from robolaser.simulation.sensors.point import SimulatedTracker
 from robolaser.simulation.sensors.pose import SimulatedPoseTracker
 from robolaser.simulation.sensors.profile import SimulatedProfile
@@ -24,6 +25,7 @@ def simulated_sensor(kind: str) -> type[SimulatedSensor]:
 
 
 __all__ = [
+    "SimulatedCamera",
     "SimulatedPoseTracker",
     "SimulatedProfile",
     "SimulatedSensor",

@@ -34,7 +34,7 @@ def numeric(model, x):
     def flat(candidates):
         return model.residuals(candidates).reshape(len(candidates), -1)
 
-    step = STEP * model.parameters.width
+    step = np.minimum(STEP * model.parameters.width, 2e-6)  # balls are small
     return differences(flat, x[None], step, np.arange(len(x)), -everywhere, everywhere)[0].T
 
 
