@@ -190,7 +190,7 @@ class Profile(Sensor):
         J = np.zeros((len(normals), chain.count, len(self._ball), 1))
         by_seen = (T_base_sensor[:, None, :, :3, :3] @ seen.slopes[..., None])[..., 0]
         for of, moved in ((seen.of, by_seen), *moves):
-            J[:, of, :, 0] += (moved * normals[:, None]).sum(axis=-1)
+            J[..., 0][:, of] += (moved * normals[:, None]).sum(axis=-1)
         by_ball = -(to_ball @ normals[..., None])[..., 0]
         for number, name in enumerate(self._balls):
             own = np.flatnonzero(self._ball == number)
