@@ -1,14 +1,14 @@
 """The result of a calibration, and calibration.json."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
 from robolaser.errors import UsageError, near
@@ -27,7 +27,7 @@ class RowErrors:
     """The errors of one kind of rows, in their own unit.
 
     Attributes:
-        sensor: The sensor's kind, or `distances`.
+        sensor: The sensor's kind, of several its name, or `distances`.
         rows: How many rows there are.
         rms: Root-mean-square length of a fitted row's residual.
         held_out_rms: The same on poses left out of the fit; None with too few poses, and for known distances, which
@@ -114,25 +114,28 @@ class Calibration:
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
         """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
-        row_format = self.model.sensor.format
-        held_out = self.held_out if row_format.unit == "m" and not row_format.angles else self.held_out_rows
-        lengths = row_format.numbers - row_format.angles
-        of_sensor = tuple(
-            RowErrors(
-                row_format.kind,
-                len(self.residuals),
-                rms(self.residuals[:, part]),
-                None if held_out is None else rms(held_out[:, part]),
-                unit,
-            )
-            for part, unit in ((slice(lengths), row_format.unit), (slice(lengths, None), "rad"))
-            if self.residuals[:, part].size
-        )
-        known = self.model.known_distances
+        sensor, known = self.model.sensor, self.model.known_distances
+        of_sensors = [
+            errors for name, (rows, unit) in sensor.kinds_of_rows.items() for errors in self._of_rows(name, rows, unit)
+        ]
         if known is None:
-            return of_sensor
+            return tuple(of_sensors)
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
-        return *of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+        return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+
+    def _of_rows(self, name: str, rows: Ints, unit: str) -> Iterator[RowErrors]:
+        """The errors of one sensor's rows, and of their angles."""
+        sensor, angles = self.model.sensor, self.model.sensor.format.angles
+        held_out = self.held_out_rows
+        if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
+            held_out = None if angles else self.held_out
+        fitted = sensor.own_rows(self.residuals, name)
+        unseen = None if held_out is None else sensor.own_rows(held_out, name)
+        lengths = slice(fitted.shape[1] - angles)
+        for part, of_part in ((lengths, unit), (slice(lengths.stop, None), "rad")):
+            if fitted[:, part].size:
+                rms_unseen = None if unseen is None else rms(unseen[:, part])
+                yield RowErrors(name, len(rows), rms(fitted[:, part]), rms_unseen, of_part)
 
     def value(self, name: str) -> float:
         """The estimated value of a parameter.

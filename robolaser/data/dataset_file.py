@@ -1,7 +1,7 @@
 """dataset.toml: what its keys mean, and what it says of robot, sensor and target."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, final
 
@@ -10,8 +10,9 @@ from msgspec import Meta
 
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
-from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
+from robolaser.data.several_sensors import described_members
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.geometry.kinematics import Robot
@@ -23,8 +24,6 @@ FORMAT = "robolaser-dataset/1"
 GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
-PLANNED = ("sensors",)
-"""Keys of the format that this version does not read."""
 
 Text = Annotated[str, Meta(min_length=1)]
 Pixels = Annotated[int, Meta(ge=1, le=100_000)]
@@ -133,7 +132,22 @@ def describe(folder: str | Path) -> Dataset:
         )
     contents = read_toml(folder / FILE)
     check_format(contents, FORMAT, FILE)
-    read = typed(contents, DatasetFile, file=FILE, planned=PLANNED)
+    if "sensors" not in contents:
+        return _described(contents, folder)
+    members = described_members(contents, lambda one: _described(one, folder))
+    first, formats = members[0].described, [member.described.format for member in members]
+    whole = typed({key: contents[key] for key in contents if key != "sensors"}, DatasetFile, file=FILE)
+    return replace(
+        first,
+        members=members,
+        parameters=_parameters(whole.parameters, format_of_several(formats)),
+        warnings=_unused(contents, format_of_several(formats)),
+    )
+
+
+def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
+    """A data set of one sensor."""
+    read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(_kind(read))
     _check(read, declared)
     said = {key: value for key, value in read.sensor.items() if key != "kind"}
@@ -162,11 +176,15 @@ def describe(folder: str | Path) -> Dataset:
         path_known=read.robot is None or read.robot.path == "consecutive",
         sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
-        warnings=tuple(
-            f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."
-            for table in ("scanner", "image", "board")
-            if table in contents and table not in declared.tables
-        ),
+        warnings=_unused(contents, declared),
+    )
+
+
+def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, ...]:
+    return tuple(
+        f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."
+        for table in ("scanner", "image", "board")
+        if table in contents and table not in declared.tables
     )
 
 
@@ -195,7 +213,8 @@ def inside(folder: Path, path: str, where: str) -> Path:
     whole = folder / path
     if "\0" in path or Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
         raise DataError(
-            f"{where}: {path!r} leaves the data set's folder. Copy the file into it and name it relatively.", file=path
+            f"{where}: {path!r} leaves the data set's folder. Copy the file into it and give a relative path.",
+            file=path,
         )
     return whole
 

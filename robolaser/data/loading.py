@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import point_table, pose_table
-from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import FILE, describe
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.point_table import read_points
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
+from robolaser.data.several_sensors import with_points_of
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError
 
@@ -31,15 +32,28 @@ def load(folder: str | Path) -> Dataset:
     dataset = replace(
         described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd)
     )
-    if not (folder / point_table.FILE).exists():
+    if dataset.members:
+        files = [inside(folder, member.file, f"{FILE}, [[sensors]] points") for member in dataset.members]
+        if not any(file.exists() for file in files):
+            return dataset
+        dataset = with_points_of(
+            dataset, [_points(folder, part, one.file) for part, one in zip(dataset.parts, dataset.members, strict=True)]
+        )
+    elif (folder / point_table.FILE).exists():
+        dataset = replace(dataset, points=_points(folder, dataset, point_table.FILE))
+    else:
         return dataset
-    points = read_points(folder, dataset)
-    names = sorted(set(points.names))
-    _check_distances(dataset, names)
-    _check_radii(dataset, names)
-    dataset = replace(dataset, points=points)
     _check_sessions(dataset)
     return replace(dataset, warnings=(*dataset.warnings, *_silent(dataset), *_copies(dataset)))
+
+
+def _points(folder: Path, dataset: Dataset, file: str) -> Points:
+    """The points that one sensor saw."""
+    points = read_points(folder, dataset, file)
+    names = sorted(set(points.names))
+    _check_distances(dataset, names)
+    _check_radii(dataset, names, file)
+    return points
 
 
 def _check_distances(dataset: Dataset, known: list[str]) -> None:
@@ -49,11 +63,11 @@ def _check_distances(dataset: Dataset, known: list[str]) -> None:
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
 
 
-def _check_radii(dataset: Dataset, balls: list[str]) -> None:
+def _check_radii(dataset: Dataset, balls: list[str], file: str) -> None:
     missing = [ball for ball in balls if ball not in dataset.radius_m]
     if dataset.format.balls and missing:
         raise DataError(
-            f"{FILE}, [target] radius_m lacks {', '.join(missing)}: {point_table.FILE} has points on"
+            f"{FILE}, [target] radius_m lacks {', '.join(missing)}: {file} has points on"
             f" {'balls of these names' if len(missing) > 1 else 'a ball of this name'}. State the radius"
             f" of each ball in metres, as in radius_m = {{ {missing[0]} = 0.0127 }}.",
             file=FILE,
@@ -84,7 +98,7 @@ def _check_sessions(dataset: Dataset) -> None:
         if count < FEWEST_POSES:
             raise DataError(
                 f"{pose_table.FILE}, column session: '{name}' has {count} pose{'s' * (count != 1)} with points, but"
-                f" where things stood in a session takes at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
+                f" a session needs at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
                 " measure more poses, or delete these.",
                 file=pose_table.FILE,
                 column="session",

@@ -150,7 +150,7 @@ class Fit:
     @property
     def freedoms(self) -> int:
         """Whitened residuals less parameters, at least 1."""
-        return max(1, len(self.at.white) - len(self.x))
+        return max(1, self.problem.numbers - len(self.x))
 
     @cached_property
     def poses(self) -> Ints:

@@ -12,7 +12,7 @@ from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, 
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
-from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin, estimated_noise, known_sizes
+from robolaser.model.noise.covariance import FLOOR, Known, NoiseModel, Origin, estimated_noise, known_sizes
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
@@ -79,8 +79,9 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
-    noise = _within_reach(estimated_noise(data.dataset, sources, residuals, J, known))
-    if not row_excess(noise, _left(noise, residuals, J), J.shape[1]).is_above:
+    noise = _within_reach(data.dataset, sources, residuals, J, known)
+    numbers = int(model.sensor.row_numbers.sum())
+    if not row_excess(noise, _left(noise, residuals, J), numbers - J.shape[1]).is_above:
         return noise
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
     opened = tuple(
@@ -88,31 +89,44 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
         for source in sources
     )
     still = {source.name: known[source.name] for source in opened if source.name in known and not source.least}
-    return _within_reach(estimated_noise(data.dataset, opened, residuals, J, still))
+    return _within_reach(data.dataset, opened, residuals, J, still)
 
 
-def _within_reach(noise: NoiseModel) -> NoiseModel:
-    """The same without scatter of whole poses beyond that of any arm: more of it is a cause that the model lacks."""
-    sizes = {
-        source.name: min(noise.sigmas[source.name], LARGEST_SCATTER[source.unit])
-        for source in noise.sources
-        if source.level == "pose" and source.name in noise.estimated
+def _within_reach(
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
+) -> NoiseModel:
+    """Estimated noise without scatter of whole poses beyond that of any arm: more is a cause that the model lacks.
+
+    The other sources are estimated beside the scatter that is left. Where each pose has one row, the row's errors are
+    the pose's.
+    """
+    alone = np.bincount(dataset.points.pose).max() == 1
+    limited = {
+        source.name: LARGEST_SCATTER[source.unit]
+        for source in sources
+        if source.level == "pose" or (alone and source.unit in LARGEST_SCATTER)
     }
-    return noise.at(sizes)
+    while True:
+        noise = estimated_noise(dataset, sources, residuals, J, known)
+        beyond = [
+            name for name in noise.estimated if noise.sigmas[name] > limited.get(name, np.inf) and name not in known
+        ]
+        if not beyond:
+            return noise
+        known = {**known, **{name: (limited[name], "estimated") for name in beyond}}
 
 
-def row_excess(noise: NoiseModel, white: Array, fitted: int) -> Excess:
+def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
     """How much rows scatter within their poses, beyond their noise.
 
     Args:
         noise: Of them.
         white: Whitened residuals (K,) that a fit left.
-        fitted: Numbers that were fitted.
+        freedoms: Their numbers less those that were fitted.
     """
     of_poses = noise.scatter > SEEN
     squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
-    freedoms = len(white) - fitted - int(np.count_nonzero(of_poses))
-    return Excess.of(squares, float(max(1, freedoms)))
+    return Excess.of(squares, float(max(1, freedoms - int(np.count_nonzero(of_poses)))))
 
 
 def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
@@ -127,13 +141,11 @@ def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
 def _known(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:
     """Stated sizes and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated."""
     known = known_sizes(sources, shots)
-    if "pixel" in known and known["pixel"][1] == "stated":
-        repeats = pixel_repeats(shots)
-        if (
-            repeats
-            and Excess.of(repeats.freedoms * (repeats.sigma_px / known["pixel"][0]) ** 2, repeats.freedoms).is_above
-        ):
-            known["pixel"] = repeats.sigma_px, "repeats"
+    for prefix, part in shots.named_parts:
+        size, origin = known.get(f"{prefix}pixel", (0.0, "estimated"))
+        repeats = pixel_repeats(part) if origin == "stated" else None
+        if repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / size) ** 2, repeats.freedoms).is_above:
+            known[f"{prefix}pixel"] = repeats.sigma_px, "repeats"
     return known
 
 

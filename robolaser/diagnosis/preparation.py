@@ -87,7 +87,7 @@ class Preparation:
             return None
         noise = self._noise_of(data, final, smooth=False)
         white = noise.whiten(final.at.plain[None])[0]
-        if white @ white > IMPLAUSIBLE_NOISE * len(white):
+        if white @ white > IMPLAUSIBLE_NOISE * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))

@@ -90,6 +90,11 @@ class Problem:
         return len(self.model.dataset.points)
 
     @cached_property
+    def numbers(self) -> int:
+        """How many numbers the rows have: K, less those that are zero because a row has fewer than others."""
+        return int(self.model.sensor.row_numbers.sum())
+
+    @cached_property
     def starts(self) -> Ints:
         """Where the numbers of each row begin, (m,)."""
         return np.arange(self.rows, dtype=np.int64) * self._axes
@@ -132,7 +137,7 @@ class Problem:
 
     def with_rows_of_size(self, x: Array) -> "Problem":
         """The same with the standard deviation that a row's numbers have at x (d,)."""
-        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).mean())))
+        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).sum() / self.numbers)))
 
     @cached_property
     def number_scale(self) -> float:

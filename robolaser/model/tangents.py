@@ -15,7 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.finite_differences import central_quotients
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.stages import Stage, on_rows
+from robolaser.model.stages import Perturbation, Stage, on_rows
 from robolaser.parameters import Values
 
 
@@ -84,6 +84,15 @@ class ChainRule:
         other = ChainRule(effects, values, self._steps)
         other._column = {**self._column, **{own: self._column[whole] for own, whole in named.items()}}
         return other
+
+    @property
+    def perturbation(self) -> Perturbation:
+        """What the effects do to values alone."""
+        return Perturbation(tuple((one.stage, self._bound(one)) for one in self._effects))
+
+    def _bound(self, one: Acting) -> Callable[[Array], Array]:
+        values = {name: self.values[name] for name in one.names}
+        return lambda value: one.act(value, values)
 
     @property
     def count(self) -> int:

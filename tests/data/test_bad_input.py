@@ -122,8 +122,8 @@ MISTAKES = {
         replaced("dataset.toml", "width_px = 640", f"width_px = 1{'0' * 400}"),
         ["[image] width_px: 1000", "whole number from 1 to 100000"],
     ),
-    "points.csv a folder": (as_folder("points.csv"), ["points.csv", "no plain file"]),
-    "points.csv a pipe": (as_pipe("points.csv"), ["points.csv", "no plain file"]),
+    "points.csv a folder": (as_folder("points.csv"), ["points.csv", "not a regular file"]),
+    "points.csv a pipe": (as_pipe("points.csv"), ["points.csv", "not a regular file"]),
     "repeat beyond all numbers": (
         written("points.csv", "pose,point,repeat,u_px,v_px,x_m,y_m,z_m\n0,1,1e308,1,1,1,1,1\n"),
         ["points.csv, row 2, column repeat: '1e+308'", "whole number"],
@@ -176,7 +176,7 @@ MISTAKES = {
         cell("points.csv", 3, "u_px", "\u0663\u0664"),
         ["points.csv, row 3, column u_px", "a finite number"],
     ),
-    "a pipe": (as_pipe("poses.csv"), ["poses.csv", "no plain file"]),
+    "a pipe": (as_pipe("poses.csv"), ["poses.csv", "not a regular file"]),
     "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
@@ -268,7 +268,6 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
         ("placed = true", "plcaed = true", "[target] plcaed: this key is not known. Did you mean 'placed'?"),
         ("[scanner]", "[scaner]", "scaner: this key is not known. Did you mean 'scanner'?"),
         ("stripe_axis", "stripe_axes", "[sensor] stripe_axes: this key is not known. Did you mean 'stripe_axis'?"),
-        ("[scanner]", "[[sensors]]\n[scanner]", "sensors: this version of robolaser does not support it yet."),
         ("lower = 0.006", "lowr = 0.006", "[parameters] f.lowr: this key is not known. Did you mean 'lower'?"),
     ],
 )

@@ -177,7 +177,8 @@ class Run:
     @cached_property
     def target(self) -> TargetPlane:
         """The plane of the target points, in the frame that they are given in."""
-        return plane_of(self.points["xyz"])
+        with_target = [part.points["xyz"] for part in self.dataset.parts if part.points.pixel is not None]
+        return plane_of(np.concatenate(with_target) if with_target else self.points["xyz"])
 
     @cached_property
     def tilt(self) -> Array:

@@ -22,7 +22,7 @@ from robolaser.geometry.rigid_motion import (
 )
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of
-from robolaser.model.sensors.pose_motions import middles
+from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor, too_few_turns
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
@@ -175,7 +175,7 @@ class Pose(Sensor):
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Shifts and turns in the tracker's frame."""
         points, of_pose = self._measured[0], self.dataset.points.pose
-        arms = points - middles(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+        arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
         shifts, turns = np.zeros((2, len(points), 6, 3))
         shifts[:, :3] = turns[:, 3:] = np.eye(3)
         turns[:, :3] = -skew(arms)

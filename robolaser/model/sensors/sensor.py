@@ -18,7 +18,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import middles, twisted
+from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
@@ -54,9 +54,9 @@ class Sensor(ABC):
     row_point: ClassVar[str] = "point"
     frame: ClassVar[str] = "base frame"
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
-        if "format" in cls.__dict__:
+        if registered and "format" in cls.__dict__:
             register_format(cls.format)
             REGISTERED[cls.format.kind] = cls
 
@@ -191,15 +191,38 @@ class Sensor(ABC):
         """
         return None
 
+    @property
+    def row_numbers(self) -> Ints:
+        """How many numbers each row has, (m,)."""
+        return np.full(len(self.dataset.points), self.format.numbers)
+
+    @property
+    def stages_of_rows(self) -> Sequence[tuple[Ints, frozenset[Stage]]]:
+        """Rows (m,), and the stages that what they measure passes."""
+        return [(np.arange(len(self.dataset.points)), self.stages)]
+
+    @property
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str]]:
+        """Rows (m,) by what they are called in results, and their unit."""
+        return {self.format.kind: (np.arange(len(self.dataset.points)), self.format.unit)}
+
+    def own_rows(self, residuals: Array, kind: str) -> Array:
+        """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
+        return residuals
+
+    def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
+        known = self.known(values, T_base_flange, perturb)
+        flange: Array = T_base_flange[0, :, :3, 3]
+        return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
+
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
         Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
         and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
         """
-        known, of_pose = self.known(values, T_base_flange, perturb), self.dataset.points.pose
-        flange: Array = T_base_flange[0, :, :3, 3]
-        pivot = flange if known is None else middles(known[0], of_pose, len(flange))
+        pivot = self.pivots(values, T_base_flange, perturb)
 
         def moved(twists: Array) -> Array:
             each = (self.residuals(values, twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
@@ -298,13 +321,7 @@ class Sensor(ABC):
             DataError: The data set gives one that this sensor does not have, or not all of its free ones.
         """
         given = self.dataset.parameters
-        for name in given:
-            if name not in self.free + self.derived:
-                raise DataError(
-                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
-                    file="dataset.toml",
-                    column=f"[parameters] {name}",
-                )
+        self.check_given()
         missing = [name for name in self.free if name not in given]
         if missing:
             raise DataError(
@@ -324,6 +341,20 @@ class Sensor(ABC):
         else:
             items += [given[name] for name in self.derived]
         return Parameters(tuple(items))
+
+    def check_given(self) -> None:
+        """See that the data set gives no parameter that this sensor does not have.
+
+        Raises:
+            DataError: It does.
+        """
+        for name in self.dataset.parameters:
+            if name not in self.free + self.derived:
+                raise DataError(
+                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
+                    file="dataset.toml",
+                    column=f"[parameters] {name}",
+                )
 
     def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """How far each derived parameter may be from what `initialize` found, by name.

@@ -60,7 +60,7 @@ def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
     would not do here, since few poses raise it without anything being unmodelled.
     """
     calibration = analysis.calibration
-    numbers = calibration.residuals.size
+    numbers = int(calibration.model.sensor.row_numbers.sum())
     free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.held))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
     return ratio, ratio / float(np.sqrt(2 * free))
@@ -93,4 +93,8 @@ def method(analysis: ErrorAnalysis) -> str:
 def noise_rows(analysis: ErrorAnalysis) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: what it disturbs, its size, and where the size comes from."""
     for name, what, size in noise_lines(analysis.calibration.noise, analysis.sources):
-        yield what, size, analysis.known_noise.get(name, "estimated from the residuals")
+        yield (
+            what,
+            size,
+            analysis.known_noise.get(name, "estimated from the residuals, including what is unmodelled"),
+        )
