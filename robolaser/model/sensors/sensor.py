@@ -243,6 +243,10 @@ class Sensor(ABC):
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
 
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """T_base_frame of what stands in the cell and belongs into a URDF, by name, one candidate."""
+        return {}
+
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""
         return None
