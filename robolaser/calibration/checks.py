@@ -45,9 +45,19 @@ def check_poses(problem: Problem) -> None:
             f", of which only {different} differ{'s' if different == 1 else ''}," if different < len(poses) else ""
         )
         raise EstimationError(
-            f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot fix {parameters} "
+            f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot determine {parameters} "
             f"parameters: at least {needed} are needed. Measure more poses, turned and tilted against each other."
         )
+
+
+def check_orientations(model: Model) -> None:
+    """Check that the flange turns as much as its sensor needs.
+
+    Raises:
+        EstimationError: It does not.
+    """
+    if reason := model.sensor.undetermined(model.dataset.flange()):
+        raise EstimationError(reason)
 
 
 def check_target(model: Model) -> None:

@@ -39,11 +39,12 @@ def import_files(
     euler: Annotated[str | None, Parameter(metavar="AXES", group=TABLES)] = None,
     point: Annotated[str | None, Parameter(metavar="NAME", group=TABLES)] = None,
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
+    extract: Annotated[bool, Parameter(group=RESULT)] = False,
     dry_run: Annotated[bool, Parameter(group=RESULT)] = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Turn files that you have into a data set; shows how each column is read before anything is written.
+    """Turn your files into a data set; how each column is read is shown before anything is written.
 
     For example:
 
@@ -59,24 +60,24 @@ def import_files(
         flange: Frame of the robot's file that carries the sensor.
         dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
-        path: Whether the arm went straight from each pose to the next in time, or nobody knows.
+        path: Whether the arm went straight from each pose to the next in time, or its path is unknown.
         sensor: One of `robolaser list sensors`: what measured the points.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
-        units: Of lengths, angles and times in the files, such as mm,deg,ms.
-        separator: Between cells: a sign, tab or space. Default: the one that the header has.
-        decimal: The decimal sign.
+        units: Units of lengths, angles and times in the files, such as mm,deg,ms.
+        separator: What separates cells: a character, tab or space. Default: what the header has.
+        decimal: Decimal point.
         header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
         euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
-        point: The point that all rows are of, where no column names it.
-        further: An option of an importer from another package; may be given again.
+        point: Name of the measured point, where no column names it.
+        further: An option of the importer's own, see `robolaser list importers`; may be given again.
+        extract: Find the board in the images at once, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """
     from robolaser.data.importers import ImportOptions, importer_for
-    from robolaser.data.importers.writing import check_output, checked, preview
+    from robolaser.data.importers.writing import check_output, checked, preview, write
     from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import FOLDER, save
-    from robolaser.errors import near
+    from robolaser.data.writing import FOLDER
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
@@ -87,12 +88,6 @@ def import_files(
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_output(output, (*sources, *urdf), overwrite=force)
     importer = importer_for(sources, kind)
-    own = _pairs("--set", further)
-    for name in own:
-        if name not in importer.further:
-            raise UsageError(
-                f"--set {name}: the importer {importer.name} has no such option.{near(name, importer.further)}"
-            )
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange, options=described),
@@ -105,17 +100,23 @@ def import_files(
         header_row=header_row,
         euler=euler,
         point=point,
-        further=own,
+        further=_pairs("--set", further),
     )
+    importer.check(options)
     imported = importer.read(sources, options)
     read_back = checked(imported)
     shown = preview(imported)
     terminal.print(_text(imported, shown))
     for warning in read_back.warnings:
         terminal.warn(warning)
+    if extract and not imported.images:
+        raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
+    if extract and not dry_run:
+        imported = _with_points(imported, terminal)
+        read_back = imported.dataset
     if not dry_run:
-        with results_in(output, command="import", files=FOLDER, force=force):
-            save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=(*FOLDER, *imported.images), force=force):
+            write(imported, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -129,6 +130,25 @@ def import_files(
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
     terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
+
+
+def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
+    """The same with the points that its images show; nothing is written where they show none."""
+    from dataclasses import replace
+    from tempfile import TemporaryDirectory
+
+    from robolaser.data.importers.writing import write
+    from robolaser.data.loading import load
+    from robolaser.vision.target_corners import points_of_target
+
+    with TemporaryDirectory() as scratch, terminal.progress() as progress:
+        folder = Path(scratch) / "recording"
+        write(imported, folder, overwrite=False)
+        seen, dataset = points_of_target(load(folder), progress)
+    without = [one.pose for one in seen if not one.points]
+    if without:
+        terminal.warn(f"{len(without)} of {len(seen)} images do not show the board: {', '.join(without[:5])}.")
+    return replace(imported, dataset=replace(dataset, folder=None))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
@@ -155,8 +175,11 @@ def _text(imported: "Imported", shown: Mapping[str, Mapping[str, Sequence[str]]]
         rows += [[f"  {name}", sources.get((table, name), ""), _line(cells)] for name, cells in columns.items()]
     widths = [max(len(row[i]) for row in rows) for i in range(2)]
     lines = [f"{row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}".rstrip() for row in rows]
-    if imported.left_out:
-        lines.append(f"not read: {', '.join(imported.left_out)}")
+    for reading in imported.readings:
+        if reading.table not in shown:
+            unit = f" [{reading.unit}]" if reading.unit else ""
+            lines.append(f"{reading.table}: {reading.column} from {reading.file}, {reading.read_from}{unit}")
+    lines += [f"not taken: {what}" for what in imported.left_out]
     return "\n".join(lines)
 
 

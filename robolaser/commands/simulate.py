@@ -18,7 +18,7 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "camera", "point", "socket", "stripe+camera"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera"] = "stripe",
     mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
@@ -28,6 +28,7 @@ def simulate(
     target_m: Deviation = None,
     joint_rad: Deviation = None,
     point_m: Deviation = None,
+    angle_rad: Deviation = None,
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     paper: bool = False,
@@ -35,7 +36,7 @@ def simulate(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make a data set as a real cell would give it, with noise and effects you choose.
+    """Make a data set as a real cell would give it, with noise and effects of your choice.
 
     For example:
 
@@ -46,18 +47,20 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: What measures; stripe+camera is a scanner whose images show a board.
-        mount: What carries a camera; its board is at the other end.
+        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board.
+        mount: What carries a camera or a profile sensor; its board, or the balls, are at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors, sockets or balls, 1
+            body.
         repeats: Number of shots in each pose.
-        sessions: Number of campaigns, each with base, target or sockets elsewhere.
-        pixel_px: Of a pixel.
-        target_m: Of a target point.
+        sessions: Number of sessions; base, target or sockets stand elsewhere in each.
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point.
-        unplaced: Leave out where the target is.
-        effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
+        unplaced: Do not state where the target is.
+        effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
         seed: Seed of poses and noise.
         force: Overwrite an earlier data set.
@@ -70,7 +73,13 @@ def simulate(
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of
 
-    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    deviations = {
+        "pixel_px": pixel_px,
+        "target_m": target_m,
+        "joint_rad": joint_rad,
+        "point_m": point_m,
+        "angle_rad": angle_rad,
+    }
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",

@@ -84,7 +84,7 @@ def aliases(refits: Refits, final: Fit, evidence: Sequence[EffectEvidence]) -> l
 
 def _explained_beside(refits: Refits, final: Fit, one: EffectEvidence, evidence: Sequence[EffectEvidence]) -> float:
     """What an effect and larger ones at its place explain together; nothing where there are none."""
-    larger = [other for other in evidence if other.explained > one.explained and _same_place(one, other)]
+    larger = [other for other in evidence if other.explained > one.explained and _same_location(one, other)]
     if not larger:
         return 0.0
     without = one.without
@@ -93,7 +93,7 @@ def _explained_beside(refits: Refits, final: Fit, one: EffectEvidence, evidence:
     return without.chi2 - final.chi2
 
 
-def _same_place(one: EffectEvidence, other: EffectEvidence) -> bool:
+def _same_location(one: EffectEvidence, other: EffectEvidence) -> bool:
     return one.candidate_effect.where == other.candidate_effect.where
 
 

@@ -69,34 +69,34 @@ def localize(fit: Fit) -> list[Localization]:
     explains is no site.
     """
     fit = fit.with_likeliest_scatter
-    chosen, tried = _chosen(fit, sites(fit))
+    selected, tried = _select_sites(fit, sites(fit))
     excess = fit.chi2 - fit.freedoms
-    whole = max(excess, sum(one.ratio for one in chosen))
+    whole = max(excess, sum(one.ratio for one in selected))
     found = [
         Localization(one.site.site, one.site.coordinate, one.ratio / whole, one.ratio, p_value(one.ratio, tried))
-        for one in chosen
+        for one in selected
     ]
-    return sorted(found, key=lambda place: -place.share)
+    return sorted(found, key=lambda one: -one.share)
 
 
 def unmodelled_chi2(fit: Fit) -> float:
     """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
-    places = [site for site in sites(fit) if site.unknown]
-    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _chosen(fit, places)[0])
+    unknown = [site for site in sites(fit) if site.unknown]
+    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _select_sites(fit, unknown)[0])
 
 
 def smooth_remainder(fit: Fit) -> Array:
     """Orthonormal directions of the whitened residuals in which those functions exceed the noise, (K, n)."""
     fit = fit.with_likeliest_scatter
-    chosen, _ = _chosen(fit, sites(fit))
-    columns = [one.size * one.site.columns for one in chosen]
+    selected, _ = _select_sites(fit, sites(fit))
+    columns = [one.size * one.site.columns for one in selected]
     U, s, _ = np.linalg.svd(np.hstack([np.zeros((len(fit.at.white), 1)), *columns]), full_matrices=False)
     return np.asarray(U[:, s > 1.0])
 
 
 @final
 @dataclass(frozen=True)
-class _Chosen:
+class _SelectedSite:
     """A site that the residuals speak for, by twice the logarithm of a likelihood ratio, and the size that has it."""
 
     site: Site
@@ -104,10 +104,10 @@ class _Chosen:
     size: float
 
 
-def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[_Chosen], int]:
+def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedSite], int]:
     """The sites that the residuals speak for; and how many were tried."""
-    tried = list(places)
-    chosen: list[_Chosen] = []
+    tried = list(candidates)
+    selected: list[_SelectedSite] = []
     residuals, B = fit.at.r, [fit.at.project(site.columns) for site in tried]
     for _ in range(MAX_SITES):
         ratios = [likelihood_ratio(b, residuals, site.most) for site, b in zip(tried, B, strict=True)]
@@ -115,9 +115,9 @@ def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[_Chosen], int]:
         ratio, size = ratios[best]
         if ratio < LIKELIHOOD_RATIO_OF_SITE:
             break
-        chosen.append(_Chosen(tried[best], ratio, size))
+        selected.append(_SelectedSite(tried[best], ratio, size))
         U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
         shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
         residuals = residuals - shrink @ (U.T @ residuals)
         B = [b - shrink @ (U.T @ b) for b in B]
-    return chosen, len(tried)
+    return selected, len(tried)

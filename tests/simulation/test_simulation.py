@@ -15,7 +15,7 @@ from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
 
-KINDS = ("stripe", "camera", "point", "socket")
+KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
 
 
@@ -62,7 +62,7 @@ def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Eff
 def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
     wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
     assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
-    with pytest.raises(EffectError, match="cycles is 400, but it lies between 10 and 330"):
+    with pytest.raises(UsageError, match="cycles is 400, but its bounds are 10 and 330"):
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 
@@ -245,14 +245,14 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
 @pytest.mark.parametrize(
     ("demand", "error", "message"),
     [
-        ({"kind": "sonar"}, UsageError, "point or socket or stripe"),
+        ({"kind": "sonar"}, UsageError, "point or pose or profile or socket or stripe"),
         ({"poses": 0}, UsageError, "number of poses 0"),
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),
         ({"level": 9.0}, RobotError, "z = 9 m"),
-        ({"effects": {"joint_offset:joint_2": 0.5}}, EffectError, "Are these degrees"),
-        ({"effects": {"joint_offset:joint_9": 0.01}}, EffectError, "joint_9"),
-        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, EffectError, "gain"),
+        ({"effects": {"joint_offset:joint_2": 0.5}}, UsageError, "Are these degrees"),
+        ({"effects": {"joint_offset:joint_9": 0.01}}, UsageError, "joint_9"),
+        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, UsageError, "gain"),
         ({"effects": {"laser_rol": 0.01}}, RobolaserError, "laser_roll"),
         ({"effects": {"laser_roll": 0.5, "joint_offset": -0.1}, "poses": 20, "points": 8},
          EffectError, "20 poses .* only 1[0-9] still .* smaller effects"),

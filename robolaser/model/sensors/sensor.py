@@ -12,12 +12,13 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.finite_differences import central_differences
+from robolaser.geometry.hand_eye import LEAST_TURN, turn_about_second_axis
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import middles, twisted
+from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
@@ -217,7 +218,7 @@ class Sensor(ABC):
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)
         flange: Array = T_base_flange[0, :, :3, 3]
-        return flange if known is None else middles(known[0], self.dataset.points.pose, len(flange))
+        return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
 
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
@@ -245,6 +246,10 @@ class Sensor(ABC):
         """
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """T_base_frame of what stands in the cell and belongs into a URDF, by name, one candidate."""
+        return {}
 
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""
@@ -303,6 +308,10 @@ class Sensor(ABC):
     def description(self) -> dict[str, Any]:
         """What calibration.json says of it under `model`, beside its kind."""
         return {}
+
+    def undetermined(self, T_base_flange: Array) -> str:
+        """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
+        return ""
 
     @property
     def held_out_groups(self) -> Ints | None:
@@ -386,6 +395,19 @@ class Sensor(ABC):
         return Parameter(
             name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form
         )
+
+
+def too_few_turns(T_base_flange: Array) -> str:
+    """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
+    about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
+    if about_second >= LEAST_TURN:
+        return ""
+    return (
+        "All poses have one orientation of the flange, or turn it about one axis only"
+        f" ({np.degrees(about_second):.2g}° about a second one): what sits on the flange cannot be told from what"
+        " stands in the cell. Measure poses that turn the flange about two axes, by"
+        f" {np.degrees(LEAST_TURN):.0f}° at least and better by 30°."
+    )
 
 
 def sum_of_squares(residuals: Array) -> Array:

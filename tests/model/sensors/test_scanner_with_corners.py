@@ -68,9 +68,9 @@ def test_with_nothing_given_it_ends_where_it_ends_with_bounds(noisy: Simulated) 
 
 def test_the_result_says_where_each_parameter_started(noisy: Simulated) -> None:
     started = as_json(calibrate(with_nothing_given(noisy.dataset)))["parameters"]
-    assert started["s_u"]["start"] == "the board's corners"
-    assert started["theta"]["start"] == "the stripe on the target"
-    assert "start" not in as_json(calibrate(noisy.dataset))["parameters"]["s_u"]
+    assert started["s_u"]["started_from"] == "the board's corners"
+    assert started["theta"]["started_from"] == "the stripe on the target"
+    assert "started_from" not in as_json(calibrate(noisy.dataset))["parameters"]["s_u"]
 
 
 @pytest.mark.parametrize("angles", ["xyz", "zyz"])
