@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Member, Noise, Points
-from robolaser.data.several_sensors import with_points_of
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.several_sensors import scanner_with_corners
 from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -48,18 +48,9 @@ def seen_beside(
             raise EffectError(f"{one.effect.name} cannot be simulated for a stripe and corners together.")
     corners = _seen(exact, truth, tuple(effects))
     shaken = corners["pixel"] + (noise.pixel_px or 0.0) * rng.standard_normal((len(corners), 2))
-    return _both(noisy, replace(corners, pixel=shaken))
-
-
-def _both(stripe: Dataset, corners: Points) -> Dataset:
-    alone = replace(
-        stripe, poses=stripe.poses.take(np.arange(0)), points=stripe.points.take(slice(0, 0)), robot=None, parameters={}
-    )
-    members = (
-        Member("stripe", alone, "points.csv", camera="camera", target="target"),
-        Member("camera", replace(alone, kind="camera", options=None), "corners.csv", camera="camera", target="target"),
-    )
-    return with_points_of(replace(stripe, members=members), [stripe.points, corners])
+    both = scanner_with_corners(noisy, replace(corners, pixel=shaken))
+    members = [replace(one, described=replace(one.described, noise=noisy.noise)) for one in both.members]
+    return replace(both, members=tuple(members))
 
 
 def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEffect, ...]) -> Points:
@@ -70,7 +61,7 @@ def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEf
     values = {name: np.array([value]) for name, value in truth.items()}
     off = np.full_like(pixel, np.inf)
     for _ in range(ROUNDS):
-        model = Model(_both(exact, replace(corners, pixel=pixel)), effects)
+        model = Model(scanner_with_corners(exact, replace(corners, pixel=pixel)), effects)
         off = model.sensor.own_rows(model.residuals_at(values)[0], "camera")
         far = np.abs(off) > size  # not in view
         pixel = np.where(far | ~np.isfinite(off), pixel, pixel - off)

@@ -71,8 +71,8 @@ def simulate(
 
     Args:
         robot: The nominal arm.
-        kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket", "profile", or "stripe+camera": a
-            scanner whose images show a board.
+        kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket", "profile", or
+            "stripe+camera": a scanner whose images show a board.
         poses: How many, in each session.
         points: Of a stripe in each pose (12 when absent); corners of a camera's board (35); reflectors on the flange,
             or sockets in the cell (3); bodies on the flange (1); balls of a profile sensor (3), 24 points on one of
