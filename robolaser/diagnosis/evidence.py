@@ -49,17 +49,16 @@ def evidence_for(
         unmodelled: Probability of an unmodelled cause in its place.
         unexplained: Chi-squared that no effect explains.
     """
-    spread = final.dispersion
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * explained]
     others = [(test.candidate_effect, refits.refit(without, [test])) for test in near]
-    costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
+    costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
-    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance, spread)]
+    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
     return EffectEvidence(
         candidate_effect,
         explained,
@@ -67,7 +66,7 @@ def evidence_for(
         believable,
         dict(zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)),
         without,
-        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1], spread))),
+        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1]))),
     )
 
 
