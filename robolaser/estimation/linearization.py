@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.finite_differences import differences
+from robolaser.model.derivatives import slopes_by
 from robolaser.model.effects.effect import CandidateEffect
 
 STEP = 1e-3
@@ -28,10 +29,12 @@ class Linearization:
     Attributes:
         problem: Of which.
         x: Where, (d,).
+        known: Derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known.
     """
 
     problem: Problem
     x: Array
+    known: Array | None = None
 
     @cached_property
     def plain(self) -> Array:
@@ -50,13 +53,16 @@ class Linearization:
 
     @cached_property
     def cost(self) -> float:
-        """What the problem minimises; with squares the squared length of `r`."""
-        return float(self.problem.costs(self.x[None])[0])
+        """What the problem minimises; with squares the squared length of `r`, infinite at the model's poles."""
+        if not self.problem.loss.is_square:
+            return float(self.problem.costs(self.x[None])[0])
+        squares = float(self.r @ self.r)
+        return squares if np.isfinite(squares) else np.inf
 
     @cached_property
     def slopes(self) -> Array:
         """Derivatives of `white` by every parameter over its scale, those on a bound too, (K, d)."""
-        return np.asarray(self.problem.jacobian(self.x[None])[0].T)
+        return np.asarray(self.problem.jacobian(self.x[None])[0].T) if self.known is None else self.known
 
     @cached_property
     def _every(self) -> Array:
@@ -136,14 +142,18 @@ class Linearization:
         step = STEP * np.array([amplitude.prior_scale for amplitude in effect.effect.amplitudes()])
         q, d = len(step), len(self.x)
         x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
-        everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
+        names = (*problem.parameters.names, *effect.parameters.names)
+        J = slopes_by(model, dict(zip(names, x.T, strict=True)), effect.parameters.names[:q], step)
+        if J is None:
+            everywhere = np.full(x.shape[1], np.inf)
+            steps = np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
 
-        def residuals(candidates: Array) -> Array:
-            values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
-            return model.residuals_at(values).reshape(len(candidates), -1)
+            def residuals(candidates: Array) -> Array:
+                values = dict(zip(names, candidates.T, strict=True))
+                return model.residuals_at(values).reshape(len(candidates), -1)
 
-        middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
-        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
+            middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
+            J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
         white = problem.whitened(J.reshape(-1, *self.plain.shape))
         return np.swapaxes(white.reshape(len(shapes), q, -1), 1, 2)
 

@@ -60,7 +60,8 @@ class Model:
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
         other = Model(self.dataset, candidate_effects, self.course)
-        other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
+        kept = {"sensor": self.sensor, "run": self.run, "_nominal_flange": self._nominal_flange}
+        other.__dict__.update(kept, _sensor_parameters=self._sensor_parameters)
         return other
 
     @cached_property
@@ -71,19 +72,23 @@ class Model:
     @cached_property
     def parameters(self) -> Parameters:
         """The sensor's parameters, then those of the effects."""
-        nominal = {item.name: np.array([item.nominal]) for item in self.effect_parameters.items}
-        perturb = self.perturb(nominal)
-        return self.sensor.parameters(self.flange(nominal, perturb), perturb) + self.effect_parameters
+        return self._sensor_parameters + self.effect_parameters
 
-    def chain_rule(self, x: Array, steps: Array) -> ChainRule:
-        """How what passes the stages moves with all parameters.
+    @cached_property
+    def _sensor_parameters(self) -> Parameters:
+        """Those of the sensor, which effects of their nominal sizes leave as they are."""
+        return self.sensor.parameters(self._nominal_flange, perturb_with((), self.run))
+
+    def chain_rule(self, values: Values, steps: Array, moving: Sequence[str] | None = None) -> ChainRule:
+        """How what passes the stages moves with parameters.
 
         Args:
-            x: Candidates, (c, d).
-            steps: Of the numerical derivatives by each parameter, (d,).
+            values: All parameters, (c,) each.
+            steps: Of the numerical derivatives by each of those that move anything, (d,).
+            moving: These; all when absent.
         """
         acting = tuple(Acting(one.effect.stage, one.parameters.names, self._act(one)) for one in self.effects)
-        return ChainRule(acting, self.parameters.values(x), steps)
+        return ChainRule(acting, values, steps, moving)
 
     def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
         return lambda value, values: one.at(values).apply(value, self.run)
