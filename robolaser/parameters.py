@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 
+FIXED_WIDTH = 0.1
 Values = Mapping[str, Array]
 """One array (c,) for each parameter's name: the same numbers as a batch (c, d), unpacked."""
 
@@ -25,6 +26,8 @@ class Parameter:
         lower: Lower bound of the search.
         upper: Upper bound of the search.
         given: Whether nominal and bounds come from the user; otherwise from a closed form.
+
+    Bounds without room hold it at its nominal value.
     """
 
     name: str
@@ -33,6 +36,11 @@ class Parameter:
     lower: float
     upper: float
     given: bool = True
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it is held at its nominal value."""
+        return self.upper <= self.lower
 
 
 @final
@@ -70,8 +78,9 @@ class Parameters:
 
     @cached_property
     def width(self) -> Array:
-        """Distance between the bounds, (d,): the natural scale of each parameter."""
-        return self.upper - self.lower
+        """Distance between the bounds, (d,): the natural scale of each parameter; a tenth of one that has no room."""
+        size = np.where(self.nominal == 0.0, 1.0, FIXED_WIDTH * np.abs(self.nominal))
+        return np.where(self.upper > self.lower, self.upper - self.lower, size)
 
     def values(self, x: Array) -> Values:
         """Unpack candidates (c, d) into one array (c,) for each name."""

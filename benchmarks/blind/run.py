@@ -25,6 +25,7 @@ import numpy as np
 import robolaser
 from robolaser.commands.challenge import summary
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.making import KINDS, USUAL, make
 from robolaser.trials.outcome import Outcome, outcome
@@ -81,7 +82,7 @@ def run(task: Task) -> tuple[dict[str, Any], dict[str, Any] | str, float]:
         )
         for item in truth["each"]:
             item["withheld"] = item["effect"] in taken_out
-        found: dict[str, Any] | str = examine(dataset, seed=1, without=taken_out).as_json()
+        found: dict[str, Any] | str = diagnosis_json(examine(dataset, seed=1, without=taken_out))
     except Exception:  # a world that breaks the diagnosis is a result too
         found = traceback.format_exc()
     return truth, found, time.perf_counter() - began

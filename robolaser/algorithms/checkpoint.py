@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 from pymoo.core.termination import Termination
+from pymoo.core.variable import get
 from pymoo.util.sliding_window import SlidingWindow
 
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.rcga import RCGA
 from robolaser.errors import AlgorithmError, unwritable
 
-FORMAT = "robolaser-checkpoint/1"
+FORMAT = "robolaser-checkpoint/2"
 
 _STORED = ("X", "F", "G", "H")
 
@@ -44,7 +45,8 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
     """Save a run between two generations: between calls of `next()`, or in a callback.
 
     The file is replaced atomically: at any moment it holds the last whole checkpoint. It does not contain the problem,
-    callbacks, the archive or the history.
+    callbacks, the archive or the history; of parts that are not the paper's (a repair, another crossover) only what
+    they are, so that `load` can ask for them.
 
     Args:
         algorithm: The run.
@@ -52,9 +54,14 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
         fingerprint: Identifies the run, such as a hash of its data; `load` expects the same.
 
     Raises:
-        AlgorithmError: The first generation has not been evaluated yet.
+        AlgorithmError: It is no RCGA, or its first generation has not been evaluated yet.
         OutputError: The file cannot be written; an earlier one is unharmed.
     """
+    if type(algorithm) is not RCGA:
+        raise AlgorithmError(
+            f"Checkpoints are RCGA's; this is {type(algorithm).__name__}. pymoo's own way is to store the whole object"
+            " with dill."
+        )
     if not algorithm.is_initialized:
         raise AlgorithmError("No checkpoint can be taken: the run has no evaluated generation yet. Call next() first.")
     arrays = algorithm.arrays
@@ -63,6 +70,7 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
         "format": FORMAT,
         "fingerprint": fingerprint,
         "settings": algorithm.settings,
+        "parts": foreign_parts(algorithm),
         "seed": algorithm.seed,
         "random_state": algorithm.random_state.bit_generator.state,
         "generation": int(born.max()),
@@ -75,19 +83,28 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
     _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **stored)
 
 
-def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint: str = "", **setup: Any) -> RCGA:
+def load(
+    path: Path | str,
+    problem: Any,
+    *,
+    algorithm: RCGA | None = None,
+    termination: Any = None,
+    fingerprint: str = "",
+    **setup: Any,
+) -> RCGA:
     """Resume a run: its next generation is the one it would have had, to the last bit.
 
     Args:
         path: The file that `save` wrote.
         problem: The problem of the run.
+        algorithm: One made as that of the run was and not yet used; needed if it has other parts than the paper's.
         termination: That of the run, if it had another than its own; a different one goes on under new rules.
         fingerprint: As given to `save`.
         setup: More for pymoo's `setup`: callback, verbose, save_history, archive.
 
     Raises:
         AlgorithmError: The file is missing, damaged or no checkpoint, it belongs to another problem, or the run had a
-            termination that is not given.
+            termination or other parts that are not given.
     """
     path = Path(path)
     header, arrays = _read(path)
@@ -99,7 +116,13 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
         if found != expected:
             raise _foreign(path, what, found, expected)
 
-    algorithm = RCGA(**header["settings"])
+    if algorithm is None:
+        algorithm = RCGA(**header["settings"])
+    for slot, found, expected in _differing(header["parts"], foreign_parts(algorithm)):
+        raise _foreign(path, f"its {slot}", found, expected)
+    for name, value in header["settings"].items():
+        if algorithm.settings.get(name) != value:
+            raise _foreign(path, f"its {name}", value, algorithm.settings.get(name))
     if termination is not None:
         setup["termination"] = termination
     algorithm.setup(problem, seed=header["seed"], **setup)
@@ -120,6 +143,39 @@ def load(path: Path | str, problem: Any, *, termination: Any = None, fingerprint
     born = arrays.pop("born")
     algorithm.arrays = PopulationArrays.evaluated_as(arrays.pop("X"), arrays, born, frozenset())
     return algorithm
+
+
+def foreign_parts(algorithm: RCGA) -> dict[str, str]:
+    """Parts of an algorithm that its settings do not make, by slot: their class and what was set in it."""
+    own, usual = _parts(algorithm), _parts(RCGA(**algorithm.settings))
+    return {slot: part for slot, part in own.items() if part != usual[slot]}
+
+
+def _parts(algorithm: RCGA) -> dict[str, str]:
+    mating = algorithm.mating
+    parts = {
+        "mating": mating,
+        "selection": mating.selection,
+        "crossover": mating.crossover,
+        "mutation": mating.mutation,
+        "repair": mating.repair,
+        "eliminate_duplicates": mating.eliminate_duplicates,
+        "survival": algorithm.survival,
+    }
+    return {slot: _described(part) for slot, part in parts.items()}
+
+
+def _described(part: Any) -> str:
+    """The class of a part and its settings that are numbers or words: `SBX(eta=15, prob=0.9)`."""
+    known = {name: get(value) for name, value in sorted(vars(part).items()) if name != "name"}
+    stated = {name: value for name, value in known.items() if isinstance(value, (bool, int, float, str))}
+    return f"{type(part).__qualname__}({', '.join(f'{name}={value!r}' for name, value in stated.items())})"
+
+
+def _differing(saved: dict[str, str], given: dict[str, str]) -> Iterator[tuple[str, str, str]]:
+    for slot in sorted({*saved, *given}):
+        if saved.get(slot) != given.get(slot):
+            yield slot, saved.get(slot, "the paper's"), given.get(slot, "the paper's")
 
 
 def _nodes(termination: Termination) -> Iterator[Termination]:
@@ -185,5 +241,6 @@ def _unreadable(path: Path, reason: str) -> AlgorithmError:
 def _foreign(path: Path, what: str, found: object, expected: object) -> AlgorithmError:
     return AlgorithmError(
         f"{path} belongs to another run: {what} is {found}, here it is {expected}."
-        " Resume with what the run was started with, or delete the checkpoint to start anew."
+        " Resume with what the run was started with (other parts than the paper's by `algorithm`), or delete the"
+        " checkpoint to start anew."
     )

@@ -24,14 +24,25 @@ from robolaser.operators import (
     NonUniformMutation,
     RouletteSelection,
 )
+from robolaser.operators.bounds import bounds_missing
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, bounds_missing, step_size
-from robolaser.operators.roulette_selection import fitness
+from robolaser.operators.non_uniform_mutation import Form, step_size
+from robolaser.operators.scaling import inverse_cost
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
 makes little difference, on Ackley's function 6 to 20 end three times closer than 1 or 2."""
+
+_BELONGS_TO = {
+    "prob_crossover": "crossover",
+    "prob_var": "mutation",
+    "b": "mutation",
+    "form": "mutation",
+    "last_generation": "mutation",
+    "n_elites": "survival",
+}
+"""The operator that takes each setting."""
 
 
 @final
@@ -62,10 +73,17 @@ class RCGA(ArrayBased):
         patience: Stop after so many generations without a better cost.
         termination: When to stop instead.
         sampling: Other first individuals than uniform ones: a pymoo Sampling, or an array (n, d).
+        n_offsprings: Children of a generation; by default as many as there are places beside the elites.
+        selection: Another operator than roulette.
+        crossover: Another operator than arithmetic crossover; `prob_crossover` is then its own.
+        mutation: Another operator than non-uniform mutation; its settings above are then its own.
+        survival: Another one than elitist replacement; `n_elites` is then its own.
+        eliminate_duplicates: As in pymoo's algorithms. The paper does not eliminate any.
+        kwargs: More for pymoo's `GeneticAlgorithm`: `repair`, `callback`, `archive` and others.
 
     Raises:
-        AlgorithmError: A setting makes no sense; in `setup`, if the problem has more than one objective or a variable
-            without finite bounds.
+        AlgorithmError: A setting makes no sense, or belongs to an operator that is replaced; in `setup`, if the problem
+            has more than one objective, variables that are not real numbers or one without finite bounds.
     """
 
     def __init__(
@@ -82,10 +100,28 @@ class RCGA(ArrayBased):
         patience: int = 10_000,
         termination: Any = None,
         sampling: Any = None,
+        n_offsprings: int | None = None,
+        selection: Any = None,
+        crossover: Any = None,
+        mutation: Any = None,
+        survival: Any = None,
+        eliminate_duplicates: Any = False,
         output: Any = None,
         **kwargs: Any,
     ) -> None:
-        if n_elites is None:
+        replaced = {"crossover": crossover, "mutation": mutation, "survival": survival}
+        given = {
+            "prob_crossover": prob_crossover,
+            "prob_var": prob_var,
+            "b": b,
+            "form": form,
+            "last_generation": last_generation,
+            "n_elites": n_elites,
+        }
+        _settings_of_parts_in_use(given, replaced)
+        if survival is not None:
+            n_elites = getattr(survival, "n_elites", 0)
+        elif n_elites is None:
             n_elites = min(max(round(ELITES * pop_size), 1), pop_size - 1)
         if not 0 <= n_elites < pop_size:
             raise AlgorithmError(f"RCGA: n_elites is {n_elites!r}, expected 0 to {pop_size - 1}, below pop_size.")
@@ -96,15 +132,17 @@ class RCGA(ArrayBased):
             termination = Stalled(patience)
             if cost is not None:
                 termination = TerminateIfAny(termination, CostReached(cost))
+        if mutation is None:
+            mutation = NonUniformMutation(prob_var=prob_var, b=b, form=form, last_generation=last_generation)
         super().__init__(
             pop_size=pop_size,
-            n_offsprings=pop_size - n_elites,
+            n_offsprings=pop_size - n_elites if n_offsprings is None else n_offsprings,
             sampling=FloatRandomSampling() if sampling is None else sampling,
-            selection=RouletteSelection(),
-            crossover=ArithmeticCrossover(prob=prob_crossover),
-            mutation=NonUniformMutation(prob_var=prob_var, b=b, form=form, last_generation=last_generation),
-            survival=ElitistReplacement(n_elites),
-            eliminate_duplicates=False,
+            selection=RouletteSelection() if selection is None else selection,
+            crossover=ArithmeticCrossover(prob=prob_crossover) if crossover is None else crossover,
+            mutation=mutation,
+            survival=ElitistReplacement(n_elites) if survival is None else survival,
+            eliminate_duplicates=eliminate_duplicates,
             termination=termination,
             output=SingleObjectiveOutput() if output is None else output,
             **kwargs,
@@ -113,22 +151,28 @@ class RCGA(ArrayBased):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What makes this algorithm: `RCGA(**settings)` is its twin."""
-        crossover, mutation = self.mating.crossover, self.mating.mutation
-        return {
-            "pop_size": self.pop_size,
-            "n_elites": self.survival.n_elites,
-            "prob_crossover": get(crossover.prob),
-            "prob_var": get(mutation.prob_var),
-            "b": get(mutation.b),
-            "form": mutation.form,
-            "last_generation": mutation.last_generation,
-            **self._stop,
-        }
+        """What makes this algorithm but for parts that are not the paper's: `RCGA(**settings)` is its twin."""
+        crossover, mutation, survival = self.mating.crossover, self.mating.mutation, self.survival
+        found: dict[str, Any] = {"pop_size": self.pop_size}
+        if type(survival) is ElitistReplacement:
+            found["n_elites"] = survival.n_elites
+        if self.n_offsprings != self.pop_size - found.get("n_elites", 0):
+            found["n_offsprings"] = self.n_offsprings
+        if type(crossover) is ArithmeticCrossover:
+            found["prob_crossover"] = get(crossover.prob)
+        if type(mutation) is NonUniformMutation:
+            found |= {"prob_var": get(mutation.prob_var), "b": get(mutation.b), "form": mutation.form}
+            found["last_generation"] = mutation.last_generation
+        return found | self._stop
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         if problem.n_obj != 1:
             raise several_objectives("RCGA", problem.n_obj)
+        if getattr(problem, "vars", None) is not None:
+            raise AlgorithmError(
+                f"RCGA works on vectors of real numbers; {type(problem).__name__} declares its variables one by"
+                " one with `vars`. State n_var, xl and xu instead, or use pymoo's MixedVariableGA."
+            )
         bounds = np.broadcast_to(np.nan, (2, problem.n_var)) if not problem.has_bounds() else problem.bounds()
         open_ended = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)
         if open_ended.any():
@@ -142,6 +186,7 @@ class RCGA(ArrayBased):
             and type(mating.repair) is NoRepair
             and type(mating.eliminate_duplicates) is NoDuplicateElimination
             and _is_plainly(mating.selection, RouletteSelection)
+            and mating.selection.scaling == "inverse"
             and _is_plainly(mating.crossover, ArithmeticCrossover)
             and _is_plainly(mating.mutation, NonUniformMutation)
             and type(self.survival) is ElitistReplacement
@@ -172,7 +217,7 @@ class RCGA(ArrayBased):
         moves = rng.random(2 * h + 2 * n)
         Y = loop(self.n_iter)(
             parents.X,
-            fitness(penalised(parents.F, parents.violation)),
+            inverse_cost(penalised(parents.F, parents.violation)),
             coins[: 2 * n].reshape(n, 2),
             crossed,
             share,
@@ -193,8 +238,8 @@ class RCGA(ArrayBased):
                 [m.violation if m.violation is not None else np.zeros(len(m)) for m in (parents, offspring)]
             )
         J = penalised(np.concatenate((parents.F, offspring.F)), violation)
-        n = min(self.pop_size, len(J))
-        return survivors(J[:n], J[n:], self.survival.n_elites, n)
+        n = len(parents)
+        return survivors(J[:n], J[n:], self.survival.n_elites, min(self.pop_size, len(J)))
 
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         _never_nan(infills)
@@ -203,6 +248,16 @@ class RCGA(ArrayBased):
     def _advance(self, infills: Any = None, **kwargs: Any) -> Any:
         _never_nan(infills)
         return super()._advance(infills=infills, **kwargs)
+
+
+def _settings_of_parts_in_use(given: dict[str, Any], replaced: dict[str, Any]) -> None:
+    """Refuse a setting of an operator that another one replaces."""
+    for name, slot in _BELONGS_TO.items():
+        if replaced[slot] is not None and given[name] != (RCGA.__init__.__kwdefaults__ or {})[name]:
+            raise AlgorithmError(
+                f"RCGA: {name} belongs to the paper's {slot}, which {type(replaced[slot]).__name__} replaces."
+                f" State either {name} or {slot}."
+            )
 
 
 def _is_plainly(operator: Any, kind: Any) -> bool:

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Array, Bools, Progress
 from robolaser.calibration.checks import check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
+from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
@@ -83,6 +84,7 @@ def calibrate(
     sigmas = sizes_of(model, x, problem.inliers(x)).sigmas
     known = information(problem, x, sigmas)
     parameters, on_bound = model.parameters, problem.on_bound(x)
+    stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
         model=model,
         algorithm=start.algorithm,
@@ -92,7 +94,7 @@ def calibrate(
         x=x,
         std=standard_errors(known, fixed=problem.fixed, bounded=np.where(on_bound, problem.scale, 0.0)),
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
+        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
         residuals=residuals,
         held_out=None if unseen is None else model.in_metres(x, unseen.errors),
         held_out_rows=None if unseen is None else unseen.errors,
@@ -115,8 +117,8 @@ TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not kn
 
 
 def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -> list[str]:
-    warning = setup_warning(model, on_bound, rms(model.in_metres(x, residuals)))
-    return [warning] if warning else []
+    rms_m = rms(model.in_metres(x, residuals))
+    return [warning for warning in (misread_joints(model, rms_m), setup_warning(model, on_bound, rms_m)) if warning]
 
 
 def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:

@@ -72,12 +72,12 @@ def find_start(
     tell = progress or (lambda what, share: None)
     algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
-        return _downhill(subsampled(model), plan)
+        return _downhill(model, plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
     if not model.sensor.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
-        return replace(_downhill(subsampled(model), plan), warnings=(warning,))
+        return replace(_downhill(model, plan), warnings=(warning,))
     if algorithm == SCREENING:
         return _multistart(model, plan.seed, tell)
     thin = subsampled(model)
@@ -89,12 +89,29 @@ def find_start(
     return Start(algorithm, x, found.evaluations + evaluations, history=found.history)
 
 
-def _downhill(thin: Model, plan: Plan) -> Start:
-    """From the nominal values to the optimum of their valley."""
-    nominal = thin.parameters.nominal
+def _downhill(model: Model, plan: Plan) -> Start:
+    """From the nominal values, and from the closed form where it is another start, to the better valley's optimum."""
+    nominal = model.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
-    return Start(POLISH_ONLY, *_descended(thin, nominal[None]))
+    return Start(POLISH_ONLY, *_descended(subsampled(model), np.vstack([nominal[None], *_closed_form(model)])))
+
+
+def _closed_form(model: Model) -> Sequence[Array]:
+    """What the data say where the data set gives other nominal values, (d,), within the bounds; [] else."""
+    parameters, sensor = model.parameters, model.sensor
+    stated = [item for item in parameters.items if item.name in sensor.derived and item.given and not item.fixed]
+    if not stated:
+        return []
+    values = {item.name: np.array([item.nominal]) for item in parameters.items if item.name not in sensor.derived}
+    try:
+        found = model.completed(values)
+    except EstimationError:
+        return []
+    x = np.array([found[item.name][0] if item.name in found else item.nominal for item in parameters.items])
+    turns = 2.0 * np.pi * np.round(((parameters.lower + parameters.upper) / 2.0 - x) / (2.0 * np.pi))
+    x = np.where([item.unit == "rad" for item in parameters.items], x + turns, x)
+    return [np.clip(x, parameters.lower, parameters.upper)]
 
 
 def _multistart(model: Model, seed: int, tell: Progress) -> Start:

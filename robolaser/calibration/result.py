@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
 from robolaser.errors import UsageError, near
@@ -27,7 +27,7 @@ class RowErrors:
     """The errors of one kind of rows, in their own unit.
 
     Attributes:
-        sensor: The sensor's kind, or `distances`.
+        sensor: The sensor's kind, of several its name, or `distances`.
         rows: How many rows there are.
         rms: Root-mean-square length of a fitted row's residual.
         held_out_rms: The same on poses left out of the fit; None with too few poses, and for known distances, which
@@ -113,20 +113,20 @@ class Calibration:
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
         """The errors of the sensor's rows, then of the known distances, where any are stated."""
-        row_format = self.model.sensor.format
-        held_out = self.held_out if row_format.unit == "m" else self.held_out_rows
-        of_sensor = RowErrors(
-            row_format.kind,
-            len(self.residuals),
-            rms(self.residuals),
-            None if held_out is None else rms(held_out),
-            row_format.unit,
-        )
-        known = self.model.known_distances
+        sensor, known = self.model.sensor, self.model.known_distances
+        of_sensors = [self._of_rows(name, rows, unit) for name, (rows, unit) in sensor.kinds_of_rows.items()]
         if known is None:
-            return (of_sensor,)
+            return tuple(of_sensors)
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
-        return of_sensor, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+        return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
+
+    def _of_rows(self, name: str, rows: Ints, unit: str) -> RowErrors:
+        """The errors of one sensor's rows."""
+        sensor, held_out = self.model.sensor, self.held_out_rows
+        if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
+            held_out = self.held_out
+        unseen = None if held_out is None else rms(sensor.own_rows(held_out, name))
+        return RowErrors(name, len(rows), rms(sensor.own_rows(self.residuals, name)), unseen, unit)
 
     def value(self, name: str) -> float:
         """The estimated value of a parameter.

@@ -11,6 +11,8 @@ from robolaser.errors import ArmError
 
 Connected = TypeVar("Connected")
 
+SCHEMES = ("socket", "rfc2217", "loop")
+"""Of URLs that may be opened; what loop:// hears is what it sent."""
 TICK_S = 0.02
 """Longest that one look for bytes takes."""
 WRITE_S = 1.0
@@ -53,11 +55,12 @@ class SerialLine:
 
     @classmethod
     def open(cls, arm: ArmLine, clock: Clock) -> Self:
-        """Open a port or any URL that pyserial knows, 8 bits, no parity, one stop bit.
+        """Open a port, 8 bits, no parity, one stop bit: a device, `socket://HOST:PORT` or `rfc2217://HOST:PORT`.
 
         Raises:
-            ArmError: It cannot be opened.
+            ArmError: It is none of these, or cannot be opened.
         """
+        _refuse_other_schemes(arm.port)
         import serial  # noqa: PLC0415 - importing devices opens nothing, and loads nothing either
 
         try:
@@ -163,3 +166,13 @@ def connect(begin: Callable[[SerialLine], Connected], arm: ArmLine, clock: Clock
     except BaseException:
         line.close()
         raise
+
+
+def _refuse_other_schemes(port: str) -> None:
+    """Refuse pyserial's other URLs: spy:// truncates files, alt:// loads code by name."""
+    scheme, separator, _ = port.partition("://")
+    if separator and scheme.lower() not in SCHEMES:
+        raise ArmError(
+            f"Port {port}: {scheme}:// is not allowed. Use a device such as /dev/ttyUSB0, or"
+            f" socket://HOST:PORT or rfc2217://HOST:PORT."
+        )

@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
-from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
+
+FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml")
 
 
 def calibrate(
@@ -58,10 +59,10 @@ def calibrate(
     from robolaser.calibration.result import json_text
     from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in
     from robolaser.estimation.least_squares_solver import DEFAULT
     from robolaser.report.calibration import page, print_summary
 
-    refuse_to_overwrite(output / "calibration.json", force=force)
     if (output / CHECKPOINT).exists() and not (resume or force):
         raise OutputError(f"{output} holds a search that was stopped. Go on with --resume, or begin anew with --force.")
     if generations and algorithm in (None, SCREENING, POLISH_ONLY):
@@ -69,7 +70,6 @@ def calibrate(
     if solver and not polish:
         terminal.warn("--solver changes nothing: --no-polish leaves out the fit that it would do.")
     data = load(dataset)
-    make_folder(output)
     plan = Plan(
         algorithm=algorithm,
         polish=polish,
@@ -80,24 +80,29 @@ def calibrate(
         seed=seed,
         generations=generations or GENERATIONS,
     )
-    try:
-        with terminal.progress() as progress:
-            found = find(data, plan, state=output, resume=resume, progress=progress)
-        for warning in found.warnings:
-            terminal.warn(warning)
-        result = json_text(found)
-        texts = {
-            "robot.urdf": robot_urdf(found),
-            "robot_corrected.urdf": corrected_urdf(found),
-            "camera.yaml": camera_yaml(found),
-            "report.html": page(found, command=typed),
-            "calibration.json": result,
-        }
-        write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
-    except KeyboardInterrupt:
-        kept = (output / CHECKPOINT).exists()
-        state = f"The search's state is in {output}: go on with --resume." if kept else "Nothing was written."
-        raise Interrupted(f"Stopped. {state}") from None
-    for file in (CHECKPOINT, COURSE):
-        (output / file).unlink(missing_ok=True)
+    with results_in(
+        output, command="calibrate", files=FILES, state=(CHECKPOINT, COURSE), inputs=[dataset], force=force
+    ):
+        try:
+            with terminal.progress() as progress:
+                found = find(data, plan, state=output, resume=resume, progress=progress)
+            for warning in found.warnings:
+                terminal.warn(warning)
+            result = json_text(found)
+            texts = {
+                "robot.urdf": robot_urdf(found),
+                "robot_corrected.urdf": corrected_urdf(found),
+                "camera.yaml": camera_yaml(found),
+                "report.html": page(found, command=typed),
+                "calibration.json": result,
+            }
+            write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
+            for name in (name for name, text in texts.items() if text is None):
+                (output / name).unlink(missing_ok=True)  # of the result that was here before
+        except KeyboardInterrupt:
+            kept = (output / CHECKPOINT).exists()
+            state = f"The search's state is in {output}: go on with --resume." if kept else "Nothing was written."
+            raise Interrupted(f"Stopped. {state}") from None
+        for file in (CHECKPOINT, COURSE):
+            (output / file).unlink(missing_ok=True)
     terminal.show(result, lambda: print_summary(found, output))

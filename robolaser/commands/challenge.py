@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import App, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.output import make_folder, refuse_to_overwrite
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -70,6 +69,7 @@ def new(
     import secrets
 
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import make_folder
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
     from robolaser.trials.trial import new as make
@@ -97,8 +97,8 @@ def new(
         )
 
     def print_names() -> None:
-        print(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
-        print(f"robolaser challenge score {folder}")
+        say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
+        say(f"robolaser challenge score {folder}")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -128,17 +128,16 @@ def score(
         force: Overwrite an earlier score.
     """
     from robolaser.data.atomic_write import write_text
+    from robolaser.data.result_folder import results_in
     from robolaser.trials.trial import score as score_trial
 
     file = (output or folder) / "score.json"
-    refuse_to_overwrite(file, force=force)
-    if output:
-        make_folder(output)
-    with terminal.progress() as tell:
-        scored = score_trial(folder, seed=seed, jobs=jobs, tell=tell)
-    text = json.dumps(scored, indent=1) + "\n"
-    write_text(file, text)
-    terminal.show(text, lambda: print("\n".join([*summary(scored), f"Wrote {file}"])))
+    with results_in(file.parent, command="challenge score", files=[file.name], force=force):
+        with terminal.progress() as tell:
+            scored = score_trial(folder, seed=seed, jobs=jobs, tell=tell)
+        text = json.dumps(scored, indent=1) + "\n"
+        write_text(file, text)
+    terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
 
 
 def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[str], N]) -> tuple[N, N]:

@@ -9,7 +9,6 @@ from cyclopts import Parameter
 
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
-from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError, UsageError
 
@@ -70,6 +69,7 @@ def compare(
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.record import RunRecord
     from robolaser.benchmark.solvers import DEFAULT
+    from robolaser.data.result_folder import results_in
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -87,8 +87,11 @@ def compare(
         memory_limit_b=round(memory_limit * GB),
     )
     export_to = output / EXPORT if iohprofiler else None
-    with DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine:
-        make_folder(output)
+    files = (RESULT_FILE, RUNS, PAGE)
+    with (
+        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
+        DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
+    ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)
         record = RunRecord(output / RECORD)
@@ -104,7 +107,7 @@ def compare(
                 f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
                 f" {output / RECORD}: go on with --resume."
             ) from None
-    _conclude(plan, record, output, export_to, terminal, typed)
+        _conclude(plan, record, output, export_to, terminal, typed)
 
 
 def _refuse_to_mix(output: Path) -> None:
@@ -116,7 +119,6 @@ def _refuse_to_mix(output: Path) -> None:
             f"{output} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew"
             " with --force."
         )
-    refuse_to_overwrite(output / RESULT_FILE, force=False)
 
 
 def _run(plan: "RunPlan", engine: "Engine", record: "RunRecord", terminal: Terminal) -> None:

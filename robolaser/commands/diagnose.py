@@ -7,8 +7,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Force, Seed, Typed
-from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
+
+FILES = ("diagnosis.json", "calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml")
 
 
 def diagnose(
@@ -42,29 +43,29 @@ def diagnose(
     from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
     from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json
+    from robolaser.diagnosis.result_json import diagnosis_json
     from robolaser.report.diagnosis import page, print_diagnosis
 
-    for name in ("diagnosis.json", "calibration.json"):
-        refuse_to_overwrite(output / name, force=force)
     data, others = load(dataset), [load(other) for other in validate]
-    make_folder(output)
-    with terminal.progress() as progress:
-        found = examine(data, seed=seed, without=without, validate=others, progress=progress)
-    for warning in data.warnings:
-        terminal.warn(warning)
-    model = corrected(found, seed)
-    result = json.dumps(found.as_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    texts = {
-        "robot.urdf": robot_urdf(model),
-        "robot_corrected.urdf": corrected_urdf(model),
-        "camera.yaml": camera_yaml(model),
-        "calibration.json": corrected_json(model),
-        "report.html": page(found, command=typed),
-        "diagnosis.json": result,
-    }
-    write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
-    for name in (name for name, text in texts.items() if text is None):
-        (output / name).unlink(missing_ok=True)  # of the result that was here before
+    with results_in(output, command="diagnose", files=FILES, inputs=[dataset, *validate], force=force):
+        with terminal.progress() as progress:
+            found = examine(data, seed=seed, without=without, validate=others, progress=progress)
+        for warning in data.warnings:
+            terminal.warn(warning)
+        model = corrected(found, seed)
+        result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        texts = {
+            "robot.urdf": robot_urdf(model),
+            "robot_corrected.urdf": corrected_urdf(model),
+            "camera.yaml": camera_yaml(model),
+            "calibration.json": corrected_json(model),
+            "report.html": page(found, command=typed),
+            "diagnosis.json": result,
+        }
+        write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
+        for name in (name for name, text in texts.items() if text is None):
+            (output / name).unlink(missing_ok=True)  # of the result that was here before
     terminal.show(result, lambda: print_diagnosis(found, output))

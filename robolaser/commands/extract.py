@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
-from robolaser.commands.output import make_folder, refuse_to_overwrite, unwritable
-from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import Interrupted
+from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.errors import Interrupted, unwritable
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -49,17 +48,18 @@ def extract(
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER
 
     dataset = load(recording)
     to_scan = dataset.board is None and dataset.poses.image is not None
     if output is not None and output.resolve() == recording.resolve():
         output = None
     folder = output or recording
-    for file in (STRIPES if to_scan else POINTS, *([] if output is None else [SETTINGS])):
-        refuse_to_overwrite(folder / file, force=force)
-    make_folder(folder)
+    files = {STRIPES if to_scan else POINTS, *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
-    write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
+    with results_in(folder, command="extract", files=sorted(files), force=force):
+        write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
 
 
 def _points(
@@ -105,7 +105,7 @@ def _points(
             "pixel_noise_px": float(found.pixel_noise_px) if known else None,
             "file": str(file),
         },
-        lambda: print(
+        lambda: say(
             f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
         ),
     )
@@ -144,7 +144,7 @@ def _stripes(
             save(recording, output, overwrite=force)
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
-        lambda: print(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
+        lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
     )
 
 
@@ -157,6 +157,7 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
     from robolaser.data.image_list import images_of_poses
+    from robolaser.data.result_folder import make_folder
 
     for image in (file.relative_to(source) for shots in images_of_poses(recording) for file in shots.files):
         make_folder((folder / image).parent)
@@ -165,7 +166,7 @@ def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
             taken = (source / image).stat()
             os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
         except OSError as error:
-            raise unwritable(folder / image, error) from None
+            raise unwritable(folder / image, error.strerror or str(error)) from None
 
 
 @contextmanager

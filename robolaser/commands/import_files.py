@@ -9,13 +9,14 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.importers import Imported
 
-TABLES = Group("How tables are read", sort_key=0)
+ROBOT = Group("Robot", sort_key=0)
+TABLES = Group("How files are read", sort_key=1)
 
 
 def import_files(
@@ -24,8 +25,10 @@ def import_files(
     *,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
-    robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
-    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    robot: Annotated[str | None, Parameter(metavar="NAME_OR_FILE", group=ROBOT)] = None,
+    flange: Annotated[str | None, Parameter(metavar="FRAME", group=ROBOT)] = None,
+    dh: Annotated[Literal["standard", "modified"] | None, Parameter(group=ROBOT)] = None,
+    xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE", group=ROBOT)] = (),
     path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
     columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME", group=TABLES)] = (),
@@ -51,8 +54,11 @@ def import_files(
         sources: Files that belong together: one table, or one of poses and then one of points.
         output: Folder for the data set.
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
-        robot: A robot of `robolaser list robots`, or a URDF file. Left out: the files hold flange poses.
-        flange: Frame of a URDF file that carries the sensor.
+        robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg numbers as CSV
+            or TOML. Left out: the files hold flange poses.
+        flange: Frame of the robot's file that carries the sensor.
+        dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
+        xacro: An argument of a xacro file; may be given again.
         path: Whether the arm went straight from each pose to the next in time, or nobody knows.
         sensor: One of `robolaser list sensors`: what measured the points.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
@@ -68,12 +74,16 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.writing import check_output, checked, preview
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.errors import near
     from robolaser.geometry.robots import find_robot
+    from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
     if flange is not None and robot is None:
         raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")
+    stated_units = tuple(unit.strip() for unit in (units or "").split(",") if unit.strip())
+    described = DescriptionOptions(DHStatement(dh, stated_units), _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_output(output, (*sources, *urdf), overwrite=force)
     importer = importer_for(sources, kind)
@@ -85,11 +95,11 @@ def import_files(
             )
     options = ImportOptions(
         name=output.resolve().name,
-        robot=None if robot is None else find_robot(robot, flange=flange),
+        robot=None if robot is None else find_robot(robot, flange=flange, options=described),
         path_known=path == "consecutive",
         sensor=sensor,
         columns=_pairs("--column", columns),
-        units=tuple(unit.strip() for unit in (units or "").split(",") if unit.strip()),
+        units=stated_units,
         separator=separator,
         decimal=decimal,
         header_row=header_row,
@@ -104,7 +114,8 @@ def import_files(
     for warning in read_back.warnings:
         terminal.warn(warning)
     if not dry_run:
-        save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=FOLDER, force=force):
+            save(imported.dataset, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -117,7 +128,7 @@ def import_files(
         "warnings": list(read_back.warnings),
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(result, lambda: print(f"{rows} points in {number} poses. {ended}"))
+    terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

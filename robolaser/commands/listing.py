@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 
 def list_family(
@@ -27,7 +27,7 @@ def list_family(
 
     def print_rows() -> None:
         for row in rows:
-            print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+            say("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
 
     terminal.show({family: [dict(zip(titles, row, strict=True)) for row in rows]}, print_rows)
 

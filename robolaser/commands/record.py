@@ -14,8 +14,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
 from robolaser.commands.options import Count, Positive, Seed
-from robolaser.commands.output import make_folder
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
+RECORDED = ("dataset.toml", "poses.csv", "plan.csv", "robot.urdf")
 WHERE = Group("Poses, from one of", sort_key=-3, validator=mutually_exclusive)
 GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive)
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
@@ -81,6 +81,7 @@ def record(
     from robolaser.cell.route import both_ways as visited_twice
     from robolaser.cell.route import from_diagnosis, from_table
     from robolaser.data.cell_config import load_cell
+    from robolaser.data.result_folder import results_in
 
     named = poses is not None or plan is not None or next_poses is not None
     if not named and not resume:
@@ -119,9 +120,9 @@ def record(
             "Nothing was moved and no port opened: this is what would be done. Let the arm move with --move."
         )
     if not resume:
-        make_folder(output)
         writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
-    _record(described, robot, writer, terminal)
+    with results_in(output, command="record", files=() if resume else RECORDED, force=force):
+        _record(described, robot, writer, terminal)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -215,7 +216,7 @@ def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: T
         session.run(lambda waypoint: tell(waypoint.name), tell)
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
-        lambda: print(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
     )
 
 

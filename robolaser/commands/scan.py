@@ -7,7 +7,6 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force, Positive, Typed
-from robolaser.commands.output import make_folder, refuse_to_overwrite
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted
 
@@ -60,6 +59,7 @@ def scan(
     """
     from robolaser.data.atomic_write import write_text
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in
     from robolaser.report.cloud import page, print_cloud
     from robolaser.scan import prepare, read_calibration
     from robolaser.scan.ply import write_ply
@@ -67,26 +67,25 @@ def scan(
     from robolaser.scan.subsample import Subsample
 
     files = [output, *([output.with_suffix(".html")] if report else [])]
-    for path in files:
-        refuse_to_overwrite(path, force=force)
     calibrated = read_calibration(calibration)
     made = prepare(calibrated.as_drawn() if nominal else calibrated, load(recording))
-    make_folder(output.parent)
     for warning in (*made.recording.warnings, *made.warnings):
         terminal.warn(warning)
-    subsample = Subsample()
-    with terminal.progress() as progress:
-        pieces = subsample.watch(made.cloud.pieces(progress))
-        write_ply(output, pieces, made.comments(), overwrite=force)
-    wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
-    try:
-        quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
-        if report:
-            write_text(files[1], page(made, quality, command=typed))
-    except KeyboardInterrupt:
-        raise Interrupted(
-            f"Stopped. {output} was written, but not what is measured on it: run it again with --force for the whole."
-        ) from None
+    names = [file.name for file in files]
+    with results_in(output.parent, command="scan", files=names, inputs=[recording], force=force):
+        subsample = Subsample()
+        with terminal.progress() as progress:
+            pieces = subsample.watch(made.cloud.pieces(progress))
+            write_ply(output, pieces, made.comments(), overwrite=force)
+        wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
+        try:
+            quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
+            if report:
+                write_text(files[1], page(made, quality, command=typed))
+        except KeyboardInterrupt:
+            raise Interrupted(
+                f"Stopped. {output} was written, but not what is measured on it: run the command again with --force."
+            ) from None
     bodies = [
         {"body": body.what, "size_m": body.size_m, "std_m": body.std_m, "known_m": body.known_m, "rms_m": body.rms_m}
         for body in quality.primitives

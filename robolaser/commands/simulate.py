@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.output import refuse_to_overwrite
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 NOISE = Group("Noise, one standard deviation", sort_key=0)
@@ -19,7 +18,8 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "point", "socket"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "socket"] = "stripe",
+    mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
@@ -47,8 +47,9 @@ def simulate(
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: What measures.
+        mount: What carries a camera; its board is at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, 3 sockets.
         repeats: Number of shots in each pose.
         sessions: Number of campaigns, each with base, target or sockets elsewhere.
         pixel_px: Of a pixel.
@@ -62,17 +63,18 @@ def simulate(
         force: Overwrite an earlier data set.
     """
     from robolaser.data.dataset import Noise
-    from robolaser.data.writing import save
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import FOLDER, save
     from robolaser.geometry.robots import find_robot
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of
 
-    refuse_to_overwrite(output / "dataset.toml", force=force)
     deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",
+        "--mount": mount != "flange",
         "--poses": poses != 40,
         "--points": points is not None,
         "--repeats": repeats != 1,
@@ -83,27 +85,29 @@ def simulate(
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
         raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
-    arm = find_robot(robot, flange=flange)
-    sizes = sizes_of(effects)
-    if paper:
-        made = paper_experiment(arm, effects=sizes, seed=seed)
-    else:
-        made = simulated(
-            arm,
-            kind=sensor,
-            poses=poses,
-            points=points,
-            repeats=repeats,
-            sessions=sessions,
-            noise=Noise(**stated) if stated else None,
-            placed=not unplaced,
-            effects=sizes,
-            name=output.resolve().name,
-            seed=seed,
-        )
-    save(made.dataset, output, overwrite=force)
+    with results_in(output, command="simulate", files=FOLDER, force=force):
+        arm = find_robot(robot, flange=flange)
+        sizes = sizes_of(effects)
+        if paper:
+            made = paper_experiment(arm, effects=sizes, seed=seed)
+        else:
+            made = simulated(
+                arm,
+                kind=sensor,
+                poses=poses,
+                points=points,
+                repeats=repeats,
+                sessions=sessions,
+                noise=Noise(**stated) if stated else None,
+                placed=not unplaced,
+                mount=mount,
+                effects=sizes,
+                name=output.resolve().name,
+                seed=seed,
+            )
+        save(made.dataset, output, overwrite=force)
     rows, number = len(made.dataset.points), len(made.dataset.poses)
     terminal.show(
         {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
-        lambda: print(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
+        lambda: say(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
     )

@@ -10,8 +10,15 @@ from typing import final
 
 from cyclopts import Group, Parameter
 
+from robolaser.report.printable import printable
+
 PATIENCE_S = 2.0
 """What takes longer shows its progress."""
+
+
+def say(text: str) -> None:
+    """Print text on standard output; control characters in it are written out."""
+    print(printable(text), flush=True)
 
 
 @final
@@ -31,7 +38,7 @@ class Terminal:
     def print(self, text: str) -> None:
         """Print a part of what people read."""
         if not (self.json or self.quiet):
-            print(text, flush=True)
+            say(text)
 
     def show(self, result: Mapping[str, object] | str, summary: Callable[[], None]) -> None:
         """Print the result once: as JSON, or as what people read.
@@ -41,13 +48,13 @@ class Terminal:
             summary: Prints it for people.
         """
         if self.json:
-            print(result.rstrip() if isinstance(result, str) else json.dumps(result, indent=1), flush=True)
+            say(result.rstrip() if isinstance(result, str) else json.dumps(result, indent=1))
         elif not self.quiet:
             summary()
 
     def warn(self, message: str) -> None:
         """Say on standard error what is odd, but no error."""
-        print(f"warning: {message}", file=sys.stderr)
+        print(f"warning: {printable(message)}", file=sys.stderr)
 
     @contextmanager
     def progress(self) -> Iterator[Callable[[str, float], None]]:
@@ -60,6 +67,7 @@ class Terminal:
             yield lambda what, share: None
             return
         from rich.console import Console
+        from rich.markup import escape
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
         columns = (BarColumn(30), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
@@ -68,7 +76,7 @@ class Terminal:
         began = time.monotonic()
 
         def tell(what: str, share: float) -> None:
-            bar.update(task, description=what, completed=share)
+            bar.update(task, description=escape(printable(what)), completed=share)
             if time.monotonic() - began > PATIENCE_S and not bar.live.is_started:
                 bar.start()
 

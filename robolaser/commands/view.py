@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from robolaser.commands.options import Port
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 
 def view(
@@ -48,7 +48,7 @@ def view(
     for warning in (*data.warnings, *(note for model in models for note in model.notes)):
         terminal.warn(warning)
     app = ViewerApp(models, points, port)
-    terminal.show({"url": app.url}, lambda: print(f"{data.name} is at {app.url}; stop with Ctrl-C.", flush=True))
+    terminal.show({"url": app.url}, lambda: say(f"{data.name} is at {app.url}; stop with Ctrl-C."))
     if browser:
         webbrowser.open(app.url)
     try:

@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import finite
-from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
 from robolaser.data.subsampling import some_of_each
 from robolaser.errors import DataError, RobotError
@@ -101,6 +101,8 @@ class Points:
         pixel: u and v, (m, 2) [px], where the sensor has pixels.
         xyz: Target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets.
         columns: Further arrays that the sensor's format names, (m, k) each.
+        sensor: Number of the sensor that saw each row, (m,), where there are several; arrays that it does not have are
+            zero there, and names begin with the sensor's.
 
     An array that must be there is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """
@@ -111,6 +113,7 @@ class Points:
     pixel: Array | None = None
     xyz: Array | None = None
     columns: Mapping[str, Array] = field(default_factory=dict)
+    sensor: Ints | None = None
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -154,18 +157,30 @@ class Points:
             pixel=None if self.pixel is None else self.pixel[rows],
             xyz=None if self.xyz is None else self.xyz[rows],
             columns={name: values[rows] for name, values in self.columns.items()},
+            sensor=None if self.sensor is None else self.sensor[rows],
         )
 
 
 @final
 @dataclass(frozen=True)
 class Board:
-    """A checkerboard: inner corners along x and y, and the side of a square [m]."""
+    """A board in the images.
+
+    Attributes:
+        columns: Inner corners along x, or circles.
+        rows: The same along y.
+        square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
+        kind: What is printed on it.
+        marker_m: Side of a ChArUco board's markers [m].
+        dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
+    """
 
     columns: Annotated[int, Meta(ge=3)]
     rows: Annotated[int, Meta(ge=3)]
     square_m: Positive
-    kind: Literal["checkerboard"] = "checkerboard"
+    kind: Literal["checkerboard", "charuco", "circles"] = "checkerboard"
+    marker_m: Positive | None = None
+    dictionary: str | None = None
 
 
 @final
@@ -190,11 +205,35 @@ class Noise:
 
 @final
 @dataclass(frozen=True)
+class Member:
+    """One of several sensors of a data set.
+
+    Attributes:
+        name: What results call it.
+        described: What dataset.toml says of it, as of a data set of its own without poses and points.
+        file: Its points, as `points.csv`.
+        camera: Name of its camera: sensors that look through one camera have one name here.
+        target: Name of its target.
+        metres_per_unit: What a unit of its residuals counts for beside those of the others [m]: typically what a pixel
+            shows on the target.
+    """
+
+    name: str
+    described: "Dataset"
+    file: str
+    camera: str = ""
+    target: str = ""
+    metres_per_unit: float = 1.0
+
+
+@final
+@dataclass(frozen=True)
 class Dataset:
     """A data set of the format `robolaser-dataset/1`, checked.
 
     Attributes:
-        kind: Of the sensor: "stripe", "point", "socket", or a further one that is registered.
+        kind: Of the sensor: "stripe", "point", "socket", or a further one that is registered; of several sensors the
+            first one's, and so all that is said of a sensor here.
         options: The sensor's own keys of `[sensor]`, an instance of its format's `options`; None where it has none.
         parameters: The sim: nominal values and bounds as given, by name.
         bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
@@ -205,6 +244,7 @@ class Dataset:
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the robot went straight from each pose to the next.
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
+        members: The sensors, where there are several.
         warnings: What is odd, but no error.
     """
 
@@ -226,6 +266,7 @@ class Dataset:
     time_is_order: bool = False
     path_known: bool = True
     sessions: Sessions | None = None
+    members: tuple[Member, ...] = ()
     source: str = ""
     licence: str = ""
     folder: Path | None = None
@@ -233,8 +274,44 @@ class Dataset:
 
     @property
     def format(self) -> SensorFormat:
-        """What its kind of sensor needs in a data set."""
-        return sensor_format(self.kind)
+        """What its kind of sensor needs in a data set; of several sensors, what all of them do together."""
+        if not self.members:
+            return sensor_format(self.kind)
+        return format_of_several([member.described.format for member in self.members])
+
+    @cached_property
+    def parts(self) -> tuple["Dataset", ...]:
+        """What each of several sensors saw, as a data set of its own; the data set itself where there is one sensor."""
+        return tuple(self._part(number) for number in range(len(self.members))) if self.members else (self,)
+
+    @property
+    def named_parts(self) -> tuple[tuple[str, "Dataset"], ...]:
+        """The parts, each with what the names of its sources of noise begin with: "" where there is one sensor."""
+        prefixes = [f"{member.name}." for member in self.members] or [""]
+        return tuple(zip(prefixes, self.parts, strict=True))
+
+    def _part(self, number: int) -> "Dataset":
+        member = self.members[number]
+        points = self.points
+        if points.sensor is not None:
+            points = points.take(np.flatnonzero(points.sensor == number))
+        columns = member.described.format.columns
+        return replace(
+            member.described,
+            name=self.name,
+            poses=self.poses,
+            points=Points(
+                points.pose,
+                tuple(name.removeprefix(f"{member.name}/") for name in points.names),
+                points.repeat,
+                pixel=points.pixel if "pixel" in columns else None,
+                xyz=points.xyz if "xyz" in columns else None,
+                columns={name: values for name, values in points.columns.items() if name in columns},
+            ),
+            robot=self.robot,
+            sessions=self.sessions,
+            folder=self.folder,
+        )
 
     @property
     def session_of_pose(self) -> Ints:
@@ -283,10 +360,24 @@ class Dataset:
         At least three rows of each pose or name are kept, evenly taken along them.
         """
         points = self.points
-        group = points.number if self.format.named_points else points.pose
-        table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
-        rows = np.sort(table[table >= 0])
+        chosen = [self._some(rows, named, max(1, most // len(self.parts))) for rows, named in self.rows_of_sensors]
+        rows = np.sort(np.concatenate(chosen))
         return self if len(rows) == len(points) else replace(self, points=points.take(rows))
+
+    @property
+    def rows_of_sensors(self) -> list[tuple[Ints, bool]]:
+        """Rows that each sensor saw, and whether its points have names of their own."""
+        if self.points.sensor is None:
+            return [(np.arange(len(self.points)), self.format.named_points)]
+        return [
+            (np.flatnonzero(self.points.sensor == number), member.described.format.named_points)
+            for number, member in enumerate(self.members)
+        ]
+
+    def _some(self, rows: Ints, named: bool, most: int) -> Ints:  # noqa: FBT001
+        group = (self.points.number if named else self.points.pose)[rows]
+        table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
+        return rows[table[table >= 0]]
 
 
 def numbers(cells: Sequence[str]) -> Array | None:

@@ -1,7 +1,7 @@
 """dataset.toml: what its keys mean, and what it says of robot, sensor and target."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, final
 
@@ -10,8 +10,9 @@ from msgspec import Meta
 
 from robolaser.data.csv_tables import read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
-from robolaser.data.sensor_format import SensorFormat, sensor_format
+from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
+from robolaser.data.several_sensors import described_members
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.geometry.kinematics import Robot
@@ -23,9 +24,7 @@ FORMAT = "robolaser-dataset/1"
 GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
-PLANNED = (
-    "sensors", "board.marker_m", "board.dictionary", "target.radius_m", "noise.angle_rad",
-)  # fmt: skip
+PLANNED = ("target.radius_m", "noise.angle_rad")
 """Keys of the format that this version does not read."""
 
 Text = Annotated[str, Meta(min_length=1)]
@@ -94,8 +93,9 @@ class ParameterEntry:
     """One of `[parameters]`."""
 
     nominal: float
-    lower: float
-    upper: float
+    lower: float | None = None
+    upper: float | None = None
+    fixed: bool = False
 
 
 @final
@@ -133,11 +133,26 @@ def describe(folder: str | Path) -> Dataset:
         )
     contents = read_toml(folder / FILE)
     check_format(contents, FORMAT, FILE)
+    if "sensors" not in contents:
+        return _described(contents, folder)
+    members = described_members(contents, lambda one: _described(one, folder))
+    first, formats = members[0].described, [member.described.format for member in members]
+    whole = typed({key: contents[key] for key in contents if key != "sensors"}, DatasetFile, file=FILE)
+    return replace(
+        first,
+        members=members,
+        parameters=_parameters(whole.parameters, format_of_several(formats)),
+        warnings=_unused(contents, format_of_several(formats)),
+    )
+
+
+def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
+    """A data set of one sensor."""
     read = typed(contents, DatasetFile, file=FILE, planned=PLANNED)
     declared = sensor_format(_kind(read))
     _check(read, declared)
     said = {key: value for key, value in read.sensor.items() if key != "kind"}
-    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",), planned=("mount",))
+    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",))
     image = read.image if "image" in declared.tables else None
     return Dataset(
         name=read.name or folder.resolve().name,
@@ -161,11 +176,15 @@ def describe(folder: str | Path) -> Dataset:
         path_known=read.robot is None or read.robot.path == "consecutive",
         sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
-        warnings=tuple(
-            f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."
-            for table in ("scanner", "image", "board")
-            if table in contents and table not in declared.tables
-        ),
+        warnings=_unused(contents, declared),
+    )
+
+
+def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, ...]:
+    return tuple(
+        f"{FILE}, [{table}] is not used: a {declared.title} has no use for it."
+        for table in ("scanner", "image", "board")
+        if table in contents and table not in declared.tables
     )
 
 
@@ -227,6 +246,8 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
     for table in declared.required:
         if getattr(read, table) is None:
             raise DataError(f"{FILE} lacks [{table}], which a {declared.title} needs.", file=FILE, column=table)
+    if read.board is not None:
+        _check_board(read.board)
     if read.target.distances_m and not declared.named_points:
         raise DataError(
             f"{FILE}, [target] distances_m: the points of a {declared.title} have no names of their own, so that no"
@@ -234,6 +255,19 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
             file=FILE,
             column="[target] distances_m",
         )
+
+
+def _check_board(board: Board) -> None:
+    markers = {"marker_m": board.marker_m, "dictionary": board.dictionary}
+    for key, value in markers.items():
+        if board.kind == "charuco" and value is None:
+            raise DataError(
+                f"{FILE} lacks [board] {key}, which a ChArUco board needs.", file=FILE, column=f"[board] {key}"
+            )
+        if board.kind != "charuco" and value is not None:
+            raise wrong(FILE, ("board", key), value, f"no {key}: only a ChArUco board has markers")
+    if board.marker_m is not None and board.marker_m >= board.square_m:
+        raise wrong(FILE, ("board", "marker_m"), board.marker_m, f"less than square_m, {board.square_m:g}")
 
 
 def _robot(table: RobotTable, folder: Path) -> Robot:
@@ -257,18 +291,38 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
         at = ("parameters", name)
         if not isinstance(values, dict):
             raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
-        entry = typed(values, ParameterEntry, file=FILE, at=at, planned=("fixed",))
-        reason = _implausible(name, entry, declared)
+        entry = typed(values, ParameterEntry, file=FILE, at=at)
+        lower, upper = (_bound(entry, end, at) for end in ("lower", "upper"))
+        reason = _implausible(name, entry, lower, upper, declared)
         if reason:
             raise DataError(f"{FILE}, [parameters] {name}: {reason}", file=FILE, column=f"[parameters] {name}")
-        found[name] = Parameter(name, declared.unit_of(name), entry.nominal, entry.lower, entry.upper)
+        found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
     return found
 
 
-def _implausible(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
+def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
+    """One end of a parameter's range; of a fixed one the nominal value.
+
+    Raises:
+        DataError: It is missing, or the parameter is fixed and has one.
+    """
+    value: float | None = getattr(entry, end)
+    key = f"[{at[0]}] {at[1]}.{end}"
+    if entry.fixed:
+        if value is not None:
+            reason = "the parameter is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper"
+            raise DataError(f"{FILE}, {key}: {reason}.", file=FILE, column=key)
+        return entry.nominal
+    if value is None:
+        expected = "a finite number, or fixed = true to hold the parameter at its nominal value"
+        raise DataError(f"{FILE} lacks {key}: expected {expected}.", file=FILE, column=key)
+    return value
+
+
+def _implausible(name: str, entry: ParameterEntry, lower: float, upper: float, declared: SensorFormat) -> str:
     """What is wrong with a parameter's numbers; "" where nothing is."""
-    nominal, lower, upper = entry.nominal, entry.lower, entry.upper
-    if not lower < upper or not lower <= nominal <= upper:
+    nominal = entry.nominal
+    if not entry.fixed and (not lower < upper or not lower <= nominal <= upper):
         why = "lower must be below upper" if not lower < upper else "the nominal value must lie between the bounds"
         return f"nominal {nominal:g}, lower {lower:g}, upper {upper:g}; {why}."
     if name in declared.positive and lower <= 0:

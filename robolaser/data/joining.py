@@ -3,14 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import chain
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.parameters import Parameter
+
+A = TypeVar("A", bound=np.generic)
 
 
 def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str, ...] = OWN) -> Dataset:
@@ -81,10 +84,11 @@ def _points(datasets: Sequence[Dataset]) -> Points:
         pixel=_all([one.pixel for one in points]),
         xyz=_all([one.xyz for one in points]),
         columns={column: np.concatenate([one.columns[column] for one in points]) for column in points[0].columns},
+        sensor=_all([one.sensor for one in points]),
     )
 
 
-def _all(arrays: Sequence[Array | None]) -> Array | None:
+def _all(arrays: Sequence[NDArray[A] | None]) -> NDArray[A] | None:
     known = [array for array in arrays if array is not None]
     return np.concatenate(known) if len(known) == len(arrays) else None
 

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import point_table, pose_table
-from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import FILE, describe
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.point_table import read_points
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
+from robolaser.data.several_sensors import with_points_of
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError
 
@@ -31,13 +32,26 @@ def load(folder: str | Path) -> Dataset:
     dataset = replace(
         described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd)
     )
-    if not (folder / point_table.FILE).exists():
+    if dataset.members:
+        files = [inside(folder, member.file, f"{FILE}, [[sensors]] points") for member in dataset.members]
+        if not any(file.exists() for file in files):
+            return dataset
+        dataset = with_points_of(
+            dataset, [_points(folder, part, one.file) for part, one in zip(dataset.parts, dataset.members, strict=True)]
+        )
+    elif (folder / point_table.FILE).exists():
+        dataset = replace(dataset, points=_points(folder, dataset, point_table.FILE))
+    else:
         return dataset
-    points = read_points(folder, dataset)
-    _check_distances(dataset, sorted(set(points.names)))
-    dataset = replace(dataset, points=points)
     _check_sessions(dataset)
     return replace(dataset, warnings=(*dataset.warnings, *_silent(dataset), *_copies(dataset)))
+
+
+def _points(folder: Path, dataset: Dataset, file: str) -> Points:
+    """The points that one sensor saw."""
+    points = read_points(folder, dataset, file)
+    _check_distances(dataset, sorted(set(points.names)))
+    return points
 
 
 def _check_distances(dataset: Dataset, known: list[str]) -> None:

@@ -17,18 +17,19 @@ FILE = "points.csv"
 LARGEST_REPEAT = 1e9
 
 
-def read_points(folder: Path, described: Dataset) -> Points:
+def read_points(folder: Path, described: Dataset, file: str = FILE) -> Points:
     """Read points.csv.
 
     Args:
         folder: The data set's.
         described: What dataset.toml says, with the poses.
+        file: Its name, where each of several sensors has one.
 
     Raises:
         DataError: With row and column of what is wrong.
     """
     columns = [column for group in described.format.columns.values() for column in group]
-    return points_of(read_table(folder / FILE, ["repeat", *columns]), described)
+    return points_of(read_table(folder / file, ["repeat", *columns]), described)
 
 
 def points_of(table: Table, described: Dataset) -> Points:
@@ -41,7 +42,7 @@ def points_of(table: Table, described: Dataset) -> Points:
     _no_point_twice(table, points, in_pose)
     for column, why in declared.absent.items():
         if column in table:
-            raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{FILE} without {column}: {why}")
+            raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
     arrays = {name: table.numbers(columns) for name, columns in declared.columns.items()}
     if "xyz" in arrays:
         not_too_far(table, arrays["xyz"])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -144,18 +145,30 @@ def _outside_limits(table: Table, q: Array, robot: Robot) -> list[str]:
         joint, line = robot.joints[j], table.lines[i]
         raise DataError(
             f"{table.file}, row {line}: q_{joint} is {q[i, j]:.4g} {units[j]}, but the URDF limits {joint} to "
-            f"{robot.lower[j]:.2f} .. {robot.upper[j]:.2f} {units[j]}. Are these "
-            f"{'millimetres' if robot.prismatic[j] else 'degrees'}?",
+            f"{robot.lower[j]:.2f} .. {robot.upper[j]:.2f} {units[j]}. "
+            + (_exchanged(q, robot) or f"Are these {'millimetres' if robot.prismatic[j] else 'degrees'}?"),
             file=table.file,
             row=line,
             column=f"q_{joint}",
         )
+    exchanged = _exchanged(q, robot) if (beyond > 0).any() else ""
     return [
         f"{int((beyond[:, j] > 0).sum())} readings of {joint} lie up to {beyond[:, j].max():.3g} {units[j]} "
-        "outside its limits in the URDF."
+        f"outside its limits in the URDF. {exchanged}".rstrip()
         for j, joint in enumerate(robot.joints)
         if (beyond[:, j] > 0).any()
     ]
+
+
+def _exchanged(q: Array, robot: Robot) -> str:
+    """A question, if all readings lie within their limits once two columns are exchanged, and by no other exchange."""
+    pairs = []
+    for a, b in combinations(range(len(robot.joints)), 2):
+        other = q.copy()
+        other[:, [a, b]] = q[:, [b, a]]
+        if ((other >= robot.lower) & (other <= robot.upper)).all():
+            pairs.append((robot.joints[a], robot.joints[b]))
+    return f"Are the columns q_{pairs[0][0]} and q_{pairs[0][1]} exchanged?" if len(pairs) == 1 else ""
 
 
 def _unlisted(table: Table, q_columns: list[str]) -> list[str]:

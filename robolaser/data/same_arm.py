@@ -34,6 +34,9 @@ def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
 def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
     if one.kind != other.kind:
         yield f'[sensor] kind is "{one.kind}" in {one.name} and "{other.kind}" in {other.name}'
+    mine, theirs = ([(member.name, member.described.kind) for member in each.members] for each in (one, other))
+    if mine != theirs:
+        yield f"[[sensors]] are {_listed(mine)} in {one.name} and {_listed(theirs)} in {other.name}"
     a, b = one.robot, other.robot
     if a is None or b is None:
         if (a is None) != (b is None):
@@ -50,3 +53,7 @@ def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
         yield f"their URDFs place {a.joints[joint]} differently"
     if np.abs(a.end - b.end).max() > SAME:
         yield "their URDFs place the flange differently on the last joint"
+
+
+def _listed(sensors: list[tuple[str, str]]) -> str:
+    return ", ".join(f"{name} ({kind})" for name, kind in sensors) or "not there"

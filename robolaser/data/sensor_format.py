@@ -1,6 +1,6 @@
 """What a kind of sensor needs in a data set: its columns of points.csv, its keys of dataset.toml, its units."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import final
@@ -60,6 +60,22 @@ class SensorFormat:
         known = self.units.get(parameter) or self.units.get(last) or POSE_UNITS.get(last, "")
         plain, at, _ = parameter.rpartition("@")
         return known or (self.unit_of(plain) if at else "")
+
+
+def format_of_several(formats: Sequence[SensorFormat]) -> SensorFormat:
+    """What several sensors of one data set need together; rows have as many numbers as the largest one's, in metres."""
+    first, titles = formats[0], [one.title for one in formats]
+    return SensorFormat(
+        kind=first.kind,
+        title=f"{', '.join(titles[:-1])} and {titles[-1]}",
+        columns={name: columns for one in formats for name, columns in one.columns.items()},
+        numbers=max(one.numbers for one in formats),
+        tables=tuple(dict.fromkeys(table for one in formats for table in one.tables)),
+        units={name: unit for one in formats for name, unit in one.units.items()},
+        positive=tuple(dict.fromkeys(name for one in formats for name in one.positive)),
+        named_points=all(one.named_points for one in formats),
+        needs_robot=any(one.needs_robot for one in formats),
+    )
 
 
 _registered: dict[str, SensorFormat] = {}

@@ -1,7 +1,7 @@
 """A data set as a folder on disk: what `load` reads, written so that it reads the same again."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from robolaser.errors import output_exists, unwritable
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
+FOLDER = (*FILES, "robot.urdf")
+"""All that a data set is written as."""
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
@@ -45,13 +47,19 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
     if len(dataset.points):
         save_points(dataset, folder)
     else:
-        (folder / "points.csv").unlink(missing_ok=True)
+        for file in _point_files(dataset):
+            (folder / file).unlink(missing_ok=True)
     write_text(folder / "dataset.toml", "\n".join(_settings(dataset)) + "\n")
 
 
 def save_points(dataset: Dataset, folder: Path) -> None:
-    """Write points.csv and nothing else."""
-    _write_columns(folder / "points.csv", dict(point_columns(dataset)))
+    """Write points.csv, or that of each of several sensors, and nothing else."""
+    for file, part in zip(_point_files(dataset), dataset.parts, strict=True):
+        _write_columns(folder / file, dict(point_columns(part)))
+
+
+def _point_files(dataset: Dataset) -> list[str]:
+    return [member.file for member in dataset.members] or ["points.csv"]
 
 
 def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:
@@ -103,34 +111,58 @@ def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
 
 
 def _settings(dataset: Dataset) -> Iterator[str]:
-    tables: dict[str, dict[str, object]] = {
-        "": {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence},
-        "robot": _robot(dataset),
-        "sensor": {"kind": dataset.kind},
-        "scanner": {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles},
+    """The lines of dataset.toml."""
+    own = () if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
+    yield from _lines(
+        "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
+    )
+    yield from _lines("[robot]", _robot(dataset))
+    if not dataset.members:
+        yield from _lines("[sensor]", _sensor(dataset))
+        for table, values in _tables(dataset).items():
+            yield from _lines(f"[{table}]", values)
+    for member in dataset.members:
+        told = {"name": member.name, "points": member.file, "camera": member.camera}
+        named = {} if member.target == "target" else {"target": member.target}
+        yield from _lines("[[sensors]]", {**told, **named, **_sensor(member.described)})
+        for table, values in _tables(member.described).items():
+            if table not in named:
+                yield from _lines(f"[sensors.{table}]", values)
+    yield from _lines("[sessions]", {"own": own})
+    if dataset.parameters:
+        yield from ("", "[parameters]")
+        for name, item in dataset.parameters.items():
+            bounds = "fixed = true" if item.fixed else f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
+            yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
+
+
+def _lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
+    """A table; nothing where it says nothing."""
+    lines = [f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", ())]
+    if lines:
+        yield from ("", header, *lines) if header else lines
+
+
+def _sensor(dataset: Dataset) -> Mapping[str, object]:
+    if dataset.options is not None:
+        return {"kind": dataset.kind, **asdict(dataset.options)}
+    return {"kind": dataset.kind} | ({"stripe_axis": dataset.stripe_axis} if _has_scanner(dataset) else {})
+
+
+def _tables(dataset: Dataset) -> dict[str, Mapping[str, object]]:
+    """What is said of a sensor beside its kind."""
+    scanner: dict[str, object] = {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles}
+    return {
+        "scanner": scanner if _has_scanner(dataset) else {},
         "image": dict(zip(("width_px", "height_px"), dataset.image_px or (), strict=False)),
         "board": {} if dataset.board is None else asdict(dataset.board),
         "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
         "noise": asdict(dataset.noise),
-        "sessions": {} if dataset.sessions is None or dataset.sessions.own == OWN else {"own": dataset.sessions.own},
     }
-    if "scanner" not in dataset.format.tables:
-        tables["scanner"] = {}
-    elif dataset.options is None:
-        tables["sensor"] |= {"stripe_axis": dataset.stripe_axis}
-    if dataset.options is not None:
-        tables["sensor"] |= asdict(dataset.options)
-    for table, values in tables.items():
-        lines = [
-            f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", ())
-        ]
-        if lines:
-            yield from ("", f"[{table}]", *lines) if table else lines
-    if dataset.parameters:
-        yield from ("", "[parameters]")
-        for name, item in dataset.parameters.items():
-            bounds = f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
-            yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
+
+
+def _has_scanner(dataset: Dataset) -> bool:
+    return "scanner" in dataset.format.tables
 
 
 def _robot(dataset: Dataset) -> dict[str, object]:

@@ -10,18 +10,15 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths
 from robolaser.model.stages import Stage
 
-DENT, DENTS = 0.08, 80
-"""Size of dents in a target, as a share of its extent, and how many basis functions tell where they are."""
-MAX_DISTORTION_PX = 0.1
-"""Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image."""
-LEVER_M = 0.3
-"""A turn counts as the shift that it makes at this distance."""
+DENTS = 80
+"""Basis functions that tell where in a target dents are."""
 
 
 @final

@@ -12,6 +12,7 @@ import numpy as np
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import stepwise_order
 from robolaser.diagnosis.refits import Refits
@@ -117,12 +118,17 @@ def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
 def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     """Of a class, against the best that effects of other classes, or an unmodelled cause, do in its place.
 
-    What is left beside it does not count: something else may be at work too.
+    What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
+    one joint, where that is the only one of its effects.
     """
     spread = final.dispersion
     rivals = [without, *_substitutes(refits, final, without, name)]
     costs = np.array([refits.cost(fit, spread) for fit in (final, *rivals)])
-    return float(posterior_weights(costs)[0]) * (1.0 - refits.unmodelled(final, without))
+    unmodelled = [refits.unmodelled(final, without)]
+    own = [one for one in final.effects if class_of(one) == name]
+    if len({one.where for one in own}) == 1 and has_form(final, own[0]):
+        unmodelled.append(refits.locally_unmodelled(final, own[0].where))
+    return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))
 
 
 def _substitutes(refits: Refits, final: Fit, without: Fit, name: str) -> list[Fit]:

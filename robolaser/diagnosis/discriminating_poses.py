@@ -2,13 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
 from robolaser.geometry.visibility import limits, random_configurations
+
+A = TypeVar("A", bound=np.generic)
 
 TRIED = 1500
 """Configurations that are tried: half near measured ones, half anywhere."""
@@ -77,7 +81,7 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
     points, n, k = dataset.points, len(dataset.poses), len(q)
     number = np.unique(seen.pose, return_inverse=True)[1]
 
-    def both(before: Array | None, after: Array | None) -> Array | None:
+    def both(before: NDArray[A] | None, after: NDArray[A] | None) -> NDArray[A] | None:
         return None if before is None or after is None else np.concatenate([before, after])
 
     longer = Points(
@@ -86,6 +90,7 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
         pixel=both(points.pixel, seen.pixel),
         xyz=both(points.xyz, seen.xyz),
         columns={name: np.concatenate([values, seen.columns[name]]) for name, values in points.columns.items()},
+        sensor=both(points.sensor, seen.sensor),
     )
     rows = len(points) + np.arange(len(seen)).reshape(k, -1)
     return replace(dataset, poses=_after(dataset, q), points=longer), rows

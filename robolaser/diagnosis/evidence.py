@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import ALIAS_SHARE, ALTERNATIVE_SHARE, REFITTED_ALTERNATIVES
+from robolaser.diagnosis.thresholds import ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -73,7 +73,7 @@ def _in_its_place(refits: Refits, final: Fit, candidate_effect: CandidateEffect)
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
-    near = [test for test in best if test.gain > ALTERNATIVE_SHARE * (without.chi2 - final.chi2)]
+    near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
     return [(test.candidate_effect, refits.refit(without, [test])) for test in near]
 
 

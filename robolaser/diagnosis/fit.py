@@ -8,8 +8,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.diagnosis.arm_geometry import LARGEST_USUAL, marginal_cost, placements_of_arm
+from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
+from robolaser.diagnosis.thresholds import LARGEST_USUAL
 from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
@@ -152,7 +153,7 @@ class Fit:
     @property
     def freedoms(self) -> int:
         """Whitened residuals less parameters, at least 1."""
-        return max(1, len(self.at.white) - len(self.x))
+        return max(1, self.problem.numbers - len(self.x))
 
     @cached_property
     def poses(self) -> Ints:

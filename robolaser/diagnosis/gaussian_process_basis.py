@@ -1,6 +1,6 @@
 """Coordinates in which a gap may lie, as smooth functions of them: one column for each basis function."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import final
 
@@ -8,12 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.thresholds import ROUGH, SMOOTH, SMOOTH_POSTURE
 from robolaser.model.effects.run import Run
 
-SMOOTH = 0.35
-"""Length over which a smooth function keeps its value, as a share of the coordinate's range."""
-SMOOTH_POSTURE = 0.6
-"""The same for functions of all joints at once, of the posture's spread."""
 THIN = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
 KEPT = 1e-3
@@ -25,6 +22,8 @@ LANDMARKS = 300
 
 REMEMBERED = 64
 """Coordinates whose basis is kept."""
+LEAST_TORQUE_NM = 1e-6
+"""Range of a joint's gravity torque, below which it is none."""
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
@@ -34,21 +33,30 @@ def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array
     by those of some of them (Williams, Seeger 2001), so that the cost grows as their number. The last ones are kept: a
     diagnosis asks for the same coordinates at each of its fits.
     """
-    return _smooth(np.asarray(coordinate, dtype=np.float64).tobytes(), coordinate.shape, length, most)
+    values = np.asarray(coordinate, dtype=np.float64).tobytes()
+    return _remembered(values, coordinate.shape, length, most, _squared_exponential)
+
+
+def rough(coordinate: Array) -> Array:
+    """The same of a function of one coordinate (n,) that may have corners, (n, p): a Matérn kernel of order 3/2."""
+    return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), ROUGH, MOST, _matern)
+
+
+Kernel = Callable[[Array, Array], Array]
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _smooth(values: bytes, shape: tuple[int, ...], length: float, most: int) -> Array:
+def _remembered(values: bytes, shape: tuple[int, ...], length: float, most: int, kernel: Kernel) -> Array:
     coordinate = np.frombuffer(values).reshape(shape)
     spread = np.ptp(coordinate, axis=0)
     spread = np.maximum(spread, THIN * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
-        return _frozen(_basis(_kernel(scaled, scaled), most))
+        return _frozen(_basis(kernel(scaled, scaled), most))
     order = np.lexsort(scaled.T[::-1])
     marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
-    basis = _basis(_kernel(marks, marks), most)
-    extended: Array = _kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
+    basis = _basis(kernel(marks, marks), most)
+    extended: Array = kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
     return _frozen(extended)
 
 
@@ -57,10 +65,19 @@ def _frozen(basis: Array) -> Array:
     return basis
 
 
-def _kernel(some: Array, others: Array) -> Array:
+def _squares(some: Array, others: Array) -> Array:
     apart = some[:, None, :] - others
-    kernel: Array = np.exp(-0.5 * np.einsum("ijk,ijk->ij", apart, apart))
-    return kernel
+    squares: Array = np.einsum("ijk,ijk->ij", apart, apart)
+    return squares
+
+
+def _squared_exponential(some: Array, others: Array) -> Array:
+    return np.exp(-0.5 * _squares(some, others))
+
+
+def _matern(some: Array, others: Array) -> Array:
+    apart = np.sqrt(3.0 * _squares(some, others))
+    return (1.0 + apart) * np.exp(-apart)
 
 
 def _basis(kernel: Array, most: int) -> Array:
@@ -128,7 +145,7 @@ class OfPoses:
         yield self.angle(column, name)
         if dataset.robot is not None and dataset.robot.has_masses:
             torque = scene.gravity_torques[:, [column]]
-            if np.ptp(torque) > 1e-6:
+            if np.ptp(torque) > LEAST_TORQUE_NM:
                 yield f"gravity torque at {name}", smooth(torque)
         if dataset.path_known and dataset.poses.time_s is not None:
             approach = scene.approach[:, [column]]

@@ -11,12 +11,10 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.random_functions import RandomFunctions
-from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
+from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE, MAX_SITES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
 """Standard deviations tried for a function, relative to one that just shows among the noise."""
-MAX_SITES = 4
-"""Sites that a gap is divided among."""
 
 
 @final

@@ -80,7 +80,8 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
     noise = _within_reach(estimated_noise(data.dataset, sources, residuals, J, known))
-    if not row_excess(noise, _left(noise, residuals, J), J.shape[1]).is_above:
+    numbers = int(model.sensor.row_numbers.sum())
+    if not row_excess(noise, _left(noise, residuals, J), numbers - J.shape[1]).is_above:
         return noise
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
     opened = tuple(
@@ -101,18 +102,17 @@ def _within_reach(noise: NoiseModel) -> NoiseModel:
     return noise.at(sizes)
 
 
-def row_excess(noise: NoiseModel, white: Array, fitted: int) -> Excess:
+def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
     """How much rows scatter within their poses, beyond their noise.
 
     Args:
         noise: Of them.
         white: Whitened residuals (K,) that a fit left.
-        fitted: Numbers that were fitted.
+        freedoms: Their numbers less those that were fitted.
     """
     of_poses = noise.scatter > SEEN
     squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
-    freedoms = len(white) - fitted - int(np.count_nonzero(of_poses))
-    return Excess.of(squares, float(max(1, freedoms)))
+    return Excess.of(squares, float(max(1, freedoms - int(np.count_nonzero(of_poses)))))
 
 
 def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
@@ -127,13 +127,11 @@ def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
 def _known(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:
     """Stated sizes and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated."""
     known = known_sizes(sources, shots)
-    if "pixel" in known and known["pixel"][1] == "stated":
-        repeats = pixel_repeats(shots)
-        if (
-            repeats
-            and Excess.of(repeats.freedoms * (repeats.sigma_px / known["pixel"][0]) ** 2, repeats.freedoms).is_above
-        ):
-            known["pixel"] = repeats.sigma_px, "repeats"
+    for prefix, part in shots.named_parts:
+        size, origin = known.get(f"{prefix}pixel", (0.0, "estimated"))
+        repeats = pixel_repeats(part) if origin == "stated" else None
+        if repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / size) ** 2, repeats.freedoms).is_above:
+            known[f"{prefix}pixel"] = repeats.sigma_px, "repeats"
     return known
 
 

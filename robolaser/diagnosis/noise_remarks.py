@@ -26,12 +26,16 @@ def noise_remarks(final: Fit, shots: Dataset) -> tuple[str, ...]:
         final: Its model.
         shots: The data set with its repeats.
     """
-    repeats = pixel_repeats(shots)
-    return (*_contradicted(final, shots), *_smaller(final, shots, repeats), *_shared(shots, repeats), *_growing(final))
+    remarks = []
+    for prefix, part in shots.named_parts:
+        repeats = pixel_repeats(part)
+        remarks += [*_contradicted(final, part, prefix), *_smaller(final, part, repeats), *_shared(part, repeats)]
+    return (*dict.fromkeys(remarks), *_growing(final))
 
 
-def _contradicted(final: Fit, shots: Dataset) -> Iterator[str]:
-    for name, key in KEYS.items():
+def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:
+    for key_name, key in KEYS.items():
+        name = f"{prefix}{key_name}"
         stated, used = getattr(shots.noise, key), final.noise.sigmas.get(name)
         origin = final.noise.origin.get(name, "stated")
         if stated is not None and used is not None and origin != "stated" and used > stated:
@@ -49,7 +53,7 @@ def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterat
             " is stated is used, and effects may hide in it."
         )
         return
-    row_excesses = row_excess(final.noise, final.at.white, len(final.x))
+    row_excesses = row_excess(final.noise, final.at.white, final.problem.numbers - len(final.x))
     if row_excesses.is_below and "stated" in final.noise.origin.values():
         yield (
             f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: what is stated"

@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints, Progress
+from robolaser.calibration.misread_joints import misread_joints
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
@@ -27,6 +28,7 @@ from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -59,7 +61,7 @@ def diagnose(
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
-    return examine(dataset, effects, seed=seed, validate=validate).as_json()
+    return diagnosis_json(examine(dataset, effects, seed=seed, validate=validate))
 
 
 def examine(
@@ -130,10 +132,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
+    said = sentence(verdict, findings, classes, where, gap, repeatability, outliers)
+    misread = misread_joints(start.model, gap.calibrated_m)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers),
+        sentence=f"{misread} {said}" if misread else said,
         gap=gap,
         where=tuple(where),
         findings=listed(findings),

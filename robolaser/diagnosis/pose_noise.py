@@ -7,6 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
+from robolaser.diagnosis.thresholds import PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.model.effects.effect import CandidateEffect
@@ -17,8 +18,6 @@ MIN_RESIDUALS = 2
 """Independent motions of poses for each parameter, below which effects are not tried."""
 MOTIONS = 6
 """Independent motions of a pose."""
-MAX_SIGMA = 4.0
-"""Amplitude of a direction, in standard deviations of what its parameters may be, above which it explains nothing."""
 
 
 def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
@@ -45,7 +44,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     U, s, Vt = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
-    plausible = np.abs(along) <= MAX_SIGMA * s
+    plausible = np.abs(along) <= PLAUSIBLE_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
     for _ in range(ROUNDS):
         free = plausible * s**2 / (s**2 + variance)

@@ -15,16 +15,12 @@ from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
-from robolaser.diagnosis.thresholds import SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, SCATTER_CHANGE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.parameters import Parameters
-
-IMPLAUSIBLE = 2.0
-"""Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
-search for it ended in a lesser optimum."""
 
 
 @final
@@ -53,7 +49,7 @@ class Preparation:
         model = Model(dataset)
         sensor = model.parameters
         some = AveragedData.single(dataset).subsampled()
-        small = Model(some.dataset)
+        small = Model(some.dataset).sharing(sensor)
         start = find_start(small, Plan(seed=seed)).x
         noise = row_noise(some, small, start, dataset)
         near = robust_fit(Fit.of(problem_of(small, noise, sensor), start)).x
@@ -71,7 +67,7 @@ class Preparation:
             effects: Effects that may explain what is left.
         """
         data = AveragedData.of(self.dataset, outliers).subsampled()
-        model, x = Model(data.dataset), self.near
+        model, x = Model(data.dataset).sharing(self.sensor), self.near
         noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)
         if not _scatter_is_seen(fit):
@@ -85,7 +81,7 @@ class Preparation:
             return None
         noise = self._noise_of(data, final, smooth=False)
         white = noise.whiten(final.at.plain[None])[0]
-        if white @ white > IMPLAUSIBLE * len(white):
+        if white @ white > IMPLAUSIBLE_NOISE * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
@@ -105,7 +101,7 @@ class Preparation:
 
     def outliers(self, final: Fit) -> Bools:
         """Rows that the final model leaves far off, (rows of points.csv,)."""
-        model = Model(self.dataset, final.effects)
+        model = Model(self.dataset, final.effects).sharing(self.sensor)
         return outliers_of(Fit(problem_of(model, self.shots, self.sensor), final.x))
 
 

@@ -8,10 +8,11 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MAX_UNMODELLED, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -34,7 +35,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     while True:
         left = localize(final)
         unmodelled = {one: _unmodelled(refits, final, one) for one in final.effects}
-        doubtful = _above(unmodelled, MAX_UNMODELLED) if final.has_optics else []
+        doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
             doubtful = aliases(refits, final) or _incredible(refits, final, unmodelled, unexplained)
@@ -50,13 +51,20 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:
-    """Probability of an unmodelled cause in the place of an effect, or of all effects at its location together."""
+    """Probability of an unmodelled cause in the place of an effect, or of all effects at its location together.
+
+    At a joint it may be a function of that joint alone, in the place of those that have a form, or beside them.
+    """
+    where = candidate_effect.where
     without = refits.refit(final, removed=candidate_effect)
-    alone = refits.unmodelled(final, without)
-    beside = [one for one in without.effects if one.where == candidate_effect.where]
-    for one in beside:
-        without = refits.refit(without, removed=one)
-    return max(alone, refits.unmodelled(final, without)) if beside else alone
+    probabilities = [refits.unmodelled(final, without)]
+    if beside := [one for one in without.effects if one.where == where]:
+        for one in beside:
+            without = refits.refit(without, removed=one)
+        probabilities.append(refits.unmodelled(final, without))
+    if has_form(final, candidate_effect):
+        probabilities.append(refits.locally_unmodelled(final, where))
+    return max(probabilities)
 
 
 def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:

@@ -8,9 +8,10 @@ import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.local_unknown import has_form, local_unknown_chi2, probability_of_local_unknown
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_UNMODELLED, MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, EVEN, INDEPENDENT_SHAPES, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -32,6 +33,7 @@ class Refits:
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
     _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
+    _at_joint: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
 
@@ -117,13 +119,29 @@ class Refits:
         """
         return probability_of_unmodelled(self._cost_beside_unmodelled(without), self._cost_beside_unmodelled(fit))
 
+    def locally_unmodelled(self, fit: Fit, joint: str) -> float:
+        """Probability that a function of unknown form at a joint explains what the effects there do, or their rest."""
+        without = fit
+        for one in fit.effects:
+            if one.where == joint and has_form(fit, one):
+                without = self.refit(without, removed=one)
+        return probability_of_local_unknown(
+            *self._cost_and_local_unknown(fit, joint), *self._cost_and_local_unknown(without, joint)
+        )
+
+    def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
+        key = frozenset(fit.effects), joint
+        if key not in self._at_joint or self._at_joint[key][0] != fit.chi2:
+            self._at_joint[key] = fit.chi2, local_unknown_chi2(fit, joint)
+        return fit.chi2 + self._penalties(fit), self._at_joint[key][1]
+
     def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
         """Whether effects are left out because an unmodelled cause more probably explains what they do.
 
         Not where the sensor has no optics: there a smooth function of the posture imitates any effect of the arm, and
         the test would leave out effects that predict new poses well. Their probability still counts it.
         """
-        return fit.has_optics and self.unmodelled(fit, without) > MAX_UNMODELLED
+        return fit.has_optics and self.unmodelled(fit, without) > EVEN
 
     def _cost_beside_unmodelled(self, fit: Fit) -> float:
         key = frozenset(fit.effects)
@@ -135,7 +153,7 @@ class Refits:
 def penalty(test: ScoreTest) -> float:
     """The complexity penalty of an effect, its nonlinear parameters chosen from those that were tried."""
     kind = test.candidate_effect.effect
-    return complexity_penalty(len(kind.units()), test.tried)
+    return complexity_penalty(len(kind.units()), INDEPENDENT_SHAPES.get(kind.name, 1.0) * test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

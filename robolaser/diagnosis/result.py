@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
@@ -10,8 +10,6 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-
-FORMAT = "robolaser-diagnosis/1"
 
 
 @final
@@ -228,127 +226,3 @@ class Diagnosis:
     noise_remarks: tuple[str, ...]
     seconds: float
     validation: tuple[Validation, ...] = ()
-
-    def as_json(self) -> dict[str, Any]:
-        """What diagnosis.json holds."""
-        gap = self.gap
-        return {
-            "format": FORMAT,
-            "dataset": self.dataset.name,
-            "verdict": self.verdict,
-            "sentence": self.sentence,
-            "gap_mm": {
-                "nominal": _mm(gap.nominal_m),
-                "calibrated": _mm(gap.calibrated_m),
-                "after": _mm(gap.after_m),
-                "noise_floor": _mm(gap.noise_floor_m),
-                "after_ci95": [_mm(end) for end in gap.after_ci95_m],
-            },
-            "where": [
-                {"site": lies.site, "coordinate": lies.coordinate, "share": lies.share, "p_value": lies.p_value}
-                for lies in self.where
-            ],
-            "effects": [_finding(found) for found in self.findings] + ([_outliers(self)] if len(self.outliers) else []),
-            "classes": [_class(one) for one in self.classes],
-            "gross_errors": self.outliers.tolist(),
-            "not_testable": [{"effect": name, "reason": reason} for name, reason in self.not_testable.items()],
-            "next_poses": [dict(pose) for pose in self.next_poses],
-            "detection_limits": [_limit(one) for one in self.limits],
-            "front": [
-                {
-                    "effects": [_pair(candidate_effect) for candidate_effect in choice.effects],
-                    "gap_mm": _mm(choice.gap_m),
-                }
-                for choice in self.front
-            ],
-            "noise": {name: _noise(source) for name, source in self.noise.items()},
-            "repeatability": {name: _noise(source) for name, source in self.repeatability.sources.items()}
-            | {"mm_at_sensor": _mm(self.repeatability.at_sensor_m)},
-            "noise_remarks": list(self.noise_remarks),
-            "validation": [_validation(one) for one in self.validation],
-            "seconds": self.seconds,
-        }
-
-
-def _noise(source: NoiseSource) -> dict[str, Any]:
-    return {"value": source.value, "unit": source.unit, "origin": source.origin}
-
-
-def _mm(metres: float) -> float:
-    return 1e3 * metres
-
-
-def _place(candidate_effect: CandidateEffect) -> dict[str, str]:
-    return {"effect": candidate_effect.effect.name, "where": candidate_effect.where}
-
-
-def _pair(candidate_effect: CandidateEffect) -> list[str]:
-    return [candidate_effect.effect.name, candidate_effect.where]
-
-
-def _limit(one: DetectionLimit) -> dict[str, Any]:
-    return {
-        **_place(one.candidate_effect),
-        "number": one.parameter,
-        "size": one.size,
-        "unit": one.unit,
-        "identifiable": one.identifiable,
-        "rival": None if one.rival is None else _pair(one.rival),
-        "at_tool_mm": None if one.at_tool_m is None else _mm(one.at_tool_m),
-    }
-
-
-def _finding(found: Finding) -> dict[str, Any]:
-    return {
-        **_place(found.candidate_effect),
-        "probability": found.probability,
-        "parameters": {
-            name: {"value": number.value, "std": number.std, "unit": number.unit}
-            | ({"on_bound": number.bound} if number.bound else {})
-            for name, number in found.parameters.items()
-        },
-        "gap_mm_before": _mm(found.gap_before_m),
-        "gap_mm_after": _mm(found.gap_after_m),
-        "gap_mm_without": _mm(found.gap_without_m),
-        "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
-    }
-
-
-def _validation(one: Validation) -> dict[str, Any]:
-    return {
-        "dataset": one.dataset,
-        "nominal_mm": _mm(one.nominal_m),
-        "calibrated_mm": _mm(one.calibrated_m),
-        "after_mm": _mm(one.after_m),
-        "noise_floor_mm": _mm(one.noise_floor_m),
-        "rows": one.rows,
-        "remarks": list(one.remarks),
-    }
-
-
-def _class(one: CauseClass) -> dict[str, Any]:
-    return {
-        "class": one.name,
-        "probability": one.probability,
-        "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
-        "gap_mm_with": _mm(one.gap_with_m),
-        "members": [{**_place(member), "probability": probability} for member, probability in one.members],
-        "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
-        **({"site": one.site} if one.site else {}),
-    }
-
-
-def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Gross errors as a finding: survived, not modelled, so they change no gap."""
-    share = len(diagnosis.outliers) / max(1, len(diagnosis.dataset.points))
-    after = _mm(diagnosis.gap.after_m)
-    return {
-        "effect": "outliers",
-        "where": "image",
-        "probability": 1.0,
-        "parameters": {"share": {"value": share, "std": None, "unit": ""}},
-        "gap_mm_before": after,
-        "gap_mm_after": after,
-        "gap_mm_without": after,
-        "indistinguishable_from": [],
-    }

@@ -38,10 +38,16 @@ class StageDerivatives:
         self._residuals(1, stage, note)
         if len(seen) < 2 or seen[0].shape[1] == 1:
             return seen[-1][0] if seen else None
-        dataset = self._model.dataset  # each session's rows came by themselves
+        dataset = self._model.dataset  # each sensor's and each session's rows came by themselves
         session = dataset.session_of_pose[dataset.points.pose]
-        number = np.unique(session, return_inverse=True)[1]
-        return np.stack([value[0] for value in seen])[number, np.arange(len(session))]
+        group = np.full(len(session), -1, dtype=np.int64)
+        for number, (rows, stages) in enumerate(self._model.sensor.stages_of_rows):
+            if stage in stages:
+                group[rows] = session[rows] + number * (1 + session.max())
+        there = np.flatnonzero(group >= 0)
+        passed: Array = np.zeros_like(seen[0][0])
+        passed[there] = np.stack([value[0] for value in seen])[np.unique(group[there], return_inverse=True)[1], there]
+        return passed
 
     def _by(self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False) -> Array:
         """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,)."""

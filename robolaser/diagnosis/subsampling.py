@@ -23,12 +23,14 @@ def chosen_rows(dataset: Dataset) -> Bools:
     points, named = dataset.points, dataset.format.named_points
     poses, first = np.unique(points.pose, return_index=True)
     chosen = _some(poses, points.number[first] if named else np.zeros(len(poses), dtype=np.int64))
-    rows = np.flatnonzero(np.isin(points.pose, chosen))
     kept = np.zeros(len(points), dtype=bool)
-    if not named:
-        table = some_of_each(points.pose[rows], max(MIN_ROWS, MAX_ROWS // len(chosen)))
-        rows = rows[table[table >= 0]]
-    kept[rows] = True
+    of_sensors = dataset.rows_of_sensors
+    for of_sensor, has_names in of_sensors:
+        rows = of_sensor[np.isin(points.pose[of_sensor], chosen)]
+        if not has_names and len(rows):
+            table = some_of_each(points.pose[rows], max(MIN_ROWS, MAX_ROWS // len(of_sensors) // len(chosen)))
+            rows = rows[table[table >= 0]]
+        kept[rows] = True
     return kept
 
 

@@ -8,12 +8,10 @@ from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.diagnosis.thresholds import CERTAIN, WORTH_SAYING
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
-WORTH_SAYING = 0.25
-"""Scatter of whole poses over all noise, from which on it is said."""
 
 
 def sentence(

@@ -21,6 +21,17 @@ FULLY_PENALIZED: Final = 6
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
 """Chi-squared for each parameter beyond those: that all of many gain more than their share by chance is ever less
 likely. A judgement."""
+INDEPENDENT_SHAPES: Final = {
+    "backlash": 0.65,
+    "base_compliance": 0.8,
+    "laser_drift": 0.35,
+    "link_compliance": 0.8,
+    "target_scale": 0.7,
+    "thermal_drift": 0.6,
+}
+"""Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
+is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
+simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
 FREEDOMS_PER_POSE: Final = 4.0
 """Independent ways in which whole poses are off: errors that the model lacks rarely use all six. A judgement."""
 MIN_POSES: Final = 5
@@ -42,7 +53,8 @@ judgement: more than one effect costs."""
 DISTINCT_SINE: Final = 1e-2
 """Sine of the angle between the columns of two effects, below which they count as one direction."""
 SHARE_OF_BEST_SCORE: Final = 0.75
-"""Share of the best score that a candidate must promise to be refitted: scores are linear, and may be a quarter off."""
+"""Share of the best score, or of what an effect explains, that a candidate must promise to be refitted: scores are
+linear, and may be a quarter off."""
 TESTED_ADDITIONS: Final = 3
 """Additions, best first, that are tested against an unmodelled cause before none is added."""
 MIN_IMPROVEMENT: Final = 1e-3
@@ -63,6 +75,12 @@ SCATTER_CHANGE: Final = 1.1
 for the search to start again."""
 SCATTER_ROUNDS: Final = 3
 """Times that it starts again for that."""
+IMPLAUSIBLE_NOISE: Final = 2.0
+"""Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
+search for it ended in a lesser optimum. A judgement."""
+PLAUSIBLE_SIGMA: Final = 4.0
+"""Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter. A
+quantile: once in sixteen thousand directions."""
 NOISE_CONTRADICTED: Final = 1.25
 """Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
 NOISE_CONTRADICTED_SIGMA: Final = 4.0
@@ -96,8 +114,21 @@ CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 """Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. By blind worlds, a
 wrong cause is certain in 4 of 6 joints with a dead zone with 12, in 2 with 4, and none with -12; but 4 no longer finds
 some weak true causes, and -12 loses 5 of 18."""
-MAX_UNMODELLED: Final = 0.5
-"""Probability that an unmodelled cause explains what an effect does, above which the effect is not named."""
+SMOOTH: Final = 0.35
+"""Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
+SMOOTH_POSTURE: Final = 0.6
+"""The same for functions of all joints at once, of the posture's spread. A judgement."""
+ROUGH: Final = 0.25
+"""The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
+log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
+DENT: Final = 0.08
+"""The same for dents in a target, as a share of its extent. A judgement."""
+MAX_SITES: Final = 4
+"""Sites that a gap is divided among."""
+MAX_DISTORTION_PX: Final = 0.1
+"""Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement."""
+LEVER_M: Final = 0.3
+"""Distance, at which a turn counts as the shift that it makes there. A judgement."""
 MIN_CREDIBILITY: Final = 0.1
 """Credibility of an effect, below which it is not worth a person's time. A judgement, set by blind trials."""
 
@@ -105,8 +136,6 @@ MIN_CREDIBILITY: Final = 0.1
 
 REFITTED_ALTERNATIVES: Final = 10
 """Candidates that are refitted in an effect's place."""
-ALTERNATIVE_SHARE: Final = 0.75
-"""Share of what an effect explains that a candidate must promise to be refitted in its place."""
 CHI2_INDISTINGUISHABLE: Final = 20.0
 """Chi-squared, in units of the dispersion, by which an alternative may fit worse and still count as indistinguishable.
 A judgement from blind trials: at 14, chance exchanged two effects in 2.3 of a hundred cells."""
@@ -121,6 +150,13 @@ ALIAS_LOCATIONS: Final = 3
 LARGEST_PLAUSIBLE: Final = 10.0
 """Size of an effect, in units of what is usual in industry, beyond which a limit says nothing: no arm errs so much. A
 judgement; a joint's zero may be off by 1°."""
+
+LEAST_USUAL: Final = 0.01
+"""Least size of errors that the data may tell, in units of those usual in industry. The data choose among sizes."""
+LARGEST_USUAL: Final = 3.0
+"""Size of the errors of an arm that was never calibrated, in those units. A judgement."""
+WORTH_SAYING: Final = 0.25
+"""Scatter of whole poses over all noise, from which on it is said. A judgement."""
 
 # Standard errors.
 
@@ -139,7 +175,8 @@ CREDIBLE_MASS: Final = 0.95
 FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
-"""Probability, below which a class is no more than possible."""
+"""Probability, below which a class is no more than possible; and of an unmodelled cause in an effect's place, above
+which the effect is not named."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""

@@ -134,9 +134,10 @@ class _Transfer:
         held: Mapping[str, float],
     ) -> "_Transfer":
         """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
-        model = Model(data.dataset, effects, continued(found_in, data.dataset).course)
-        start = {item.name: item.nominal for item in model.parameters.items} | dict(held)
-        completed = model.completed({name: np.array([value]) for name, value in start.items()})
+        whole = Model(raw, effects, continued(found_in, raw).course)
+        start = {item.name: item.nominal for item in whole.parameters.items} | dict(held)
+        completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
+        model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
         start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal

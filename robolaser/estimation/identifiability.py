@@ -93,16 +93,22 @@ def null_directions(J: Array) -> Array:
     return _thin(basis) / scale
 
 
-def unidentifiable(known: Information, names: Sequence[str], width: Array) -> list[Unidentifiable]:
+def unidentifiable(
+    known: Information, names: Sequence[str], width: Array, *, stated: Bools | None = None
+) -> list[Unidentifiable]:
     """What the data cannot identify: null directions first, then those that they fix no better than the bounds do.
 
     Args:
         known: The information of all rows about all parameters, those fixed by a gauge included.
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
+        stated: Parameters that the data set fixes, (d,): nothing is asked of them.
     """
-    found, free = [], np.ones(len(names), dtype=bool)
-    involved = null_directions(known.plain) != 0.0
+    found, free = [], np.ones(len(names), dtype=bool) if stated is None else ~stated
+    asked = np.flatnonzero(free)
+    null = null_directions(known.plain[:, asked])
+    involved = np.zeros((len(null), len(names)), dtype=bool)
+    involved[:, asked] = null != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # once known, it fixes the direction

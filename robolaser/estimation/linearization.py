@@ -10,7 +10,6 @@ from robolaser.arrays import Array, Bools
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.finite_differences import differences
-from robolaser.model.derivatives import slopes_by
 from robolaser.model.effects.effect import CandidateEffect
 
 STEP = 1e-3
@@ -142,18 +141,14 @@ class Linearization:
         step = STEP * np.array([amplitude.prior_scale for amplitude in effect.effect.amplitudes()])
         q, d = len(step), len(self.x)
         x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
-        names = (*problem.parameters.names, *effect.parameters.names)
-        J = slopes_by(model, dict(zip(names, x.T, strict=True)), effect.parameters.names[:q], step)
-        if J is None:
-            everywhere = np.full(x.shape[1], np.inf)
-            steps = np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
+        everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
 
-            def residuals(candidates: Array) -> Array:
-                values = dict(zip(names, candidates.T, strict=True))
-                return model.residuals_at(values).reshape(len(candidates), -1)
+        def residuals(candidates: Array) -> Array:
+            values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
+            return model.residuals_at(values).reshape(len(candidates), -1)
 
-            middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
-            J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
+        middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
+        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
         white = problem.whitened(J.reshape(-1, *self.plain.shape))
         return np.swapaxes(white.reshape(len(shapes), q, -1), 1, 2)
 

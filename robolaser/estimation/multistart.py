@@ -112,7 +112,7 @@ def subsampled(model: Model) -> Model:
     if len(seen) > SEARCH_POSES and not few.format.named_points:
         some = seen[np.linspace(0, len(seen) - 1, SEARCH_POSES).round().astype(np.int64)]
         few = replace(few, points=few.points.take(np.flatnonzero(np.isin(few.points.pose, some))))
-    return model if few is model.dataset else Model(few, model.effects)
+    return model if few is model.dataset else Model(few, model.effects).sharing(model.sensor_parameters)
 
 
 def _sampled(problem: Problem, rng: np.random.Generator, times: int) -> Array:

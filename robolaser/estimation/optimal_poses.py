@@ -223,7 +223,7 @@ def _slopes(description: Dataset, target_view: _TargetView, q: Array, effects: S
     dataset = replace(description, poses=poses, points=points, time_is_order=True)
     model = Model(dataset, candidate_effects(effects, dataset))
     x = np.array([item.nominal for item in model.parameters.items])
-    free = ~np.isin(model.parameters.names, model.sensor.fixed)
+    free = ~np.isin(model.parameters.names, model.sensor.held)
     slopes = (jacobian_matrix(model, x) * model.parameters.width / ERROR_M)[:, free]
     return slopes.reshape(n, 3 * ALONG, -1)
 

@@ -61,7 +61,7 @@ class Problem:
     @cached_property
     def fixed(self) -> Bools:
         """Parameters that stay at their nominal values, by the sensor's gauge or by bounds without room, (d,)."""
-        gauge = np.isin(self.parameters.names, self.model.sensor.fixed)
+        gauge = np.isin(self.parameters.names, self.model.sensor.held)
         return np.asarray(gauge | (self.parameters.upper <= self.parameters.lower))
 
     @cached_property
@@ -88,6 +88,11 @@ class Problem:
     def rows(self) -> int:
         """How many rows the data have."""
         return len(self.model.dataset.points)
+
+    @cached_property
+    def numbers(self) -> int:
+        """How many numbers the rows have: K, less those that are zero because a row has fewer than others."""
+        return int(self.model.sensor.row_numbers.sum())
 
     @cached_property
     def starts(self) -> Ints:
@@ -132,7 +137,7 @@ class Problem:
 
     def with_rows_of_size(self, x: Array) -> "Problem":
         """The same with the standard deviation that a row's numbers have at x (d,)."""
-        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).mean())))
+        return replace(self, row_size=float(np.sqrt(np.square(self.residuals(x[None])).sum() / self.numbers)))
 
     @cached_property
     def number_scale(self) -> float:

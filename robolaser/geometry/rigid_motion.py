@@ -5,6 +5,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 _X, _Y, _Z = 0, 1, 2
+SMALL_RAD = 1e-4  # of a turn, below which the first terms of a series are exact to rounding
 
 
 def _turn(angle: Array, axis: int) -> Array:
@@ -46,6 +47,42 @@ def exp_so3(turn: Array) -> Array:
     K = skew(turn)
     R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
     return R
+
+
+def log_so3(R: Array) -> Array:
+    """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`.
+
+    By the quaternion, from the row of 4 q qᵀ with the largest diagonal entry: without loss at any angle (Shepperd
+    1978).
+    """
+    x, y, z = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    Q = np.empty((*R.shape[:-2], 4, 4))
+    for i, diagonal in enumerate((x - y - z, y - x - z, z - x - y, x + y + z)):
+        Q[..., i, i] = 1.0 + diagonal
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        k = 3 - i - j
+        Q[..., i, j] = Q[..., j, i] = R[..., i, j] + R[..., j, i]
+        Q[..., k, 3] = Q[..., 3, k] = R[..., j, i] - R[..., i, j]
+    largest = np.argmax(np.einsum("...ii->...i", Q), axis=-1)
+    q = np.take_along_axis(Q, largest[..., None, None], axis=-2)[..., 0, :]
+    q *= np.where(q[..., 3:] < 0.0, -1.0, 1.0)
+    sine = np.linalg.norm(q[..., :3], axis=-1)
+    angle = 2.0 * np.arctan2(sine, q[..., 3])
+    turn: Array = q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
+    return turn
+
+
+def log_slopes(turn: Array) -> Array:
+    """How the turn vector of exp(turn) exp(δ) moves with a small δ, (..., 3) -> (..., 3, 3); for angles below 2π.
+
+    Source: Chirikjian 2012, Stochastic Models, Information Theory, and Lie Groups, eq. 10.86.
+    """
+    angle = np.linalg.norm(turn, axis=-1)[..., None, None]
+    half = np.where(angle < SMALL_RAD, 1.0, 0.5 * angle)
+    second = np.where(angle < SMALL_RAD, 1.0 / 12.0, (1.0 - half / np.tan(half)) / np.square(2.0 * half))
+    K = skew(turn)
+    slopes: Array = np.eye(3) + 0.5 * K + second * (K @ K)
+    return slopes
 
 
 def pose(R: Array, t: Array) -> Array:

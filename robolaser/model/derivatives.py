@@ -1,13 +1,10 @@
 """Derivatives of the forward model's residuals: analytic where the sensor has them, else central differences."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.finite_differences import differences
 from robolaser.model.forward_model import Model
-from robolaser.parameters import Values
 
 STEP = 1e-5
 """Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""
@@ -33,7 +30,7 @@ def jacobian(model: Model, x: Array) -> Array:
     if known is not None and names == model.parameters.names:
         return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
     steps = STEP * model.parameters.width
-    chain = model.chain_rule(values, steps)
+    chain = model.chain_rule(x, steps)
     J = model.sensor.slopes(model.flange_tangent(chain), chain)
     analytic = 0 if known is None else x.shape[1] - len(model.effect_parameters)
     if J is None:
@@ -41,21 +38,6 @@ def jacobian(model: Model, x: Array) -> Array:
     if known is not None:
         J[:, model.parameters.columns(names)] = np.moveaxis(known, -1, 1)
     return J
-
-
-def slopes_by(model: Model, values: Values, names: Sequence[str], steps: Array) -> Array | None:
-    """Derivatives of the residuals by a few parameters of effects alone, (c, q, m, k).
-
-    None where the sensor does not know how its rows move.
-
-    Args:
-        model: With its effects.
-        values: All parameters, (c,) each.
-        names: The few, q of them.
-        steps: Of each one's numerical derivative at its stage, (q,).
-    """
-    chain = model.chain_rule(values, steps, names)
-    return model.sensor.slopes(model.flange_tangent(chain), chain)
 
 
 def _differences(model: Model, x: Array, steps: Array, first: int) -> Array:

@@ -1,6 +1,6 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -60,8 +60,14 @@ class Model:
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
         other = Model(self.dataset, candidate_effects, self.course)
-        kept = {"sensor": self.sensor, "run": self.run, "_nominal_flange": self._nominal_flange}
-        other.__dict__.update(kept, _sensor_parameters=self._sensor_parameters)
+        other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
+        return other.sharing(self.sensor_parameters)
+
+    def sharing(self, sensor_parameters: Parameters) -> "Model":
+        """The same with the sensor's parameters of another model, of more of the data: closed forms follow from all."""
+        other = Model(self.dataset, self.effects, self.course)
+        other.__dict__.update(self.__dict__, sensor_parameters=sensor_parameters)
+        other.__dict__.pop("parameters", None)
         return other
 
     @cached_property
@@ -72,23 +78,22 @@ class Model:
     @cached_property
     def parameters(self) -> Parameters:
         """The sensor's parameters, then those of the effects."""
-        return self._sensor_parameters + self.effect_parameters
+        return self.sensor_parameters + self.effect_parameters
 
     @cached_property
-    def _sensor_parameters(self) -> Parameters:
-        """Those of the sensor, which effects of their nominal sizes leave as they are."""
-        return self.sensor.parameters(self._nominal_flange, perturb_with((), self.run))
+    def sensor_parameters(self) -> Parameters:
+        """The sensor's parameters; effects at their nominal values change none of them."""
+        return self.sensor.parameters(self._nominal_flange, Perturbation())
 
-    def chain_rule(self, values: Values, steps: Array, moving: Sequence[str] | None = None) -> ChainRule:
-        """How what passes the stages moves with parameters.
+    def chain_rule(self, x: Array, steps: Array) -> ChainRule:
+        """How what passes the stages moves with all parameters.
 
         Args:
-            values: All parameters, (c,) each.
-            steps: Of the numerical derivatives by each of those that move anything, (d,).
-            moving: These; all when absent.
+            x: Candidates, (c, d).
+            steps: Of the numerical derivatives by each parameter, (d,).
         """
         acting = tuple(Acting(one.effect.stage, one.parameters.names, self._act(one)) for one in self.effects)
-        return ChainRule(acting, values, steps, moving)
+        return ChainRule(acting, self.parameters.values(x), steps)
 
     def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
         return lambda value, values: one.at(values).apply(value, self.run)
@@ -173,12 +178,21 @@ class Model:
         there: Array = self.sensor.in_metres(residuals[None], values, self.flange(values, perturb), perturb)[0]
         return there
 
-    def completed(self, values: Values) -> Values:
-        """Values with those parameters added that follow from the others in closed form."""
-        if not self.sensor.derived:
+    def completed(self, values: Values, known: Collection[str] = ()) -> Values:
+        """Values with those parameters added that follow from the others in closed form.
+
+        Args:
+            values: What is known, (c,) each.
+            known: Parameters that stay as they are in `values`, though they would follow from the others.
+        """
+        stay = {*known, *self.sensor.held}
+        follow = [name for name in self.sensor.derived if name not in stay]
+        if not follow:
             return values
+        others = {name: value for name, value in values.items() if name not in follow}
         perturb = self.perturb(values)
-        return {**values, **self.sensor.initialize(values, self.flange(values, perturb), perturb)}
+        found = self.sensor.initialize(others, self.flange(values, perturb), perturb)
+        return {**values, **{name: found[name] for name in follow}}
 
     def fix_gauge(self, x: Array) -> Array:
         """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""

@@ -44,7 +44,7 @@ def depends_on_trajectory(model: Model) -> bool:
 def with_rows(model: Model, rows: Ints) -> Model:
     """The model of some rows; where effects look around, they see no more than these and all poses."""
     points = model.dataset.points.take(rows)
-    return _like(model, Model(replace(model.dataset, points=points), model.effects, model.course))
+    return Model(replace(model.dataset, points=points), model.effects, model.course).sharing(model.sensor_parameters)
 
 
 def _cut(model: Model) -> Iterator[Block]:
@@ -63,9 +63,4 @@ def _cut(model: Model) -> Iterator[Block]:
                 poses=dataset.poses.take(np.arange(first, last)),
                 points=replace(points, pose=points.pose - first),
             )
-            yield Block(_like(model, Model(part, model.effects)), rows)
-
-
-def _like(model: Model, part: Model) -> Model:
-    part.__dict__.update(parameters=model.parameters)  # closed forms follow from all rows
-    return part
+            yield Block(Model(part, model.effects).sharing(model.sensor_parameters), rows)

@@ -15,7 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.finite_differences import central_quotients
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.stages import Stage, on_rows
+from robolaser.model.stages import Perturbation, Stage, on_rows
 from robolaser.parameters import Values
 
 
@@ -63,15 +63,12 @@ class ChainRule:
     Args:
         effects: Those of the model, in the order in which they act.
         values: All parameters, (c,) each.
-        steps: Of the numerical derivative by each parameter that moves anything, (d,).
-        moving: These parameters; all when absent.
+        steps: Of the numerical derivative by each parameter, (d,).
     """
 
-    def __init__(
-        self, effects: Sequence[Acting], values: Values, steps: Array, moving: Sequence[str] | None = None
-    ) -> None:
-        self._effects, self.values, self._steps, self._every = effects, values, steps, moving is None
-        self._column = {name: column for column, name in enumerate(values if moving is None else moving)}
+    def __init__(self, effects: Sequence[Acting], values: Values, steps: Array) -> None:
+        self._effects, self.values, self._steps = effects, values, steps
+        self._column = {name: column for column, name in enumerate(values)}
         self._candidates = len(next(iter(values.values())))
 
     def of_rows(self, named: Mapping[str, str], rows: Ints, count: int) -> "ChainRule":
@@ -84,10 +81,18 @@ class ChainRule:
         """
         effects = tuple(replace(one, act=on_rows(one.stage, one.act, rows, count)) for one in self._effects)
         values = {**self.values, **{own: self.values[whole] for own, whole in named.items()}}
-        other = ChainRule(effects, values, self._steps, None if self._every else ())
-        renamed = {own: self._column[whole] for own, whole in named.items() if whole in self._column}
-        other._column = {**self._column, **renamed}
+        other = ChainRule(effects, values, self._steps)
+        other._column = {**self._column, **{own: self._column[whole] for own, whole in named.items()}}
         return other
+
+    @property
+    def perturbation(self) -> Perturbation:
+        """What the effects do to values alone."""
+        return Perturbation(tuple((one.stage, self._bound(one)) for one in self._effects))
+
+    def _bound(self, one: Acting) -> Callable[[Array], Array]:
+        values = {name: self.values[name] for name in one.names}
+        return lambda value: one.act(value, values)
 
     @property
     def count(self) -> int:
@@ -95,8 +100,8 @@ class ChainRule:
         return len(self._steps)
 
     def columns(self, names: Sequence[str]) -> Ints:
-        """Numbers of those of some parameters that move anything, (q,)."""
-        return np.array([self._column[name] for name in names if name in self._column], dtype=np.int64)
+        """Numbers of some parameters, (q,)."""
+        return np.array([self._column[name] for name in names], dtype=np.int64)
 
     def moves(self, *stages: Stage) -> bool:
         """Whether an effect acts at one of these stages."""
@@ -124,17 +129,21 @@ class ChainRule:
         c, q, steps = self._candidates, len(of), self._steps[of]
         if not q:
             return Tangent.constant(value)
-        is_first = not len(passing.of) and len(passing.value) == 1 and self._every
-        at = passing.value if is_first else _shifted(passing, len(own), c, steps)
+        at = _shifted(passing, len(own), c, steps)
         moved = {name: np.repeat(numbers, 2 * q).reshape(c, q, 2) for name, numbers in values.items()}
-        for column, name in enumerate(name for name in names if name in self._column):
+        for column, name in enumerate(names):
             moved[name][:, column] += steps[column] * np.array([1.0, -1.0])
         ends = function(at, {name: numbers.ravel() for name, numbers in moved.items()})
         return Tangent(value, central_quotients(ends.reshape(c, q, 2, *ends.shape[1:]), steps), of)
 
 
 def _shifted(passing: Tangent, own: int, c: int, steps: Array) -> Array:
-    """A value for each end of each difference, (c q 2, ...): the first few directions leave it where it is."""
+    """A value for each end of each difference, (c q 2, ...): the first few directions leave it where it is.
+
+    A value that nothing moves is the same for all, (1, ...).
+    """
+    if not len(passing.of):
+        return passing.value
     at = np.empty((c, len(steps), 2, *passing.value.shape[1:]))
     at[:] = passing.value[:, None, None]
     shift = passing.slopes * steps[own:].reshape(-1, *(1,) * (passing.slopes.ndim - 2))

@@ -4,10 +4,17 @@ from typing import Any, final
 
 import numpy as np
 from pymoo.core.survival import Survival
+from pymoo.operators.selection.tournament import TournamentSelection
 
 from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import cost
+
+RANKED = {"NSGA2", "SPEA2", "NicheGA"}
+"""pymoo's algorithms, with all derived ones, whose tournaments read what their survival writes."""
+
+BOUND_TO_THEIR_SURVIVAL = {"NSGA3", "RVEA", "CTAEA", "BRKGA", "OmniOptimizer"}
+"""pymoo's algorithms, with all derived ones, that read their survival itself."""
 
 
 def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -> Ints:
@@ -30,14 +37,15 @@ def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -
 class ElitistReplacement(Survival):
     """Generational replacement with elites for pymoo.
 
-    As pymoo's genetic algorithms merge them, the first `n_survive` individuals are the parents and the rest
-    their offspring.
+    Individuals of the algorithm's population are the parents, all others their offspring. Called without an algorithm
+    it takes the first `n_survive` for the parents, as pymoo's genetic algorithms merge them.
 
     Args:
         n_elites: Parents that pass untouched.
 
     Raises:
-        AlgorithmError: `n_elites` is negative.
+        AlgorithmError: `n_elites` is negative; when called, if the algorithm needs what only its own survival computes
+            (ranks, crowding, reference directions).
     """
 
     def __init__(self, n_elites: int = 2) -> None:
@@ -46,6 +54,31 @@ class ElitistReplacement(Survival):
             raise AlgorithmError(f"ElitistReplacement: n_elites is {n_elites!r}, expected a number from 0 up.")
         self.n_elites = n_elites
 
-    def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, **kwargs: Any) -> Any:
+    def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, algorithm: Any = None, **kwargs: Any) -> Any:
+        _refuse(algorithm)
+        n_parents = _number_of_parents(pop, algorithm, n_survive)
         J = cost.of_population(pop)
-        return pop[survivors(J[:n_survive], J[n_survive:], self.n_elites, n_survive)]
+        return pop[survivors(J[:n_parents], J[n_parents:], self.n_elites, n_survive)]
+
+
+def _number_of_parents(pop: Any, algorithm: Any, n_survive: int) -> int:
+    parents = getattr(algorithm, "pop", None)
+    if parents is None or len(parents) > len(pop):
+        return n_survive
+    leads = all(one is other for one, other in zip(pop, parents, strict=False))
+    return len(parents) if leads else n_survive
+
+
+def _refuse(algorithm: Any) -> None:
+    """Name an algorithm that reads what its own survival would have written on its individuals."""
+    if algorithm is None:
+        return
+    bases = {base.__name__ for base in type(algorithm).__mro__}
+    ranked = bases & RANKED and isinstance(getattr(algorithm.mating, "selection", None), TournamentSelection)
+    if ranked or bases & BOUND_TO_THEIR_SURVIVAL:
+        name = type(algorithm).__name__
+        raise AlgorithmError(
+            f"ElitistReplacement cannot serve {name}, which needs what its own survival computes"
+            f" ({'ranks for its tournaments' if ranked else 'its own state'}). Leave {name} its survival, or give"
+            " ElitistReplacement to GA or RCGA."
+        )

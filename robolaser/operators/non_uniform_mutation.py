@@ -1,6 +1,6 @@
 """Non-uniform mutation: steps that shrink as the run goes on."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, Literal, final
 
 import numpy as np
@@ -10,6 +10,7 @@ from pymoo.core.variable import Real, get
 from robolaser.arrays import Array, Bools
 from robolaser.errors import AlgorithmError
 from robolaser.operators import schedule
+from robolaser.operators.bounds import finite_bounds
 
 Form = Literal["linear", "power"]
 
@@ -20,7 +21,7 @@ def step_size(r: Array, progress: float, b: float, form: Form = "linear") -> Arr
     Args:
         r: Uniform draws from 0 to 1.
         progress: k/T, from 0 to 1.
-        b: Non-uniformity: how soon the steps step_size.
+        b: Non-uniformity: how soon the steps shrink.
         form: "linear" r (1 − k/T)^b, the paper's, or "power" 1 − r^((1 − k/T)^b); both are Michalewicz's.
     """
     wide = float((1.0 - progress) ** b)
@@ -46,7 +47,7 @@ class NonUniformMutation(Mutation):
 
     Args:
         prob_var: Probability that a gene is moved.
-        b: Non-uniformity: how soon the steps step_size.
+        b: Non-uniformity: how soon the steps shrink.
         form: "linear" in r, the paper's, or "power"; see `step_size`.
         last_generation: T. By default the algorithm's own, see `schedule.progress`.
         progress: k/T itself, or a function without arguments that returns it, for algorithms that do not pass
@@ -90,7 +91,7 @@ class NonUniformMutation(Mutation):
         algorithm: Any = None,
         **kwargs: Any,
     ) -> Array:
-        lower, upper = self._bounds(problem)
+        lower, upper = finite_bounds(problem, self.name)
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         gene = np.nonzero(mutated)[1]
         upward = random_state.random(len(gene)) < 0.5
@@ -102,15 +103,6 @@ class NonUniformMutation(Mutation):
 
     def _senseless(self, setting: str, value: object, expected: str) -> AlgorithmError:
         return AlgorithmError(f"{self.name}: {setting} is {value!r}, expected {expected}.")
-
-    def _bounds(self, problem: Any) -> tuple[Array, Array]:
-        if problem.xl is None or problem.xu is None:
-            raise bounds_missing(self.name, range(problem.n_var))
-        lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
-        open_ended = ~(np.isfinite(lower) & np.isfinite(upper))
-        if open_ended.any():
-            raise bounds_missing(self.name, np.flatnonzero(open_ended))
-        return lower, upper
 
     def progress_of(self, algorithm: Any) -> float:
         """k/T of a run, from 0 to 1.
@@ -128,11 +120,3 @@ class NonUniformMutation(Mutation):
                 " run from 0 to 1 or a function without arguments that returns it."
             )
         return schedule.progress(algorithm, self.last_generation)
-
-
-def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
-    """Variables have no finite bounds, but step sizes are relative to them."""
-    return AlgorithmError(
-        f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
-        f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
-    )

@@ -1,34 +1,16 @@
-"""Roulette selection: parents are drawn in proportion to their fitness."""
+"""Selection by a wheel: parents are drawn in proportion to their fitness."""
 
-import math
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 from pymoo.core.selection import Selection
 
 from robolaser.arrays import Array, Ints
+from robolaser.errors import AlgorithmError
 from robolaser.operators import cost
+from robolaser.operators.scaling import SCALINGS
 
-
-def fitness(J: Array) -> Array:
-    """Fitness A/J of costs J, (n,) -> (n,), with A such that the best has 1. Lee et al. 2004, eq. 19.
-
-    A cost of 0 leaves nothing to the others; an infinite cost or one that is not a number has no fitness,
-    unless no cost is finite: then all are alike. If a cost is negative, as no sum of squares is, A/J has no
-    meaning; then costs count from the best one, in units of the others' median excess m over it:
-    F = 1/(1 + (J − J_min)/m), which depends neither on the costs' zero nor on their unit.
-    """
-    best = float(J.min())
-    if math.isnan(best):
-        J = np.where(np.isnan(J), np.inf, J)
-        best = float(J.min())
-    if best == 0.0 or not math.isfinite(best):
-        return np.asarray(best == J, np.float64)
-    if best > 0.0:
-        return best / J
-    excess = J - best
-    others = excess[np.isfinite(excess) & (excess > 0.0)]
-    return 1.0 / (1.0 + excess / np.median(others)) if len(others) else np.asarray(best == J, np.float64)
+Scaling = Literal["inverse", "windowing", "sigma", "ranking"]
 
 
 def roulette_wheel(weights: Array, at: Array) -> Ints:
@@ -45,7 +27,18 @@ class RouletteSelection(Selection):
     Draws random((n_select, n_parents)) from `random_state`. With several objectives the cost of an individual
     is the number of its non-dominated front; one that violates constraints costs its violation more than the
     worst that keeps them.
+
+    Args:
+        scaling: How costs become weights, see `robolaser.operators.scaling`: "inverse" is the paper's A/J, which
+            depends on where the cost's zero lies; "windowing", "sigma" and "ranking" do not.
+
+    Raises:
+        AlgorithmError: There is no such scaling.
     """
+
+    def __init__(self, scaling: Scaling = "inverse", **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.scaling = _known(scaling, type(self).__name__)
 
     def _do(
         self,
@@ -57,4 +50,47 @@ class RouletteSelection(Selection):
         random_state: Any = None,
         **kwargs: Any,
     ) -> Ints:
-        return roulette_wheel(fitness(cost.of_population(pop)), random_state.random((n_select, n_parents)))
+        weights = SCALINGS[self.scaling](cost.of_population(pop))
+        return roulette_wheel(weights, random_state.random((n_select, n_parents)))
+
+
+@final
+class StochasticUniversalSampling(Selection):
+    """All parents by one turn of a wheel with equally spaced marks. Baker 1987.
+
+    Each individual is chosen as often as its weight says, rounded up or down. What costs mean is as in
+    `RouletteSelection`. Draws from `random_state` where the wheel stops, random(), then the order of the chosen,
+    permutation.
+
+    Args:
+        scaling: How costs become weights, as in `RouletteSelection`.
+
+    Raises:
+        AlgorithmError: There is no such scaling.
+    """
+
+    def __init__(self, scaling: Scaling = "inverse", **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.scaling = _known(scaling, type(self).__name__)
+
+    def _do(
+        self,
+        problem: Any,
+        pop: Any,
+        n_select: int,
+        n_parents: int = 1,
+        *,
+        random_state: Any = None,
+        **kwargs: Any,
+    ) -> Ints:
+        weights = SCALINGS[self.scaling](cost.of_population(pop))
+        n = n_select * n_parents
+        chosen = roulette_wheel(weights, (random_state.random() + np.arange(n)) / n)
+        parents: Ints = chosen[random_state.permutation(n)].reshape(n_select, n_parents)
+        return parents
+
+
+def _known(scaling: Scaling, operator: str) -> Scaling:
+    if scaling not in SCALINGS:
+        raise AlgorithmError(f"{operator}: scaling is {scaling!r}, expected one of {', '.join(SCALINGS)}.")
+    return scaling

@@ -30,7 +30,7 @@ class Reduction:
         sensor = model.sensor
         self.model = model
         found = (*sensor.conditionally_linear, *sensor.derived)
-        self.parameters = model.parameters.without((*found, *sensor.fixed))
+        self.parameters = model.parameters.without((*found, *sensor.held))
 
     def completed(self, x: Array) -> Array:
         """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.

@@ -12,6 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from robolaser.report.chart import CONFIG, Chart
+from robolaser.report.printable import printable
 
 ASSETS = "report/assets"
 SCRIPTS = ("vega.min.js", "vega-lite.min.js", "draw.js")
@@ -26,7 +27,7 @@ def render(template: str, **facts: Any) -> str:
     look = json.dumps(CONFIG, separators=(",", ":"))
     tail = [f'<script type="application/json" id="chart-look">{look}</script>'] if has_charts else []
     tail += [f"<script>{script}</script>" for script in scripts]
-    return text.replace("</body>", "\n".join([*tail, "</body>"]))
+    return printable(text).replace("</body>", "\n".join([*tail, "</body>"]))
 
 
 def drawn(charts: list[Chart | None]) -> list[Chart]:

@@ -1,11 +1,12 @@
 """What is asked of a simulated cell's sensor, and the random numbers that the cell is drawn with."""
 
 from dataclasses import dataclass, fields
-from typing import Self, final
+from typing import Literal, Self, final
 
 import numpy as np
 
 Quaternion = tuple[float, float, float, float]
+Mount = Literal["flange", "base"]
 
 
 @final
@@ -19,6 +20,7 @@ class SensorSetup:
         level: Height of the target in the base frame [m]; None: one that the arm can look at.
         stripe_axis: Image axis the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange; None: it looks away from the arm.
+        mount: "flange" or "base": what carries the sensor.
     """
 
     points: int
@@ -26,6 +28,7 @@ class SensorSetup:
     level: float | None = None
     stripe_axis: str = "u"
     bracket_quat: Quaternion | None = None
+    mount: Mount = "flange"
 
 
 @final

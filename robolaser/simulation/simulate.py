@@ -18,7 +18,7 @@ from robolaser.parameters import Values
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of
 from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
-from robolaser.simulation.setup import Quaternion, RandomStreams, SensorSetup
+from robolaser.simulation.setup import Mount, Quaternion, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
@@ -56,6 +56,7 @@ def simulate(
     level: float | None = None,
     stripe_axis: str = "u",
     bracket_quat: Quaternion | None = None,
+    mount: Mount = "flange",
     pause_s: float = 30.0,
     speed: float | None = None,
     sessions: int = 1,
@@ -69,9 +70,10 @@ def simulate(
 
     Args:
         robot: The nominal arm.
-        kind: "stripe", "point" (a tracker) or "socket".
+        kind: "stripe", "camera", "point" (a tracker) or "socket".
         poses: How many, in each session.
-        points: Of a stripe in each pose (12 when absent); reflectors on the flange, or sockets in the cell (3).
+        points: Of a stripe in each pose (12 when absent); corners of a camera's board (35);
+            reflectors on the flange, or sockets in the cell (3).
         repeats: Images at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
@@ -81,6 +83,7 @@ def simulate(
         level: Height of the target in the base frame [m]; when absent, one that the arm can look at.
         stripe_axis: Image axis the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange; when absent it looks away from the arm.
+        mount: Where a camera sits, "flange" or "base".
         pause_s: Time spent at each pose.
         speed: Joints' typical speed at the exposure [rad/s or m/s]. When absent the arm rests and no speed is
             recorded, save where an effect of the timing is asked for.
@@ -99,7 +102,7 @@ def simulate(
     _check_noise(noise)
     if sessions < 1:
         raise impossible("number of sessions", sessions, "1 or more")
-    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat)
+    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat, mount)
 
     def session(seed: int, shared: Mapping[str, float]) -> Simulated:
         random = RandomStreams.of(seed)

@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from pymoo.algorithms.soo.nonconvex.ga import GA, FitnessSurvival
 from pymoo.core.problem import Problem
 from pymoo.core.termination import TerminateIfAny
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.repair.rounding import RoundingRepair
+from pymoo.operators.selection.rnd import RandomSelection
 from pymoo.problems import get_problem
 from pymoo.termination import get_termination
 
@@ -199,3 +204,43 @@ def test_a_checkpoint_of_other_data_is_refused(tmp_path):
 def test_a_run_that_has_not_begun_has_no_checkpoint(tmp_path):
     with pytest.raises(AlgorithmError, match=r"Call next\(\) first"):
         save(started(0), tmp_path / "run.npz")
+
+
+OTHER_PARTS = {
+    "a repair": lambda: {"repair": RoundingRepair()},
+    "a crossover": lambda: {"crossover": SBX(eta=7)},
+    "a mutation": lambda: {"mutation": PM(eta=30)},
+    "a selection": lambda: {"selection": RandomSelection()},
+    "a survival": lambda: {"survival": FitnessSurvival()},
+    "duplicates": lambda: {"eliminate_duplicates": True},
+}
+
+
+@pytest.mark.parametrize("parts", OTHER_PARTS.values(), ids=OTHER_PARTS)
+def test_a_run_with_other_parts_is_resumed_with_them_and_not_without(tmp_path, parts):
+    algorithm = started(10, **parts())
+    save(algorithm, tmp_path / "run.npz")
+    with pytest.raises(AlgorithmError, match="algorithm"):
+        load(tmp_path / "run.npz", PROBLEM, termination=("n_gen", 40))
+    resumed = load(tmp_path / "run.npz", PROBLEM, termination=("n_gen", 40), algorithm=RCGA(pop_size=12, **parts()))
+    assert np.array_equal(trail(resumed), trail(algorithm))
+
+
+def test_a_setting_of_a_part_that_differs_is_noticed(tmp_path):
+    save(started(3, crossover=SBX(eta=7)), tmp_path / "run.npz")
+    with pytest.raises(AlgorithmError, match=r"its crossover is SBX\(.*eta=7.*, here it is SBX\(.*eta=8"):
+        load(tmp_path / "run.npz", PROBLEM, algorithm=RCGA(pop_size=12, crossover=SBX(eta=8)))
+
+
+def test_the_number_of_children_is_kept(tmp_path):
+    algorithm = started(5, n_offsprings=4)
+    save(algorithm, tmp_path / "run.npz")
+    assert np.array_equal(trail(load(tmp_path / "run.npz", PROBLEM, termination=("n_gen", 40))), trail(algorithm))
+
+
+def test_only_the_papers_algorithm_leaves_checkpoints(tmp_path):
+    other = GA(pop_size=6).setup(PROBLEM, termination=("n_gen", 3), seed=1)
+    other.next()
+    with pytest.raises(AlgorithmError, match="this is GA"):
+        save(other, tmp_path / "run.npz")
+    assert not (tmp_path / "run.npz").exists()

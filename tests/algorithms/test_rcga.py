@@ -7,12 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.ga import GA, FitnessSurvival
 from pymoo.core.callback import Callback
 from pymoo.core.parameters import get_params
 from pymoo.core.population import Population
-from pymoo.core.problem import Problem
+from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.termination import TerminateIfAny
+from pymoo.core.variable import Real
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.selection.rnd import RandomSelection
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.termination import get_termination
@@ -296,3 +300,54 @@ def test_problems_it_cannot_search_are_refused():
 def test_the_polish_loads_without_pymoo():
     code = "import sys, robolaser.estimation.solver; sys.exit('pymoo' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("replaced", ["crossover", "mutation", "selection", "survival"])
+def test_an_operator_given_at_the_start_is_the_one_put_in_later(replaced):
+    other = {
+        "crossover": lambda: SBX(eta=5),
+        "mutation": lambda: PM(eta=10),
+        "selection": RandomSelection,
+        "survival": FitnessSurvival,
+    }[replaced]
+    given = RCGA(pop_size=12, **{replaced: other()})
+    later = RCGA(pop_size=12, n_elites=0) if replaced == "survival" else RCGA(pop_size=12)
+    setattr(later if replaced == "survival" else later.mating, replaced, other())
+    first, second = (minimize(SPHERE, one, ("n_gen", 12), seed=3) for one in (given, later))
+    assert np.array_equal(first.pop.get("X"), second.pop.get("X"))
+
+
+def test_duplicates_are_eliminated_and_children_counted_as_in_pymoo():
+    run = minimize(SPHERE, RCGA(pop_size=10, n_offsprings=3, eliminate_duplicates=True), ("n_gen", 5), seed=1)
+    assert run.algorithm.evaluator.n_eval == 10 + 4 * 3
+    X = run.pop.get("X")
+    assert len(np.unique(X, axis=0)) == len(X)
+
+
+@pytest.mark.parametrize(
+    ("setting", "part"),
+    [
+        ({"prob_crossover": 0.5}, {"crossover": SBX()}),
+        ({"b": 2.0}, {"mutation": PM()}),
+        ({"n_elites": 3}, {"survival": FitnessSurvival()}),
+    ],
+)
+def test_a_setting_of_an_operator_that_is_replaced_is_refused_by_name(setting, part):
+    with pytest.raises(AlgorithmError, match=f"{next(iter(setting))} belongs to the paper's {next(iter(part))}"):
+        RCGA(pop_size=10, **setting, **part)
+
+
+def test_variables_declared_one_by_one_are_refused_in_a_sentence():
+    problem = ElementwiseProblem(vars={"a": Real(bounds=(0, 1)), "b": Real(bounds=(0, 1))}, n_obj=1)
+    with pytest.raises(AlgorithmError, match="MixedVariableGA"):
+        RCGA(pop_size=10).setup(problem, termination=("n_gen", 2), seed=1)
+
+
+def test_elites_are_counted_from_the_parents_that_there_are():
+    start = np.random.default_rng(0).uniform(-1, 1, (10, SPHERE.n_var))
+    algorithm = RCGA(pop_size=100, n_elites=2, sampling=start).setup(SPHERE, termination=("n_gen", 3), seed=1)
+    algorithm.next()
+    algorithm.next()
+    kept = (algorithm.pop.get("X")[:, None] == start[None]).all(-1).any(0).sum()
+    assert len(algorithm.pop) == 100
+    assert kept == 2

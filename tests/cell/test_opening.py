@@ -122,3 +122,13 @@ def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
     sentences = " ".join(load_cell(cell.folder).warnings)
     assert "no reach_m" in sentences
     assert "no floor_m" not in sentences
+
+
+@pytest.mark.parametrize("scheme", ["spy", "SPY", "alt", "cp2110", "hwgrep", "file", "http"])
+@pytest.mark.parametrize("kind", ["acl", "lss"])
+def test_no_other_url_is_opened_and_no_file_is_touched(cell: Cell, kind: str, scheme: str, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("twenty characters!!!")
+    with pytest.raises(ArmError, match=r"not allowed.*socket://HOST:PORT"):
+        open_arm(named(cell, kind, f"{scheme}://loop://?file={mine}"), WallClock())
+    assert mine.read_text() == "twenty characters!!!"

@@ -13,6 +13,7 @@ import jsonschema
 import pytest
 
 from robolaser.cli import app, main
+from robolaser.data.result_folder import MANIFEST
 
 PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
 
@@ -133,7 +134,7 @@ def test_the_result_is_what_its_schema_says(result: Path) -> None:
 
 def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None:
     there = {path.name for path in result.iterdir()}
-    assert there == {"calibration.json", "report.html", "robot.urdf", "camera.yaml"}
+    assert there == {"calibration.json", "report.html", "robot.urdf", "camera.yaml", MANIFEST}
 
 
 def test_a_result_is_never_overwritten_silently(

@@ -12,9 +12,11 @@ from robolaser.calibration.export import corrected_urdf, robot_urdf
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
+from robolaser.data.result_folder import MANIFEST
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
@@ -63,14 +65,14 @@ def read(path):
 @pytest.mark.parametrize("name", MADE)
 def test_every_diagnosis_is_what_its_schema_says(name):
     jsonschema.Draft202012Validator.check_schema(schema("diagnosis"))
-    found = json.loads(json.dumps(MADE[name]().as_json(), allow_nan=False))
+    found = json.loads(json.dumps(diagnosis_json(MADE[name]()), allow_nan=False))
     jsonschema.validate(found, schema("diagnosis"))
 
 
 @pytest.mark.parametrize("wrong", [{"verdict": "fine"}, {"where": None}, {"seconds": "4"}])
 def test_the_schema_refuses_what_is_no_diagnosis(wrong):
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(MADE["explained"]().as_json() | wrong, schema("diagnosis"))
+        jsonschema.validate(diagnosis_json(MADE["explained"]()) | wrong, schema("diagnosis"))
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -149,8 +151,10 @@ def test_a_result_is_never_overwritten_silently(cell, tmp_path, capsys, file):
 
 
 def test_nothing_of_an_overwritten_result_stays(cell, tmp_path):
-    for file in ("diagnosis.json", "robot_corrected.urdf", "camera.yaml"):
+    before = dict.fromkeys(("diagnosis.json", "robot_corrected.urdf", "camera.yaml"), "diagnose")
+    for file in before:
         (tmp_path / file).write_text("of before")
+    (tmp_path / MANIFEST).write_text(json.dumps({"files": before}))
     geometric = ["--without", "joint_offset", "--without", "link_geometry"]
     assert main(["diagnose", str(cell), "--output", str(tmp_path), "--force", *geometric]) == 0
     assert not (tmp_path / "robot_corrected.urdf").exists()

@@ -268,7 +268,6 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
         ("placed = true", "plcaed = true", "[target] plcaed: this key is not known. Did you mean 'placed'?"),
         ("[scanner]", "[scaner]", "scaner: this key is not known. Did you mean 'scanner'?"),
         ("stripe_axis", "stripe_axes", "[sensor] stripe_axes: this key is not known. Did you mean 'stripe_axis'?"),
-        ("[scanner]", "[[sensors]]\n[scanner]", "sensors: this version of robolaser does not support it yet."),
         ("lower = 0.006", "lowr = 0.006", "[parameters] f.lowr: this key is not known. Did you mean 'lower'?"),
     ],
 )

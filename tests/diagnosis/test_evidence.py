@@ -22,6 +22,7 @@ from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import DetectionLimit
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.score_tests import Columns, library, prior_scales, score_tests
 from robolaser.diagnosis.selection import select
 from robolaser.errors import UsageError
@@ -263,7 +264,7 @@ def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
     diagnosis = examine(cell({"backlash:joint_3": 1.5e-3}), seed=0, without=("backlash",))
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.where[0].site == "joint_3"
-    assert "backlash" not in str(diagnosis.as_json()["effects"])
+    assert "backlash" not in str(diagnosis_json(diagnosis)["effects"])
 
 
 def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is() -> None:

@@ -13,6 +13,7 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.stages import Stage
@@ -61,7 +62,7 @@ def diagnosis() -> Diagnosis:
 
 
 def test_it_explains_what_it_causes(diagnosis: Diagnosis) -> None:
-    said = diagnosis.as_json()
+    said = diagnosis_json(diagnosis)
     assert said["verdict"] == "explained"
     assert [(one["effect"], one["where"]) for one in said["effects"]] == [("joint_coupling", "joint_3")]
 

@@ -48,7 +48,7 @@ def test_each_parameter_costs_the_same_up_to_those_of_a_rigid_motion_and_less_be
     assert thresholds.FULLY_PENALIZED == 6
 
 
-def test_trying_more_nonlinear_parameters_costs_twice_the_logarithm_of_their_number():
+def test_the_best_of_more_shapes_costs_twice_the_logarithm_of_their_number():
     assert complexity_penalty(2, 50) - complexity_penalty(2, 1) == pytest.approx(2 * np.log(50))
 
 
@@ -77,7 +77,7 @@ def test_an_unmodelled_cause_starts_with_odds_of_one_to_four_hundred():
 
 
 def test_an_unmodelled_cause_is_even_with_an_effect_where_it_costs_that_much_less():
-    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == thresholds.MAX_UNMODELLED
+    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == thresholds.EVEN
     assert probability_of_unmodelled(487.0, 500.0) > 0.5
     assert probability_of_unmodelled(1e9, 0.0) < 1e-300
     assert probability_of_unmodelled(0.0, 1e9) == 1.0
@@ -215,7 +215,6 @@ def test_a_function_is_no_larger_than_is_plausible():
         ("SCATTER_ROUNDS", 3),
         ("OUTLIER_ROUNDS", 2),
         ("REFITTED_ALTERNATIVES", 10),
-        ("ALTERNATIVE_SHARE", 0.75),
     ],
 )
 def test_the_search_has_the_limits_that_the_blind_trials_were_run_with(name, value):

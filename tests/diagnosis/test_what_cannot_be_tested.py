@@ -9,6 +9,7 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
@@ -37,7 +38,7 @@ def recorded(kind="stripe", **wanted):
 def answer(dataset, effects=TESTED):
     """Its answer, checked to be one that can be written."""
     diagnosis = examine(dataset, effects, seed=0)
-    found = diagnosis.as_json()
+    found = diagnosis_json(diagnosis)
     json.dumps(found, allow_nan=False)
     assert found["verdict"] in ("no_gap", "explained", "unexplained")
     assert diagnosis.sentence
@@ -119,7 +120,7 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
 @pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
 def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
     dataset = only(recorded(kind), 3)
-    untestable = set(reasons(examine(dataset, EFFECTS, seed=0).as_json()))
+    untestable = set(reasons(diagnosis_json(examine(dataset, EFFECTS, seed=0))))
     assert ("laser_roll" in untestable) == ("target_warp" in untestable) == (kind == "stripe")
     assert ("tracker_scale" in untestable) == (kind == "point")
 

@@ -3,6 +3,7 @@
 from functools import cache
 
 from robolaser.diagnosis import Diagnosis, examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.making import BlindDataset, make
 
@@ -26,4 +27,4 @@ def true_effects(robot: str, kind: str, seed: int) -> set[tuple[str, str]]:
 
 def named(diagnosis: Diagnosis) -> set[tuple[str, str]]:
     """What was found, gross errors too."""
-    return {(found["effect"], found["where"]) for found in diagnosis.as_json()["effects"]}
+    return {(found["effect"], found["where"]) for found in diagnosis_json(diagnosis)["effects"]}

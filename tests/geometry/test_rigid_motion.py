@@ -10,6 +10,8 @@ from robolaser.geometry.rigid_motion import (
     from_angles,
     from_quaternion,
     inverse,
+    log_slopes,
+    log_so3,
     nearest_rotation,
     pose,
     rigid_fit,
@@ -43,6 +45,23 @@ def test_turn_vectors_agree_with_scipy(size: float) -> None:
     axis = RNG.normal(size=(20, 3))
     turn = size * axis / np.linalg.norm(axis, axis=1, keepdims=True)
     np.testing.assert_allclose(exp_so3(turn), Rotation.from_rotvec(turn).as_matrix(), atol=1e-14)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-12, 1e-5, 1.0, 3.0, np.pi - 1e-9, np.pi])
+def test_a_rotation_gives_back_its_turn_vector(size: float) -> None:
+    axis = RNG.normal(size=(20, 3))
+    turn = size * axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    found = log_so3(exp_so3(turn))
+    either_way = np.sign((found * turn).sum(axis=1, keepdims=True)) if size == np.pi else 1.0
+    np.testing.assert_allclose(either_way * found, turn, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-5, 2e-4, 1.0, 3.0])
+def test_the_slopes_of_a_turn_vector_are_its_differences(size: float) -> None:
+    turn = size * np.array([0.6, -0.48, 0.64])
+    step = 1e-6 * np.eye(3)
+    ends = [log_so3(exp_so3(turn) @ exp_so3(sign * step)) for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(log_slopes(turn), (ends[0] - ends[1]).T / 2e-6, atol=1e-9)
 
 
 def test_quaternions_agree_with_scipy_and_come_back() -> None:

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from robolaser.errors import DataError, DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
-from robolaser.geometry.robots import RobotEntry, find_robot, known_robots
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import pose, rot_x, rot_z, skew
+from robolaser.geometry.robots import RobotEntry, find_robot, known_robots, named
+from robolaser.geometry.robots.description import rows_urdf
 
 FORK = """
 <robot name="fork">
@@ -41,6 +44,12 @@ def test_it_names_where_it_comes_from(entry):
     assert entry.title
     assert len(entry.source) > 10
     assert entry.licence
+    assert entry.maker
+
+
+def test_it_is_found_by_all_that_it_is_called(entry):
+    for name in (*entry.names, entry.name.upper(), f"{entry.maker} {entry.name}", f" {entry.name} "):
+        assert find_robot(name).flange == entry.flange, name
 
 
 def test_it_has_the_joints_and_the_flange_it_names(entry, robot):
@@ -72,7 +81,7 @@ def test_its_arm_weighs_something(robot):
 
 
 def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
-    with pytest.raises(UsageError, match=r"No robot 'ur55'\. Did you mean 'ur5'"):
+    with pytest.raises(UsageError, match=r"No robot 'ur55'\. Did you mean 'ur5' \(Universal Robots UR5\)"):
         find_robot("ur55")
     with pytest.raises(DataError, match="No such file"):
         find_robot(tmp_path / "robot.urdf")
@@ -82,6 +91,8 @@ def test_a_robot_of_an_absent_package_says_what_to_install():
     entry = RobotEntry(
         name="marvin",
         title="Marvin",
+        maker="Sirius",
+        aliases=(),
         source="",
         licence="",
         urdf="marvin.urdf",
@@ -135,3 +146,115 @@ def test_every_urdf_of_the_optional_package_is_read_or_refused_politely():
         except RobotError as refusal:
             refusals[path.name] = str(refusal)
     assert all(name in says for name, says in refusals.items())
+
+
+CALLED = {
+    "UR5e": "ur5e",
+    "ur 5e": "ur5e",
+    "universal robots ur5e": "ur5e",
+    "Universal Robots UR3": "ur3",
+    "lbr iiwa 14 r820": "iiwa14",
+    "KUKA LBR iiwa 7 R800": "iiwa7",
+    "franka research 3": "fr3",
+    "Franka Emika Panda": "panda",
+    "kinova gen3": "gen3",
+    "irb 120": "irb120",
+    "kr6 r900": "kr6",
+    "KR 6 R900-sixx": "kr6",
+    "xarm lite6": "lite6",
+    "viperx 300s": "vx300s",
+    "SCORBOT-ER VII": "scorbot_er7",
+}
+
+
+@pytest.mark.parametrize("typed", CALLED)
+def test_a_robot_is_found_by_what_people_type(typed):
+    assert named(typed).name == CALLED[typed]
+
+
+@pytest.mark.parametrize(
+    ("typed", "likely", "never"),
+    [
+        ("fr4", "fr3", "ur3"),
+        ("fr5", "fr3", "ur5"),
+        ("ur7e", "ur5e", "fr3"),
+        ("irb1200", "irb120", "kr6"),
+        ("pnada", "panda", "xarm7"),
+        ("kr10", "kr6", "ur10"),
+    ],
+)
+def test_what_may_have_been_meant_is_of_the_same_family(typed, likely, never):
+    with pytest.raises(UsageError) as refusal:
+        find_robot(typed)
+    assert f"'{likely}'" in str(refusal.value)
+    assert f"'{never}'" not in str(refusal.value)
+
+
+def test_a_name_like_no_other_gets_no_guess():
+    with pytest.raises(UsageError, match=r"No robot 'motoman gp7'\. No known robot has a similar name"):
+        find_robot("motoman gp7")
+
+
+def test_a_folder_of_a_robots_name_does_not_hide_the_robot(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ur5e").mkdir()
+    assert find_robot("ur5e").flange == "tool0"
+
+
+REACH = {
+    # degrees at which the arm is straight, from joint to joint (or flange), millimetres of the data sheet, and by how
+    # much it may be rounded
+    "iiwa7": ([0] * 7, 1, 5, 800, 0.1),
+    "iiwa14": ([0] * 7, 1, 5, 820, 0.1),
+    "gen3": ([0] * 7, 1, None, 902, 1),
+    "fr3": ([0, 0, 0, -26.8, 0, 152.6, 0], 1, None, 855, 4),
+    "irb120": ([0, 0, np.degrees(np.arctan2(70, 302)) - 90, 0, 0, 0], 1, 4, 580, 0.1),
+    "kr6": ([0, 0, np.degrees(np.arctan2(35, 420)), 0, 0, 0], 1, 4, 901.5 - 25, 0.1),
+    "lite6": ([0, 0, 90 + np.degrees(np.arctan2(227.6, 87)), 0, 0, 0], 1, 4, 440, 4),
+}
+
+
+@pytest.mark.parametrize("name", REACH)
+def test_an_arm_reaches_as_far_as_its_data_sheet_says(name):
+    degrees, first, last, millimetres, rounded = REACH[name]
+    robot, q = find_robot(name), np.radians(degrees)[None, None]
+    joints = robot.joint_frames(q)[0, 0]
+    end = robot.forward(q)[0, 0] if last is None else joints[last]
+    assert 1e3 * np.linalg.norm((end - joints[first])[:3, 3]) == pytest.approx(millimetres, abs=rounded)
+
+
+@pytest.mark.parametrize(("name", "millimetres"), [("ur3e", 500), ("ur5e", 850), ("ur10e", 1300), ("ur16e", 900)])
+def test_a_ur_reaches_beyond_its_wrist_as_far_as_its_data_sheet_says(name, millimetres):
+    joints = 1e3 * find_robot(name).joint_frames(np.zeros((1, 1, 6)))[0, 0, :, :3, 3]
+    upper_arm_and_forearm = np.linalg.norm((joints[3] - joints[1])[[0, 2]])
+    behind_the_wrist = abs((joints[4] - joints[3])[2])
+    assert upper_arm_and_forearm < millimetres < upper_arm_and_forearm + behind_the_wrist
+
+
+def test_rows_of_its_maker_give_the_ur5_of_ros():
+    lengths = {"d_m": [0.089159, 0, 0, 0.10915, 0.09465, 0.0823], "a_m": [0, -0.425, -0.39225, 0, 0, 0]}
+    rows = [
+        {"joint": f"j{i}", "mass_kg": 1, "alpha_deg": alpha, **{key: values[i] for key, values in lengths.items()}}
+        for i, alpha in enumerate([90, 0, 0, 90, -90, 0])
+    ]
+    ours = Robot.from_urdf(rows_urdf([{"theta_deg": 180}, *rows], "standard", "ur5", "base", "tool"), flange="tool")
+    try:
+        ros = find_robot("ur5")
+    except DependencyMissing:
+        pytest.skip("the optional package of robots is not installed")
+    q = np.random.default_rng(3).uniform(-3, 3, (1, 30, 6))
+    np.testing.assert_allclose(ours.forward(q), ros.forward(q), rtol=0, atol=1e-9)
+
+
+def test_the_viperx_follows_the_screw_axes_of_its_maker():
+    robot = find_robot("vx300s")
+    axes = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
+    moments = [[0, 0, 0], [-0.12705, 0, 0], [-0.42705, 0, 0.05955], [0, 0.42705, 0], [-0.42705, 0, 0.35955]]
+    home = pose(np.eye(3), np.array([0.05955 + 0.3 + 0.069744 + 0.042825, 0, 0.42705]))
+    for q in np.random.default_rng(7).uniform(-1.5, 1.5, (10, 6)):
+        T = np.eye(4)
+        for angle, w, v in zip(q, axes, [*moments, moments[3]], strict=True):
+            W = np.zeros((4, 4))
+            W[:3, :3], W[:3, 3] = skew(w), v
+            T = T @ expm(angle * W)
+        np.testing.assert_allclose(robot.forward(q[None, None])[0, 0], T @ home, rtol=0, atol=1e-12)

@@ -14,7 +14,7 @@ from robolaser.model.pose_blocks import with_rows
 from robolaser.simulation import simulate
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "camera", "point", "socket"])
 @pytest.mark.parametrize("effects", [(), ("joint_offset:joint_2",)], ids=["bare", "with an effect"])
 @pytest.mark.parametrize("rows", [None, 7], ids=["all rows", "some rows"])
 def test_a_models_derivatives_are_those_of_each_parameter_by_itself(kind, effects, rows):

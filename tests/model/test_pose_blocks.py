@@ -24,6 +24,7 @@ CELLS = {
     "stripe": {"poses": 20, "points": 12},
     "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
     "tracker": {"kind": "point", "poses": 60},
+    "camera": {"kind": "camera", "poses": 20, "points": 12},
     "sockets": {"kind": "socket", "poses": 90},
 }
 

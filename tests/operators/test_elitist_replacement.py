@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from bowl import Bowl, population
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.moo.spea2 import SPEA2
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.ga_niching import NicheGA
 from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.util.ref_dirs import get_reference_directions
 
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ElitistReplacement, RouletteSelection
@@ -57,3 +64,22 @@ def test_with_several_objectives_elites_are_of_the_first_front():
     found = minimize(Bowl(n_obj=2), algorithm, ("n_gen", 5), seed=1)
     F = found.pop.get("F")
     assert not any(np.all(other <= elite) and np.any(other < elite) for elite in F[:1] for other in F[:3])
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "problem"), [(NSGA2, "zdt1"), (SPEA2, "zdt1"), (NSGA3, "zdt1"), (RVEA, "zdt1"), (NicheGA, "sphere")]
+)
+def test_an_algorithm_that_reads_its_own_survival_is_refused_by_name(algorithm, problem):
+    first = [get_reference_directions("uniform", 2, n_partitions=6)] if algorithm in (NSGA3, RVEA) else []
+    with pytest.raises(AlgorithmError, match=f"ElitistReplacement cannot serve {algorithm.__name__}"):
+        minimize(get_problem(problem), algorithm(*first, survival=ElitistReplacement(2)), ("n_gen", 3), seed=1)
+
+
+def test_parents_are_the_population_of_the_algorithm_however_few():
+    start = np.random.default_rng(1).uniform(0, 1, (5, 4))
+    algorithm = GA(pop_size=20, sampling=start, survival=ElitistReplacement(2), eliminate_duplicates=False)
+    algorithm.setup(get_problem("sphere", n_var=4), termination=("n_gen", 3), seed=1)
+    algorithm.next()
+    parents = list(algorithm.pop)
+    algorithm.next()
+    assert sum(any(one is parent for parent in parents) for one in algorithm.pop) == 2

@@ -8,7 +8,8 @@ from pymoo.core.problem import Problem
 from scipy import stats
 
 from robolaser.operators import RouletteSelection
-from robolaser.operators.roulette_selection import fitness, roulette_wheel
+from robolaser.operators.roulette_selection import roulette_wheel
+from robolaser.operators.scaling import inverse_cost
 
 PROBLEM = Problem(n_var=1, n_obj=1, xl=0, xu=1)
 INF, NAN = np.inf, np.nan
@@ -44,7 +45,7 @@ def test_any_number_of_parents_is_served(n_parents):
 @pytest.mark.parametrize("unit", [1e-300, 1e-9, 1e12, 1e300])
 def test_the_unit_of_the_cost_does_not_matter(unit):
     J = np.array([1.0, 2.0, 5.0, 0.25])
-    np.testing.assert_allclose(fitness(unit * J), fitness(J), rtol=1e-12)
+    np.testing.assert_allclose(inverse_cost(unit * J), inverse_cost(J), rtol=1e-12)
 
 
 def test_a_perfect_individual_leaves_nothing_to_the_others():
@@ -65,19 +66,19 @@ def test_where_all_are_alike_all_have_the_same_chance(J):
 
 def test_negative_costs_count_from_the_best():
     J = np.array([-10.0, -9.0, -8.0, -4.0])
-    np.testing.assert_allclose(fitness(J), fitness(J - 50.0))
-    np.testing.assert_allclose(fitness(J), fitness(1e6 * J))
-    assert np.all(np.diff(fitness(J)) < 0)
-    assert fitness(np.array([-INF, -1.0, 5.0])).tolist() == [1.0, 0.0, 0.0]
-    assert fitness(np.array([-1.0, INF, 5.0]))[1] == 0.0
+    np.testing.assert_allclose(inverse_cost(J), inverse_cost(J - 50.0))
+    np.testing.assert_allclose(inverse_cost(J), inverse_cost(1e6 * J))
+    assert np.all(np.diff(inverse_cost(J)) < 0)
+    assert inverse_cost(np.array([-INF, -1.0, 5.0])).tolist() == [1.0, 0.0, 0.0]
+    assert inverse_cost(np.array([-1.0, INF, 5.0]))[1] == 0.0
 
 
 def test_a_better_cost_never_has_less_fitness():
     rng = np.random.default_rng(9)
     for _ in range(50):
         J = np.sort(rng.standard_cauchy(30) + rng.choice([0.0, 1000.0]))
-        assert np.all(np.diff(fitness(J)) <= 0)
-        assert np.all(fitness(J) >= 0)
+        assert np.all(np.diff(inverse_cost(J)) <= 0)
+        assert np.all(inverse_cost(J) >= 0)
 
 
 def test_the_wheel_has_no_gap_and_no_overlap():

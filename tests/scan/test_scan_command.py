@@ -38,11 +38,16 @@ def test_a_recording_becomes_a_cloud_and_a_page(cell, tmp_path, capsys):
 
 
 def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
-    (tmp_path / "cloud.ply").write_text("mine")
+    assert scan(cell, tmp_path / "cloud.ply") == 0
+    first = (tmp_path / "cloud.ply").read_bytes()
+    capsys.readouterr()
     assert scan(cell, tmp_path / "cloud.ply") == 1
     assert "--force" in capsys.readouterr().err
-    assert (tmp_path / "cloud.ply").read_text() == "mine"
     assert scan(cell, tmp_path / "cloud.ply", "--force") == 0
+    assert (tmp_path / "cloud.ply").read_bytes() == first
+    (tmp_path / "scan.ply").write_text("mine")
+    assert scan(cell, tmp_path / "scan.ply", "--force") == 1
+    assert (tmp_path / "scan.ply").read_text() == "mine"
 
 
 def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):

@@ -15,7 +15,7 @@ from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
 
-KINDS = ("stripe", "point", "socket")
+KINDS = ("stripe", "camera", "point", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
 
 
@@ -31,7 +31,7 @@ def rms(simulated: Simulated, *, effects: bool = True) -> float:
 
 
 def small(robot: Robot, kind: str = "stripe", **more: object) -> Simulated:
-    return simulate(robot, kind=kind, poses=6, points=3, seed=2, **more)
+    return simulate(robot, kind=kind, poses=6, points=12 if kind == "camera" else 3, seed=2, **more)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -68,8 +68,9 @@ def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) ->
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_gross_errors_spoil_the_share_of_rows_that_was_asked_for_and_no_others(robot: Robot, kind: str) -> None:
-    clean = simulate(robot, kind=kind, poses=12, points=3, seed=2)
-    spoilt = simulate(robot, kind=kind, poses=12, points=3, seed=2, effects={"outliers": 0.25})
+    points = 6 if kind == "camera" else 3
+    clean = simulate(robot, kind=kind, poses=12, points=points, seed=2)
+    spoilt = simulate(robot, kind=kind, poses=12, points=points, seed=2, effects={"outliers": 0.25})
     count = len(clean.dataset.points)
     assert len(spoilt.gross) == round(0.25 * count)
     assert not len(clean.gross)

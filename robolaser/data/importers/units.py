@@ -1,23 +1,13 @@
-"""Units in which people's files state lengths, angles and times."""
+"""The units that a person stated of a file, and what turns its numbers into SI units."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-import numpy as np
-
 from robolaser.errors import UsageError, near
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 
-LENGTH: Final = "lengths"
-ANGLE: Final = "angles"
-TIME: Final = "times"
 NONE: Final = ""
-FACTORS: Mapping[str, Mapping[str, float]] = {
-    LENGTH: {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254},
-    ANGLE: {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "arcsec": np.pi / 648_000.0},
-    TIME: {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-}
-"""Each unit in metres, radians or seconds."""
 
 
 @final
@@ -67,3 +57,6 @@ class Units:
     def factor(self, quantity: str, column: str) -> float:
         """What turns a number into metres, radians or seconds."""
         return FACTORS[quantity][self.unit(quantity, column)] if quantity else 1.0
+
+
+__all__ = ["ANGLE", "FACTORS", "LENGTH", "NONE", "TIME", "Units"]

@@ -9,11 +9,10 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FILE
 from robolaser.data.importers.importer import Imported
 from robolaser.data.loading import load
-from robolaser.data.writing import FILES, point_columns, pose_columns, save
+from robolaser.data.writing import FOLDER, point_columns, pose_columns, save
 from robolaser.errors import OutputError, UsageError, output_exists
 
 ROWS_SHOWN = 3
-WRITTEN = (*FILES, "robot.urdf")
 
 
 def check_output(folder: Path, sources: Iterable[Path], *, overwrite: bool) -> None:
@@ -31,7 +30,7 @@ def check_output(folder: Path, sources: Iterable[Path], *, overwrite: bool) -> N
     for source in sources:
         if folder.resolve() in (source.resolve(), *source.resolve().parents):
             raise UsageError(f"--output {folder} holds {source.name}, which is read: choose a folder of its own.")
-    there = [folder / name for name in WRITTEN if (folder / name).exists()]
+    there = [folder / name for name in FOLDER if (folder / name).exists()]
     if there and not overwrite:
         raise output_exists(there[0])
     if there and not (folder / FILE).exists():

@@ -1,6 +1,6 @@
-"""Arms that robolaser knows by name: one TOML file each, which names a URDF, its flange and its joints.
+"""Arms that robolaser knows by name: one TOML file each, with rows of numbers from their makers, or the name of a URDF.
 
-Most URDFs come with the optional package example-robot-data (`pip install 'robolaser[robots]'`).
+Some URDFs come with the optional package example-robot-data (`pip install 'robolaser[robots]'`).
 """
 
 import importlib.metadata
@@ -8,12 +8,15 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
-from robolaser.errors import DependencyMissing, RobotError, UsageError, near
+from robolaser.errors import DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.robots.description import Convention, rows_urdf
+from robolaser.geometry.robots.names import match, nearest
 from robolaser.geometry.urdf.tree import MOST_LISTED
 
 _HERE = Path(__file__).parent
@@ -26,22 +29,45 @@ class RobotEntry:
 
     name: str
     title: str
+    maker: str
+    aliases: tuple[str, ...]
+    """What people call it beside its name and its title."""
     source: str
     licence: str
-    urdf: str
-    """Path of the URDF, within the package if one is named, else beside the TOML file."""
     flange: str
     joints: tuple[str, ...]
+    urdf: str | None = None
+    """Path of the URDF, within the package if one is named, else beside the TOML file; None: it is made of `rows`."""
     package: str | None = None
+    base: str = ""
+    """The first link of a URDF that is made of rows."""
+    convention: Convention = "standard"
+    """That of the rows, see `rows_urdf`."""
+    rows: tuple[dict[str, Any], ...] = ()
 
-    def path(self) -> Path:
-        """Where the URDF lies.
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that it is called."""
+        return self.name, self.title, *self.aliases
+
+    def text(self) -> str:
+        """Its URDF.
 
         Raises:
             DependencyMissing: The package that brings it is absent, or is a version without this robot.
         """
-        if self.package is None:
-            return _HERE / self.urdf
+        if self.urdf is not None:
+            return urdf.load_text(self.path())
+        return rows_urdf(self.rows, self.convention, self.name, self.base, self.flange)
+
+    def path(self) -> Path:
+        """Where the URDF, or the table of rows, lies.
+
+        Raises:
+            DependencyMissing: The package that brings it is absent, or is a version without this robot.
+        """
+        if self.package is None or self.urdf is None:
+            return _HERE / (self.urdf or f"{self.name}.toml")
         for folder in _folders(self.package):
             if (folder / self.urdf).is_file():
                 return folder / self.urdf
@@ -62,16 +88,20 @@ def find_robot(
     flange: str | None = None,
     joints: Sequence[str] | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    options: urdf.DescriptionOptions | None = None,
 ) -> Robot:
-    """Load a robot by its name here or by the path of its URDF.
+    """Load a robot by its name here or by the path of its description.
+
+    That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
 
     Args:
-        name_or_path: A name of `known_robots`, else a path.
+        name_or_path: What one of `known_robots` is called, its maker named or not, else a path.
         flange: The link that carries the sensor. When absent, a known robot's own; from a path, the one link
             that carries no other.
         joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
+        options: What a person says of a file that it does not say.
 
     Raises:
         UsageError: Neither a known name nor a file.
@@ -80,44 +110,58 @@ def find_robot(
         DataError: The path leads to no file that can be read.
         DependencyMissing: Known, but its package is absent.
     """
-    toml = _HERE / f"{name_or_path}.toml"
-    if Path(name_or_path).name == str(name_or_path) and toml.is_file():
-        entry = _entry(toml)
-        path = entry.path()
+    path = Path(name_or_path)
+    is_path = path.suffix in urdf.SUFFIXES or path.is_file()
+    entry = None if is_path else named(str(name_or_path))
+    if entry is not None:
+        text, source = entry.text(), entry.path().name
         if flange is None:
             flange, joints = entry.flange, joints or entry.joints
+    elif is_path:
+        text, source = urdf.load_description(path, options), path.name
     else:
-        path = Path(name_or_path)
-        if path.suffix != ".urdf" and not path.is_file():
-            known = [file.stem for file in sorted(_HERE.glob("*.toml"))]
-            raise UsageError(
-                f"No robot '{name_or_path}'.{near(str(name_or_path), known)} Or give the path of a .urdf file."
-            )
-    text = urdf.load_text(path)
+        raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
     if flange is None:
-        leaves = urdf.parse(text, source=path.name).leaves()
+        leaves = urdf.parse(text, source=source).leaves()
         if len(leaves) != 1:
             more = f", and {len(leaves) - MOST_LISTED} more" if len(leaves) > MOST_LISTED else ""
             raise RobotError(
-                f"{path.name} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}."
+                f"{source} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}."
                 " State which link is the flange."
             )
         flange = leaves[0]
-    return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=path.name)
+    return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=source)
 
 
+def named(name: str) -> RobotEntry | None:
+    """The known robot that is called so; None where none is."""
+    entries = {entry.name: entry for entry in known_robots()}
+    found = match(name, {entry.name: entry.names for entry in entries.values()}, _makers())
+    return None if found is None else entries[found]
+
+
+def _meant(name: str) -> str:
+    """The known robots that may have been meant, with their titles."""
+    entries = {entry.name: entry for entry in known_robots()}
+    likely = [entries[one] for one in nearest(name, {one.name: one.names for one in entries.values()}, _makers())]
+    if not likely:
+        return " No known robot has a similar name: see `robolaser list robots`."
+    first, *others = (f"'{entry.name}' ({entry.title})" for entry in likely)
+    similar = f" Similar: {', '.join(others)}." if others else ""
+    return f" Did you mean {first}?{similar}"
+
+
+def _makers() -> list[str]:
+    return sorted({entry.maker for entry in known_robots()})
+
+
+@lru_cache
 def _entry(file: Path) -> RobotEntry:
     said = tomllib.loads(file.read_text(encoding="utf-8"))
-    return RobotEntry(
-        name=file.stem,
-        title=said["title"],
-        source=said["source"],
-        licence=said["licence"],
-        urdf=said["urdf"],
-        flange=said["flange"],
-        joints=tuple(said["joints"]),
-        package=said.get("package"),
-    )
+    rows = tuple(said.pop("rows", ()))
+    joints = said.pop("joints", [row["joint"] for row in rows if "joint" in row])
+    aliases = tuple(said.pop("aliases", ()))
+    return RobotEntry(name=file.stem, joints=tuple(joints), aliases=aliases, rows=rows, **said)
 
 
 def _folders(package: str) -> list[Path]:

@@ -41,7 +41,7 @@ def with_fixed_frame(text: str, parent: str, name: str, T_parent_child: Array) -
     joint = ET.SubElement(robot, "joint", name=joint_name, type="fixed")
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=name)
-    ET.SubElement(joint, "origin", _origin_attributes(T_parent_child))
+    ET.SubElement(joint, "origin", origin_attributes(T_parent_child))
     joint.tail = "\n"
     return _written(robot, text)
 
@@ -63,7 +63,7 @@ def with_placements(text: str, placements: Mapping[str, Array]) -> str:
             origin = joint.find("origin")
             origin = ET.SubElement(joint, "origin") if origin is None else origin
             origin.attrib.clear()
-            origin.attrib.update(_origin_attributes(placements[name]))
+            origin.attrib.update(origin_attributes(placements[name]))
     return _written(robot, text)
 
 
@@ -89,14 +89,15 @@ def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
         element = ET.SubElement(robot, "joint", name=moving.get(joint.name, f"held_{i}"), type=kind)
         ET.SubElement(element, "parent", link=number[joint.parent])
         ET.SubElement(element, "child", link=number[joint.child])
-        ET.SubElement(element, "origin", _origin_attributes(joint.origin))
+        ET.SubElement(element, "origin", origin_attributes(joint.origin))
         if free:
             ET.SubElement(element, "axis", xyz=_digits(joint.axis))
             ET.SubElement(element, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
     return ET.tostring(robot, encoding="unicode")
 
 
-def _origin_attributes(T: Array) -> dict[str, str]:
+def origin_attributes(T: Array) -> dict[str, str]:
+    """What `<origin>` says of a placement (4, 4), to the last bit."""
     return {"xyz": _digits(T[:3, 3]), "rpy": _digits(_rpy(T[:3, :3]))}
 
 

@@ -80,8 +80,11 @@ class Effect(ABC):
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
         """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
-        reasons = (passes(cls.stage, dataset), *(need(dataset) for need in cls.needs))
-        reason = next(filter(None, reasons), "")
+        by_sensor = [
+            next(filter(None, (passes(cls.stage, part), *(need(part) for need in cls.needs))), "")
+            for part in dataset.parts
+        ]
+        reason = "" if "" in by_sensor else by_sensor[0]
         return reason or ("" if cls.sites(dataset.robot) else "this robot has no location for it")
 
     @classmethod

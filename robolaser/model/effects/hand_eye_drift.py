@@ -27,9 +27,9 @@ class HandEyeDrift(Effect):
 
     name = "hand_eye_drift"
     title = "the bracket creeps during the run"
-    clause = "the scanner's bracket creeps during the run"
+    clause = "the sensor's bracket creeps during the run"
     caveat = "holds for a run like this one"
-    remedy = "Tighten the scanner's bracket, or calibrate at shorter intervals."
+    remedy = "Tighten the sensor's bracket, or calibrate at shorter intervals."
     reference = "Findley, Lai, Onaran 1976, Creep and Relaxation of Nonlinear Viscoelastic Materials"
     stage = Stage.MOUNT
     cause = "mount"

@@ -1,4 +1,4 @@
-"""Brackets that give way under the scanner's weight, by its direction in the flange."""
+"""Brackets that give way under the sensor's weight, by its direction in the flange."""
 
 from dataclasses import dataclass
 from typing import final
@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.requirements import weight
+from robolaser.model.effects.requirements import carried, weight
 from robolaser.model.stages import Stage
 
 
@@ -25,14 +25,14 @@ class HandEyeSag(Effect):
 
     name = "hand_eye_sag"
     title = "the bracket gives way under gravity, by its direction in the flange"
-    clause = "the scanner's bracket sags"
+    clause = "the sensor's bracket sags"
     caveat = "assumes that the bracket yields in proportion to gravity, whichever way the flange points"
-    remedy = "Stiffen the scanner's bracket, shorten it, or keep the flange's attitude the same."
+    remedy = "Stiffen the sensor's bracket, shorten it, or keep the flange's attitude the same."
     reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
     stage = Stage.MOUNT
     cause = "elasticity"
     site = "hand_eye"
-    needs = (weight,)
+    needs = (carried, weight)
 
     sag: Array = parameter(unit="m", bound=0.02, prior_scale=3e-4, lower=0.0)
     moment_x: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)

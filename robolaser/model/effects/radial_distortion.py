@@ -8,16 +8,23 @@ from robolaser.model.effects.compiled_terms import RADIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.stages import Stage
 
+CORNER_M = 3e-3
+"""R: the corner of a usual image sensor."""
+
 
 @final
 @dataclass(frozen=True)
 class RadialDistortion(Effect):
-    r"""A term of the fifth order on top of the model's k: :math:`u' = u (1 + k_2 r^4)`, r from the principal point."""
+    r"""The first radial term that the model does not have, after its k the fifth order's: :math:`u' = u (1 + k_2 r^4)`.
+
+    r is the distance from the principal point. Where a camera's own k2 and k3 are fitted, the term is of the order
+    above, :math:`k_2 R^4 (r/R)^{2n}` with R = 3 mm, and k_2 still says how far it goes there.
+    """
 
     name = "radial_distortion"
     title = "a higher radial term than the model's k"
     clause = "the lens has more radial distortion than the model"
-    caveat = "valid where the stripe was seen, not in the image's corners"
+    caveat = "valid where points were seen, not in the image's corners"
     remedy = "Use the lens as found here: `camera.yaml` has it."
     reference = "Tsai 1987, A versatile camera calibration technique, eq. 5; Brown 1971"
     stage = Stage.IMAGE
@@ -29,7 +36,8 @@ class RadialDistortion(Effect):
     def apply(self, image: Array, run: Run, /) -> Array:
         """Stretch the image, most at its corners: 0.3 px at 3 mm for the typical size and pixels of 7.4 µm."""
         r2 = image[..., :1] ** 2 + image[..., 1:] ** 2
-        return image * (1.0 + self.k_2[:, None, None] * r2**2)
+        higher = (r2 / CORNER_M**2) ** run.unfitted_radial_order
+        return image * (1.0 + self.k_2[:, None, None] * r2**2 * higher)
 
     def compiled_terms(self, run: Run) -> tuple[float, ...]:
         """Its kind and coefficient."""

@@ -35,8 +35,28 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
-    stages = sensor_class(dataset.kind).stages
+    stages = sensor_class(dataset.kind).stages_in(dataset)
     return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
+
+
+def laser_plane(dataset: Dataset) -> str:
+    """A plane of light cuts the surface."""
+    return passes(Stage.LASER_PLANE, dataset)
+
+
+def carried(dataset: Dataset) -> str:
+    """The flange carries the sensor."""
+    return (
+        ""
+        if sensor_class(dataset.kind).rides(dataset)
+        else "the sensor stands in the cell, and its bracket does not turn"
+    )
+
+
+def centred_lens(dataset: Dataset) -> str:
+    """The sensor's own parameters do not have a decentred lens."""
+    own = "tangential" in sensor_class(dataset.kind).lens_terms(dataset)
+    return "the sensor's own p1 and p2 are fitted, and say it" if own else ""
 
 
 def joint_angles(dataset: Dataset) -> str:
@@ -63,7 +83,7 @@ def weight(dataset: Dataset) -> str:
 
 def own_lengths(dataset: Dataset) -> str:
     """What measures has lengths of its own, and sees no target with given ones."""
-    stages = sensor_class(dataset.kind).stages
+    stages = sensor_class(dataset.kind).stages_in(dataset)
     measures = Stage.TARGET in stages and Stage.PIXELS not in stages
     return "" if measures else SensorLacks(dataset, "lengths of its own")
 

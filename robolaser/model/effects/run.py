@@ -13,6 +13,7 @@ from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
+from robolaser.model.sensors import sensor_class
 
 
 @final
@@ -109,6 +110,12 @@ class Run:
         return progress
 
     @cached_property
+    def unfitted_radial_order(self) -> int:
+        """How many radial terms beyond the first the sensor's own parameters have."""
+        terms = sensor_class(self.dataset.kind).lens_terms(self.dataset)
+        return 0 if "k2" not in terms else 1 if "k3" not in terms else 2
+
+    @cached_property
     def rise(self) -> Array | None:
         """Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant."""
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
@@ -170,7 +177,8 @@ class Run:
     @cached_property
     def target(self) -> TargetPlane:
         """The plane of the target points, in the frame that they are given in."""
-        return plane_of(self.points["xyz"])
+        with_target = [part.points["xyz"] for part in self.dataset.parts if part.points.pixel is not None]
+        return plane_of(np.concatenate(with_target) if with_target else self.points["xyz"])
 
     @cached_property
     def tilt(self) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
-from robolaser.model.effects.requirements import flat_target
+from robolaser.model.effects.requirements import flat_target, laser_plane
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
@@ -35,7 +35,7 @@ class StripeBias(Effect):
     stage = Stage.PIXELS
     cause = "laser"
     site = "laser"
-    needs = (flat_target,)
+    needs = (laser_plane, flat_target)
     depends_on_trajectory = True
 
     slope: Array = parameter(unit="px", bound=5.0, prior_scale=0.2)

@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.effects.compiled_terms import TANGENTIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.requirements import centred_lens
 from robolaser.model.stages import Stage
 
 
@@ -28,6 +29,7 @@ class TangentialDistortion(Effect):
     stage = Stage.IMAGE
     cause = "camera"
     site = "camera"
+    needs = (centred_lens,)
 
     p_1: Array = parameter(unit="1/m", bound=5.0, prior_scale=0.1)
     p_2: Array = parameter(unit="1/m", bound=5.0, prior_scale=0.1)

@@ -254,10 +254,12 @@ def known_sizes(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, t
     known: dict[str, tuple[float, Origin]] = {
         source.name: (source.stated, "stated") for source in sources if source.stated is not None
     }
-    if any(source.name == "pixel" and source.stated is None for source in sources):
-        pixel = pixel_from_repeats(shots)
+    unstated = {source.name for source in sources if source.stated is None}
+    for prefix, part in shots.named_parts:
+        name = f"{prefix}pixel"
+        pixel = pixel_from_repeats(part) if name in unstated else None
         if pixel is not None:
-            known["pixel"] = pixel, "repeats"
+            known[name] = pixel, "repeats"
     return known
 
 

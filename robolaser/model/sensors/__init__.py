@@ -7,9 +7,12 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from functools import cache
 
 from robolaser.data.dataset import Dataset
+from robolaser.model.sensors.camera import Camera
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
+from robolaser.model.sensors.scanner_corners import ScannerCorners, scanner_of, seen_by
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
+from robolaser.model.sensors.several import Several
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.plugins import announced
@@ -32,14 +35,26 @@ def sensor_class(kind: str) -> type[Sensor]:
 
 def sensor_of(dataset: Dataset) -> Sensor:
     """The sensor that a data set was measured with."""
-    kind = sensor_class(dataset.kind)
+    if dataset.members:
+        return Several(dataset, lambda part, number: _member(dataset, part, number))
+    return _one(dataset, sensor_class(dataset.kind))
+
+
+def _one(dataset: Dataset, kind: type[Sensor]) -> Sensor:
     return kind(dataset) if dataset.sessions is None else PerSession(dataset, kind, dataset.sessions)
+
+
+def _member(dataset: Dataset, part: Dataset, number: int) -> Sensor:
+    """One of several sensors: a camera that is a stripe scanner's has the scanner's parameters."""
+    member = dataset.members[number]
+    scanner = scanner_of(dataset.members, member) if part.kind == ScannerCorners.format.kind else None
+    return _one(part, sensor_class(part.kind)) if scanner is None else _one(seen_by(scanner, part), ScannerCorners)
 
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Point, Socket)]
+    ours = [sensor.format.kind for sensor in (Stripe, Camera, Point, Socket)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Camera", "Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

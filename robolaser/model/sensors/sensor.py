@@ -53,9 +53,9 @@ class Sensor(ABC):
     row_point: ClassVar[str] = "point"
     frame: ClassVar[str] = "base frame"
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
-        if "format" in cls.__dict__:
+        if registered and "format" in cls.__dict__:
             register_format(cls.format)
             REGISTERED[cls.format.kind] = cls
 
@@ -66,6 +66,21 @@ class Sensor(ABC):
     def has_laser_plane(cls) -> bool:
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
+
+    @classmethod
+    def rides(cls, dataset: Dataset) -> bool:
+        """Whether the flange carries it."""
+        return True
+
+    @classmethod
+    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
+        """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
+        return frozenset()
+
+    @classmethod
+    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
+        """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
+        return cls.stages
 
     @property
     @abstractmethod
@@ -82,6 +97,13 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
+        given = self.dataset.parameters
+        stated = [name for name in self.free + self.derived if name in given and given[name].fixed]
+        return tuple(dict.fromkeys((*self.fixed, *stated)))
+
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         return values
@@ -91,9 +113,12 @@ class Sensor(ABC):
         """Start values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The free parameters.
+            values: The free parameters; derived ones that are among them are known too.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
+
+        Raises:
+            EstimationError: The data do not tell them.
         """
 
     @property
@@ -112,7 +137,8 @@ class Sensor(ABC):
             perturb: The effects of the model.
             bounds: All parameters by name.
         """
-        return self.initialize(values, T_base_flange, perturb)
+        others = {name: value for name, value in values.items() if name not in self.derived}
+        return self.initialize(others, T_base_flange, perturb)
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -164,15 +190,38 @@ class Sensor(ABC):
         """
         return None
 
+    @property
+    def row_numbers(self) -> Ints:
+        """How many numbers each row has, (m,)."""
+        return np.full(len(self.dataset.points), self.format.numbers)
+
+    @property
+    def stages_of_rows(self) -> Sequence[tuple[Ints, frozenset[Stage]]]:
+        """Rows (m,), and the stages that what they measure passes."""
+        return [(np.arange(len(self.dataset.points)), self.stages)]
+
+    @property
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str]]:
+        """Rows (m,) by what they are called in results, and their unit."""
+        return {self.format.kind: (np.arange(len(self.dataset.points)), self.format.unit)}
+
+    def own_rows(self, residuals: Array, kind: str) -> Array:
+        """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
+        return residuals
+
+    def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
+        known = self.known(values, T_base_flange, perturb)
+        flange: Array = T_base_flange[0, :, :3, 3]
+        return flange if known is None else middles(known[0], self.dataset.points.pose, len(flange))
+
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
         Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
         and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
         """
-        known, of_pose = self.known(values, T_base_flange, perturb), self.dataset.points.pose
-        flange: Array = T_base_flange[0, :, :3, 3]
-        pivot = flange if known is None else middles(known[0], of_pose, len(flange))
+        pivot = self.pivots(values, T_base_flange, perturb)
 
         def moved(twists: Array) -> Array:
             each = (self.residuals(values, twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
@@ -267,13 +316,7 @@ class Sensor(ABC):
             DataError: The data set gives one that this sensor does not have, or not all of its free ones.
         """
         given = self.dataset.parameters
-        for name in given:
-            if name not in self.free + self.derived:
-                raise DataError(
-                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
-                    file="dataset.toml",
-                    column=f"[parameters] {name}",
-                )
+        self.check_given()
         missing = [name for name in self.free if name not in given]
         if missing:
             raise DataError(
@@ -283,16 +326,42 @@ class Sensor(ABC):
                 column="[parameters]",
             )
         items = [given[name] for name in self.free]
-        if self.derived:
-            nominal = {item.name: np.array([item.nominal]) for item in items}
+        if any(name not in given for name in self.derived):
+            known = [*items, *(given[name] for name in self.held if name in given)]
+            nominal = {item.name: np.array([item.nominal]) for item in known}
             found = self.initialize(nominal, T_base_flange, perturb)
-            for name in self.derived:
-                unit = self.format.unit_of(name)
-                span = ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M
-                at = float(found[name][0])
-                start = Parameter(name, unit, at, at - span, at + span, given=False)
-                items.append(given.get(name, start))
+            at = {name: float(found[name][0]) for name in self.derived if name not in given}
+            spans = self.spans(at | {item.name: item.nominal for item in given.values()})
+            items += [given.get(name) or self._start(name, at[name], spans[name]) for name in self.derived]
+        else:
+            items += [given[name] for name in self.derived]
         return Parameters(tuple(items))
+
+    def check_given(self) -> None:
+        """See that the data set gives no parameter that this sensor does not have.
+
+        Raises:
+            DataError: It does.
+        """
+        for name in self.dataset.parameters:
+            if name not in self.free + self.derived:
+                raise DataError(
+                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
+                    file="dataset.toml",
+                    column=f"[parameters] {name}",
+                )
+
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """How far each derived parameter may be from what `initialize` found, by name.
+
+        Args:
+            values: All parameters.
+        """
+        units = {name: self.format.unit_of(name) for name in self.derived}
+        return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
+
+    def _start(self, name: str, at: float, span: float) -> Parameter:
+        return Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False)
 
 
 def sum_of_squares(residuals: Array) -> Array:

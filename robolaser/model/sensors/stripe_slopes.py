@@ -26,18 +26,36 @@ def stripe_slopes(dataset: Dataset, target: Sequence[str], flange: Tangent, chai
         flange: T_base_flange, (c or 1, n, 4, 4).
         chain: Passes values through the stages.
     """
+    of_pose = dataset.points.pose
+    seen = _in_camera(dataset, chain)
+    mount = mount_of(dataset, chain)
+    T_base_camera = flange.value @ mount.value
+    turn = T_base_camera[:, of_pose if T_base_camera.shape[1] > 1 else np.zeros_like(of_pose), :3, :3]
+    J = known_less_carried(dataset, target, flange, mount, chain, seen.value)
+    J[:, seen.of] -= np.moveaxis(turn @ np.moveaxis(seen.slopes, 1, -1), -1, 1)
+    return J
+
+
+def known_less_carried(
+    dataset: Dataset, target: Sequence[str], flange: Tangent, mount: Tangent, chain: ChainRule, points: Array
+) -> Array:
+    """How target points move in the base frame, less how flange and mount move points of the camera, (c, q, m, 3).
+
+    Args:
+        dataset: Target points.
+        target: Parameters of T_base_target; none where the target is placed.
+        flange: T_base_flange, (c or 1, n, 4, 4).
+        mount: T_flange_camera, (c or 1, n or 1, 4, 4).
+        chain: Passes values through the stages.
+        points: One for each row, in the camera frame, (c, m, 3) [m].
+    """
     of_pose, values = dataset.points.pose, chain.values
     known = chain(Stage.TARGET, Tangent.constant(dataset.points["xyz"][None]))
-    seen = _in_camera(dataset, chain)
-    mount = _mount(dataset, chain)
-    T_base_camera = flange.value @ mount.value
     J = np.zeros((len(values["f"]), chain.count, len(of_pose), 3))
-    turn = T_base_camera[:, of_pose if T_base_camera.shape[1] > 1 else np.zeros_like(of_pose), :3, :3]
-    J[:, seen.of] -= np.moveaxis(turn @ np.moveaxis(seen.slopes, 1, -1), -1, 1)
     by_mount = Tangent(mount.value, flange.value[:, None] @ mount.slopes, mount.of)
-    J[:, mount.of] -= carried(by_mount, of_pose, seen.value)
+    J[:, mount.of] -= carried(by_mount, of_pose, points)
     T_flange_camera = np.broadcast_to(mount.value, (len(mount.value), len(dataset.poses), 4, 4))
-    J[:, flange.of] -= carried(flange, of_pose, carry(T_flange_camera, of_pose, seen.value))
+    J[:, flange.of] -= carried(flange, of_pose, carry(T_flange_camera, of_pose, points))
     if not target:
         J[:, known.of] += known.slopes
         return J
@@ -50,7 +68,7 @@ def stripe_slopes(dataset: Dataset, target: Sequence[str], flange: Tangent, chai
     return J
 
 
-def _mount(dataset: Dataset, chain: ChainRule) -> Tangent:
+def mount_of(dataset: Dataset, chain: ChainRule) -> Tangent:
     """T_flange_camera, (c, n or 1, 4, 4). Eqs. 9-10."""
     bracket = from_quaternion(np.array(dataset.bracket_quat))
 

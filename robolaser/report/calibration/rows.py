@@ -91,7 +91,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[ParameterRow], Se
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
         value, std = float(calibration.x[i]), float(calibration.std[i])
         bar = None
-        if item.given:
+        if item.given and not item.fixed:
             width = item.upper - item.lower
             at, nominal = (100 * (number - item.lower) / width for number in (value, item.nominal))
             half = 100 * BAND * std / width if np.isfinite(std) else 0.0
@@ -134,7 +134,7 @@ def effect_rows(calibration: Calibration) -> Sequence[EffectParameterRow]:
 def note(calibration: Calibration, i: int) -> str:
     """The caveat about the i-th parameter; may be empty."""
     name = calibration.model.parameters.names[i]
-    if name in calibration.model.sensor.fixed:
+    if name in calibration.model.sensor.held:
         return FIXED
     if calibration.on_bound[i]:
         return ON_BOUND

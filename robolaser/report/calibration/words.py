@@ -60,8 +60,8 @@ def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
     would not do here, since few poses raise it without anything being unmodelled.
     """
     calibration = analysis.calibration
-    numbers = calibration.residuals.size
-    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.fixed))
+    numbers = int(calibration.model.sensor.row_numbers.sum())
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.held))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
     return ratio, ratio / float(np.sqrt(2 * free))
 

@@ -4,6 +4,7 @@ To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of
 """
 
 from robolaser.simulation.outliers import impossible
+from robolaser.simulation.sensors.camera import SimulatedCamera
 from robolaser.simulation.sensors.point import SimulatedTracker
 from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedSensor
 from robolaser.simulation.sensors.socket import SimulatedSockets
@@ -21,4 +22,11 @@ def simulated_sensor(kind: str) -> type[SimulatedSensor]:
     return REGISTERED[kind]
 
 
-__all__ = ["SimulatedSensor", "SimulatedSockets", "SimulatedStripe", "SimulatedTracker", "simulated_sensor"]
+__all__ = [
+    "SimulatedCamera",
+    "SimulatedSensor",
+    "SimulatedSockets",
+    "SimulatedStripe",
+    "SimulatedTracker",
+    "simulated_sensor",
+]

@@ -1,0 +1,149 @@
+"""Joint readings that do not mean what their columns say: exchanged, counted the other way round, in degrees."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.calibration.checks import SETUP_RMS_M
+from robolaser.data.dataset import Dataset
+from robolaser.errors import RobolaserError
+from robolaser.estimation.multistart import subsampled
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import solve
+from robolaser.model.forward_model import Model
+
+FALLS = 5.0
+"""Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
+leave centimetres or more, the largest effects of the library millimetres."""
+BEST = 3.0
+"""Factor by which the error of any other hypothesis must be larger: else it is not known what is wrong."""
+FAR_OUTSIDE = 1.0
+"""How far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`."""
+STEPS = 12
+"""Of each descent; an error that has not fallen by then is no sign."""
+COARSE = 1e-6
+DEGREE = np.pi / 180.0
+
+
+@final
+@dataclass(frozen=True)
+class Reading:
+    """Another way to read the joints of `poses.csv`.
+
+    Attributes:
+        columns: Which column each joint's reading is from, (j,).
+        factors: What it is multiplied by, (j,).
+        said: What is then wrong with the file: the beginning of a sentence.
+    """
+
+    columns: tuple[int, ...]
+    factors: tuple[float, ...]
+    said: str
+
+    def of(self, values: Array) -> Array:
+        """Readings or velocities (n, j) as they are meant."""
+        meant: Array = values[:, list(self.columns)] * np.array(self.factors)
+        return meant
+
+
+def misread_joints(model: Model, rms_m: float) -> str | None:
+    """A sentence on joints that seem to be read wrongly; None where the error is no sign of it, or nothing explains it.
+
+    Each hypothesis is fitted to some rows from its own start values, in a few steps.
+
+    Args:
+        model: Data and effects.
+        rms_m: Root-mean-square error of the fitted points.
+    """
+    if rms_m < SETUP_RMS_M or model.dataset.robot is None or model.dataset.poses.q is None:
+        return None
+    few = subsampled(model.with_effects(())).dataset
+    readings = list(_readings(few))
+    if not readings:
+        return None
+    as_read = _error(few)
+    errors = np.array([_error(_read_as(few, reading)) for reading in readings])
+    order = np.argsort(errors)
+    best, second = errors[order[0]], errors[order[1:2]].min(initial=np.inf)
+    if best * FALLS > as_read or best * BEST > second:
+        return None
+    return (
+        f"{readings[int(order[0])].said}: read otherwise, fitted points are {_millimetres(best)} off instead of"
+        f" {_millimetres(as_read)}. Correct poses.csv, or the file that it was made from."
+    )
+
+
+def _readings(dataset: Dataset) -> Iterator[Reading]:
+    """Hypotheses under which all joints stay near their limits."""
+    robot, q = dataset.arm
+    j, moves = len(robot.joints), np.ptp(q, axis=0) > 0
+    whole, ones = tuple(range(j)), (1.0,) * j
+    turning = np.flatnonzero(moves & ~robot.prismatic)
+    for reading in (
+        *_exchanged(robot.joints, robot.prismatic, moves),
+        *(
+            Reading(whole, _but(ones, i, -1.0), f"q_{robot.joints[i]} seems to have the wrong sign")
+            for i in np.flatnonzero(moves).tolist()
+        ),
+        *(
+            Reading(whole, _but(ones, i, DEGREE), f"q_{robot.joints[i]} seems to be in degrees")
+            for i in turning.tolist()
+        ),
+        *_all_scaled(turning, ones, whole),
+    ):
+        meant = reading.of(q)
+        if ((meant > robot.lower - FAR_OUTSIDE) & (meant < robot.upper + FAR_OUTSIDE)).all():
+            yield reading
+
+
+def _exchanged(joints: tuple[str, ...], prismatic: Bools, moves: Bools) -> Iterator[Reading]:
+    for a, b in combinations(range(len(joints)), 2):
+        if prismatic[a] == prismatic[b] and (moves[a] or moves[b]):
+            columns = list(range(len(joints)))
+            columns[a], columns[b] = b, a
+            said = f"The columns q_{joints[a]} and q_{joints[b]} of poses.csv seem to be exchanged"
+            yield Reading(tuple(columns), (1.0,) * len(joints), said)
+
+
+def _all_scaled(turning: Ints, ones: tuple[float, ...], whole: tuple[int, ...]) -> Iterator[Reading]:
+    for factor, said in (
+        (DEGREE, "All angles of poses.csv seem to be in degrees"),
+        (1 / DEGREE, "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"),
+    ):
+        yield Reading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), said)
+
+
+def _but(ones: tuple[float, ...], i: int, factor: float) -> tuple[float, ...]:
+    return (*ones[:i], factor, *ones[i + 1 :])
+
+
+def _read_as(dataset: Dataset, reading: Reading) -> Dataset:
+    poses = dataset.poses
+    assert poses.q is not None
+    qd = None if poses.qd is None else reading.of(poses.qd)
+    return replace(dataset, poses=replace(poses, q=reading.of(poses.q), qd=qd))
+
+
+def _error(dataset: Dataset) -> float:
+    """Root-mean-square error of the points after a short fit [m]; infinite where there is none."""
+    try:
+        model = Model(dataset)
+        start = model.fix_gauge(model.parameters.nominal)
+        end = solve(Problem.of(model), start[None], tol=COARSE, hopeless=_long_enough)
+    except (RobolaserError, np.linalg.LinAlgError):
+        return np.inf
+    errors = model.in_metres(end.x[0], model.residuals(end.x)[0])
+    error = float(np.sqrt((errors**2).sum(axis=-1).mean()))
+    return error if np.isfinite(error) else np.inf
+
+
+def _millimetres(length_m: float) -> str:
+    return f"{1e3 * length_m:.0f} mm" if length_m >= 0.01 else f"{1e3 * length_m:.2g} mm"
+
+
+def _long_enough(costs: Array, converged: Bools, steps: Ints) -> Bools:
+    return np.asarray(steps >= STEPS)

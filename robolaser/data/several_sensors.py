@@ -1,0 +1,126 @@
+"""Several sensors in one data set: what `[[sensors]]` says of each, and the rows of all of them in one table."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, final
+
+import numpy as np
+from msgspec import Meta
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Member, Points
+from robolaser.data.toml_schema import typed, wrong
+from robolaser.errors import DataError
+
+FILE = "dataset.toml"
+TABLES = ("scanner", "image", "board", "target", "noise")
+"""Tables of dataset.toml that a sensor may have for itself, as `[sensors.noise]`; else it has those of all."""
+USUAL_M_PER_PX = 1e-4
+"""What a pixel shows where the points of no pose tell."""
+
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
+
+
+@final
+@dataclass(frozen=True)
+class SensorEntry:
+    """Keys of one of `[[sensors]]` besides those of its kind."""
+
+    name: Name
+    points: Annotated[str, Meta(min_length=1)]
+    kind: str = "stripe"
+    camera: Name | None = None
+    target: Name | None = None
+
+
+def described_members(
+    contents: Mapping[str, Any], described: Callable[[dict[str, Any]], Dataset]
+) -> tuple[Member, ...]:
+    """The sensors of a data set.
+
+    Args:
+        contents: Of dataset.toml, with `sensors`.
+        described: Reads the contents of a data set of one sensor.
+
+    Raises:
+        DataError: With the key of what is wrong.
+    """
+    entries = contents["sensors"]
+    if "sensor" in contents:
+        raise DataError(
+            f"{FILE} has both [sensor] and [[sensors]]: keep the one or the other.", file=FILE, column="sensors"
+        )
+    if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(entry, dict) for entry in entries):
+        raise wrong(FILE, ("sensors",), entries, "two or more tables [[sensors]]; one sensor is [sensor]")
+    members = [_member(number, entry, contents, described) for number, entry in enumerate(entries)]
+    for key, values in (("name", [one.name for one in members]), ("points", [one.file for one in members])):
+        for number, value in enumerate(values):
+            if value in values[:number]:
+                raise wrong(FILE, ("sensors", number, key), value, "different ones for all sensors")
+    return tuple(members)
+
+
+def _member(
+    number: int, entry: dict[str, Any], contents: Mapping[str, Any], described: Callable[[dict[str, Any]], Dataset]
+) -> Member:
+    tables = {key: value for key, value in entry.items() if key in TABLES and isinstance(value, dict)}
+    own = {key: value for key, value in entry.items() if key in SensorEntry.__annotations__ and key not in tables}
+    said = typed(own, SensorEntry, file=FILE, at=("sensors", number))
+    kind = {key: value for key, value in entry.items() if key not in own and key not in tables}
+    shared = {key: value for key, value in contents.items() if key not in ("sensors", "parameters", *tables)}
+    try:
+        one = described({**shared, **tables, "sensor": {"kind": said.kind, **kind}})
+    except DataError as error:
+        raise DataError(f"{error} (sensor {said.name})", file=FILE, column=f"[[sensors]] {said.name}") from None
+    camera = said.camera or (said.name if one.kind == "camera" else "camera")
+    return Member(said.name, one, said.points, camera, said.target or "target")
+
+
+def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:
+    """A data set with the points of each of its sensors."""
+    members = tuple(
+        replace(member, metres_per_unit=_metres_per_unit(member.described, own))
+        for member, own in zip(dataset.members, points, strict=True)
+    )
+    return replace(dataset, members=members, points=_joined([member.name for member in members], points))
+
+
+def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:
+    counts = [len(one) for one in points]
+    any_repeats = any(one.repeat is not None for one in points)
+    columns = {name: values.shape[1] for one in points for name, values in one.columns.items()}
+
+    def filled(arrays: Sequence[Array | None], width: int) -> Array:
+        return np.concatenate(
+            [np.zeros((count, width)) if array is None else array for array, count in zip(arrays, counts, strict=True)]
+        )
+
+    def of_any(arrays: Sequence[Array | None], width: int) -> Array | None:
+        return filled(arrays, width) if any(array is not None for array in arrays) else None
+
+    return Points(
+        np.concatenate([one.pose for one in points]),
+        tuple(f"{name}/{point}" for name, one in zip(names, points, strict=True) for point in one.names),
+        np.concatenate([np.zeros(len(one), np.int64) if one.repeat is None else one.repeat for one in points])
+        if any_repeats
+        else None,
+        pixel=of_any([one.pixel for one in points], 2),
+        xyz=of_any([one.xyz for one in points], 3),
+        columns={name: filled([one.columns.get(name) for one in points], width) for name, width in columns.items()},
+        sensor=np.repeat(np.arange(len(points)), counts),
+    )
+
+
+def _metres_per_unit(described: Dataset, points: Points) -> float:
+    """What a pixel typically shows on the target: spreads of its points in metres and in pixels, pose by pose."""
+    if described.format.unit != "px":
+        return 1.0
+    ratios = []
+    for pose in np.unique(points.pose):
+        rows = points.pose == pose
+        spread_m, spread_px = (
+            float(np.linalg.norm(values[rows].std(axis=0))) for values in (points["xyz"], points["pixel"])
+        )
+        if spread_px > 0.0 and spread_m > 0.0:
+            ratios.append(spread_m / spread_px)
+    return float(np.median(ratios)) if ratios else USUAL_M_PER_PX

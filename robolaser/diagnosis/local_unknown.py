@@ -1,0 +1,68 @@
+"""A function of unknown form at one joint: the rival of whatever the library names there.
+
+A parametric form is believed where it explains the residuals better than any function of the same joint does, each at
+its cost. Both pay for being one of many causes; an effect pays for its parameters, a random function for its freedom,
+by the marginal likelihood. And a form is wrong where such a function still finds much beside it.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
+from robolaser.diagnosis.localization import likelihood_ratio
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joints import moving_joints
+
+GEOMETRY: Final = "arm_geometry"
+"""The class of effects that are constants of the arm."""
+
+
+def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
+    """Whether an effect varies at a joint, in a form that may be wrong: an offset or a placement has none."""
+    is_constant = candidate_effect.effect.cause == GEOMETRY
+    return not is_constant and candidate_effect.where in moving_joints(fit.model.dataset.robot)
+
+
+def local_unknown_chi2(fit: Fit, joint: str) -> float:
+    """Chi-squared that a rough function of one coordinate of a joint explains there beyond the cost of its freedom.
+
+    Args:
+        fit: The model.
+        joint: A joint that moves.
+    """
+    by_joint = StageDerivatives(fit).joint(joint)
+    columns = (by_joint * basis[fit.pose_of_number] for basis in _coordinates(fit, joint))
+    return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
+
+
+def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:
+    """Probability that a function of unknown form is at work at a joint, instead of the effects there or beside them.
+
+    Args:
+        final: Cost of the model with the effects.
+        left: Chi-squared that such a function explains beside them.
+        without: Cost of the model without them.
+        instead: Chi-squared that it explains there.
+    """
+    is_wrong = left > FORM_SHARE * (without - final)
+    beside = final - left + CHI2_PER_EFFECT if is_wrong else np.inf
+    weights = posterior_weights(np.array([final, beside, without - instead + CHI2_PER_EFFECT]))
+    return float(weights[1:].sum())
+
+
+def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
+    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, and of time."""
+    robot, q = fit.model.dataset.arm
+    column, run = robot.joints.index(joint), fit.model.run
+    yield rough(q[:, column])
+    if robot.has_masses and np.ptp(torque := run.gravity_torques[:, column]) > LEAST_TORQUE_NM:
+        yield rough(torque)
+    if fit.model.dataset.poses.time_s is not None and np.ptp(run.progress) > 0:
+        yield rough(run.progress)

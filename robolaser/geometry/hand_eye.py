@@ -1,0 +1,107 @@
+"""Hand-eye and robot-world: A X = Z B in closed form, from pairs of poses and nothing else.
+
+A camera on the flange sees a board in the cell: A is T_base_flange, X T_flange_camera, Z T_base_board and B
+T_camera_board inverted. A camera in the cell sees a board on the flange: X is T_flange_board, Z T_base_camera and B
+T_camera_board. Two systems that track one body each: X and Z are what lies between the bodies and between the systems.
+A X = X B, as it is often written, is the same for pairs of such pairs.
+
+Shah 2013, Solving the robot-world/hand-eye calibration problem using the Kronecker product: R_Z = R_A R_X R_Bᵀ is
+linear in all entries, so the rotations that fit best are a pair of singular vectors, wherever they lie: no start is
+needed.
+"""
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.geometry.rigid_motion import log_so3, nearest_rotation, pose
+
+LEAST_TURN = np.deg2rad(2.0)
+"""Root-mean-square turn about a second axis below which rotations do not fix a hand-eye."""
+ALTERNATIONS = 200
+"""Of the two rotations, each the best for the other; mostly ten settle it."""
+SETTLED = 1e-13
+"""Change of a rotation's entries below which they have."""
+
+
+def turn_about_second_axis(R: Array) -> float:
+    """Root-mean-square turn of rotations (n, 3, 3) about the second of their principal axes [rad].
+
+    Zero where all turns are about one axis, and where there is none: then no hand-eye can be found from them.
+    """
+    M, _ = nearest_rotation(R.sum(axis=0))
+    turns = log_so3(M.T @ R)
+    return float(np.linalg.svd(turns - turns.mean(axis=0), compute_uv=False)[1] / np.sqrt(len(R)))
+
+
+def robot_world_hand_eye(
+    A: Array, B: Array, of: Ints | None = None, *, X: Array | None = None, Z: Array | None = None
+) -> tuple[Array, Array]:
+    """X and Z with A X = Z B as nearly as can be: rotations first, then translations.
+
+    Args:
+        A: Motions, (n, 4, 4).
+        B: Motions, (n, 4, 4).
+        of: Which X belongs to each pair, (n,), numbered from 0: several bodies share one Z. All to one when absent.
+        X: All of them where they are known, (t, 4, 4).
+        Z: The other one where it is known, (4, 4).
+
+    Returns:
+        X (t, 4, 4) and Z (4, 4).
+    """
+    of = np.zeros(len(A), dtype=np.int64) if of is None else of
+    bodies = int(of.max()) + 1
+    R_A, R_B = A[:, :3, :3], B[:, :3, :3]
+    if X is not None:
+        R_X = X[:, :3, :3]
+        R_Z = _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2)) if Z is None else Z[:3, :3]
+    else:
+        R_Z = _shah(R_A, R_B, of, bodies) if Z is None else Z[:3, :3]
+        R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
+        for _ in range(ALTERNATIONS if Z is None else 0):
+            before, R_Z = R_Z, _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2))
+            R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
+            if np.abs(R_Z - before).max() < SETTLED:
+                break
+    t_X, t_Z = _translations(A, B, R_Z, of, None if X is None else X[:, :3, 3], None if Z is None else Z[:3, 3])
+    return pose(R_X, t_X), pose(R_Z, t_Z)
+
+
+def _shah(R_A: Array, R_B: Array, of: Ints, bodies: int) -> Array:
+    """R_Z, (3, 3): the left singular vector of Σ R_B ⊗ R_A over the pairs of each body, side by side."""
+    K = np.zeros((bodies, 9, 9))
+    np.add.at(K, of, np.einsum("nij,nkl->nikjl", R_B, R_A).reshape(-1, 9, 9))
+    U, _, _ = np.linalg.svd(np.concatenate(K, axis=1))
+    M = U[:, 0].reshape(3, 3).T  # vec() stacks columns
+    R, _ = nearest_rotation(M if np.linalg.det(M) > 0 else -M)
+    return R
+
+
+def _translations(
+    A: Array, B: Array, R_Z: Array, of: Ints, t_X: Array | None, t_Z: Array | None
+) -> tuple[Array, Array]:
+    """R_A t_X + t_A = R_Z t_B + t_Z in least squares, (t, 3) and (3,)."""
+    n, bodies = len(A), int(of.max()) + 1
+    right = B[:, :3, 3] @ R_Z.T - A[:, :3, 3]
+    if t_X is not None and t_Z is not None:
+        return t_X, t_Z
+    by_body = np.zeros((n, 3, bodies, 3))
+    by_body[np.arange(n), :, of] = A[:, :3, :3]
+    carried = by_body.reshape(3 * n, -1)
+    if t_X is not None:
+        return t_X, np.asarray(((carried @ t_X.ravel()).reshape(n, 3) - right).mean(axis=0))
+    if t_Z is not None:
+        found = np.linalg.lstsq(carried, (right + t_Z).ravel(), rcond=None)[0]
+        return np.asarray(found.reshape(-1, 3)), t_Z
+    design = np.concatenate([carried, np.tile(-np.eye(3), (n, 1))], axis=1)
+    found = np.linalg.lstsq(design, right.ravel(), rcond=None)[0]
+    return np.asarray(found[:-3].reshape(-1, 3)), np.asarray(found[-3:])
+
+
+def _each(R: Array, of: Ints, bodies: int) -> Array:
+    """The rotation nearest to those of each body, (t, 3, 3)."""
+    return np.stack([_mean(R[of == body]) for body in range(bodies)])
+
+
+def _mean(R: Array) -> Array:
+    nearest, _ = nearest_rotation(R.sum(axis=0))
+    return nearest

@@ -1,0 +1,172 @@
+"""A file with Denavit-Hartenberg numbers, CSV or TOML, read as rows of a table; its units and convention are stated."""
+
+import csv
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from robolaser.errors import RobotError, near
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
+from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
+from robolaser.geometry.urdf.parsing import load_text
+
+QUANTITIES = {"a": LENGTH, "alpha": ANGLE, "d": LENGTH, "theta": ANGLE}
+LIMITS = ("lower", "upper")
+CENTRE = ("com_x", "com_y", "com_z")
+MEASURED = (*QUANTITIES, *LIMITS, *CENTRE)
+OTHERS = ("name", "kind", "mass_kg")
+MOST_ROWS = 100
+LARGEST = 1e4  # m or rad: beyond it a number is a slip
+SETTINGS = ("convention", "units")
+
+
+@final
+@dataclass(frozen=True)
+class DHStatement:
+    """What a person says of a table that its file does not say.
+
+    Attributes:
+        convention: "standard" or "modified"; None: not stated.
+        units: Of lengths and angles, as far as they are stated.
+    """
+
+    convention: str | None = None
+    units: tuple[str, ...] = ()
+
+
+def read_dh_table(path: Path, stated: DHStatement) -> str:
+    """A table's file as a URDF.
+
+    A CSV file has a row for each joint with the columns `a`, `alpha`, `d` and `theta`, and perhaps `name`, `kind`,
+    `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`, `convention`; a TOML file has `[[joint]]` tables with these
+    keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
+
+    Raises:
+        RobotError: With row and column of what is wrong or missing; the convention or a unit is stated nowhere.
+        DataError: The file cannot be read.
+    """
+    rows, settings = (_from_toml if path.suffix == ".toml" else _from_csv)(path)
+    for key in settings:
+        if key not in SETTINGS:
+            raise RobotError(f"{path.name}: this key is not known: {key}.{near(key, [*SETTINGS, 'joint'])}")
+    convention = settings.get("convention", stated.convention)
+    if convention is None:
+        raise RobotError(
+            f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Say it with --dh, or in the file"
+            " under convention."
+        )
+    if convention not in CONVENTIONS:
+        raise RobotError(f"{path.name}: the convention is {convention!r}, expected standard or modified.")
+    units = settings.get("units", stated.units)
+    factors = _factors(units.split(",") if isinstance(units, str) else units, path.name)
+    if len(rows) > MOST_ROWS:
+        raise RobotError(f"{path.name} has {len(rows)} rows: too many for a robot. Is it the right file?")
+    table = [_row(cells, number, factors, path.name) for number, cells in enumerate(rows, 1)]
+    known: Convention = "standard" if convention == "standard" else "modified"
+    return dh_urdf(table, known, path.stem)
+
+
+def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
+    reader = csv.reader(load_text(path).splitlines(), strict=True, skipinitialspace=True)
+    try:
+        lines = [row for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise RobotError(f"{path.name}, line {reader.line_num}: {error}.") from None
+    header = [name.strip() for name in lines[0]] if lines else []
+    for row in lines[1:]:
+        if len(row) != len(header):
+            raise RobotError(f"{path.name}: {len(row)} cells in a row, but the header names {len(header)} columns.")
+    rows: list[dict[str, object]] = [dict(zip(header, map(str.strip, row), strict=True)) for row in lines[1:]]
+    said = {str(row.pop("convention")) for row in rows if "convention" in row}
+    if len(said) > 1:
+        raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(said))}.")
+    return rows, {"convention": said.pop()} if said else {}
+
+
+def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
+    try:
+        contents = tomllib.loads(load_text(path))
+    except (ValueError, RecursionError) as error:
+        raise RobotError(f"{path.name} is not valid TOML: {error or 'it is nested too deeply'}.") from None
+    rows = contents.pop("joint", None)
+    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
+        raise RobotError(f"{path.name} has no [[joint]] tables, one for each row of Denavit-Hartenberg numbers.")
+    return rows, contents
+
+
+def _factors(units: object, file: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for unit in units if isinstance(units, list | tuple) else [units]:
+        name = str(unit).strip()
+        quantity = next((known for known in (LENGTH, ANGLE) if name in FACTORS[known]), None)
+        if quantity is not None:
+            found[quantity] = FACTORS[quantity][name]
+        elif name:
+            raise RobotError(f"{file}: no unit {name!r}.{near(name, [*FACTORS[LENGTH], *FACTORS[ANGLE]])}")
+    return found
+
+
+def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float], file: str) -> DHRow:
+    where = f"{file}, row {number}"
+    kind = str(cells.get("kind") or "revolute")
+    if kind not in JOINT_KINDS:
+        raise RobotError(f"{where}: kind is {kind!r}.{near(kind, JOINT_KINDS)}")
+    found: dict[str, float] = {}
+    for column, cell in cells.items():
+        name, unit = _split(column)
+        if name in OTHERS or (name in MEASURED and cell == "" and name not in QUANTITIES):
+            continue
+        if name not in MEASURED:
+            raise RobotError(f"{where}: no such column: {column}.{near(column, [*MEASURED, *OTHERS])}")
+        if name in found:
+            raise RobotError(f"{where}: {name} is there twice, in different units. Delete one.")
+        quantity = _quantity(name, kind)
+        value = _number(cell, f"{where}, column {column}")
+        factor = FACTORS[quantity].get(unit) if unit else factors.get(quantity, None if value else 1.0)
+        if factor is None:
+            example = ", ".join(list(FACTORS[quantity])[:3])
+            raise RobotError(
+                f"{where}: in which unit is {column}? Say it with --units ({example}), or at the end of the name, as"
+                f" {name}_{next(iter(FACTORS[quantity]))}."
+            )
+        found[name] = factor * value
+    missing = [name for name in QUANTITIES if name not in found]
+    if missing:
+        there = [_split(column)[0] for column in cells]
+        raise RobotError(f"{where} lacks {', '.join(missing)}.{near(missing[0], there)}")
+    mass = cells.get("mass_kg")
+    return DHRow(
+        name=str(cells.get("name") or f"joint_{number}"),
+        kind=kind,
+        mass=0.0 if mass in (None, "") else _number(mass, f"{where}, column mass_kg"),
+        com=(found.pop("com_x", 0.0), found.pop("com_y", 0.0), found.pop("com_z", 0.0)),
+        **found,
+    )
+
+
+def _split(column: str) -> tuple[str, str]:
+    """A column's name, and the unit at its end or ""."""
+    name, _, unit = column.rpartition("_")
+    return (name, unit) if name in MEASURED and any(unit in known for known in FACTORS.values()) else (column, "")
+
+
+def _quantity(name: str, kind: str) -> str:
+    if name in LIMITS:
+        return LENGTH if kind == "prismatic" else ANGLE
+    return LENGTH if name in CENTRE else QUANTITIES[name]
+
+
+def _number(cell: object, where: str) -> float:
+    try:
+        value = math.nan if isinstance(cell, bool) or "_" in str(cell) else float(str(cell))
+    except ValueError:
+        value = math.nan
+    if not abs(value) <= LARGEST:
+        raise RobotError(
+            f"{where}: {str(cell)[:60]!r}, expected a number. Where a table has q or theta there, write the angle at"
+            " which the joint's reading is zero."
+        )
+    return value

@@ -1,0 +1,279 @@
+"""A camera that sees points of a target: on the flange with the target in the cell, or the other way round."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar, Literal, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.errors import DataError
+from robolaser.geometry.board_views import INTRINSICS, camera_matrix
+from robolaser.geometry.rigid_motion import carry, inverse
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.camera_projection import (
+    distort,
+    distortion_by_place,
+    on_plane,
+    pixels_by_intrinsics,
+    straighten,
+    to_pixels,
+)
+from robolaser.model.sensors.camera_start import CameraStart
+from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.moved_points import moved, moved_back
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
+from robolaser.parameters import Values
+
+SENSOR_WIDTH_M = 4.8e-3
+"""Width of an image sensor of 1/3", the commonest: what pixels are in metres, where effects of the lens ask for it."""
+MARGIN = 0.03  # of the image, left free around points that would be seen
+SHARE_SEEN = 0.6  # of the target's points that a pose worth taking shows
+LENS_ROUNDS = 8  # of a fixed point that settles by a factor of ten or more each
+HAND_EYE, TARGET = (tuple(f"{prefix}.{part}" for part in SIX) for prefix in ("hand_eye", "target"))
+UNIT = np.eye(4)[None, None]
+
+
+@final
+@dataclass(frozen=True)
+class CameraOptions:
+    """Keys of `[sensor]`: where the camera sits; the target is at the other end."""
+
+    mount: Literal["flange", "base"] = "flange"
+
+
+@final
+class Camera(Sensor):
+    """OpenCV's camera: pixels of a target's points."""
+
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="camera",
+        title="camera",
+        columns={"pixel": PIXEL, "xyz": XYZ},
+        numbers=2,
+        unit="px",
+        tables=("image", "board"),
+        required=("image",),
+        options=CameraOptions,
+        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
+        positive=("fx", "fy"),
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
+    task: ClassVar[str] = "the model predicts where the camera sees points of the target"
+    row_point: ClassVar[str] = "target point"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        options = dataset.options or CameraOptions()
+        self._rides = options.mount == "flange"
+        if not self._rides and dataset.placed:
+            raise DataError(
+                "dataset.toml, [target] placed: the target of a camera that stands in the cell is on the flange, so"
+                " that its points cannot be given in the base frame. Write placed = false, and give them in the"
+                " target's own frame.",
+                file="dataset.toml",
+                column="[target] placed",
+            )
+        self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
+
+    @classmethod
+    def rides(cls, dataset: Dataset) -> bool:
+        """Whether the flange carries it."""
+        return dataset.options is None or dataset.options.mount == "flange"
+
+    @classmethod
+    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
+        """Those that the data set does not fix."""
+        fixed = {name for name, item in dataset.parameters.items() if item.fixed}
+        terms = {"k2": {"k2"}, "k3": {"k3"}, "tangential": {"p1", "p2"}}
+        return frozenset(term for term, names in terms.items() if not names <= fixed)
+
+    @property
+    def image_px(self) -> tuple[int, int]:
+        """Width and height of the images."""
+        assert self.dataset.image_px is not None  # the format requires it
+        return self.dataset.image_px
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """None: everything follows from the images and the flange's poses."""
+        return ()
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The intrinsics, the hand-eye, and the target where it is not placed."""
+        return (*INTRINSICS, *HAND_EYE, *(() if self.dataset.placed else TARGET))
+
+    @cached_property
+    def _closed_form(self) -> CameraStart:
+        return CameraStart(self.dataset, self.image_px, rides=self._rides)
+
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """Zhang's method for the intrinsics, Shah's for hand-eye and target; what is known is held."""
+        stated = {name: np.array([self.dataset.parameters[name].nominal]) for name in self.held}
+        found = self._closed_form.initialize({**stated, **values}, T_base_flange)
+        return {name: found[name] for name in self.derived}
+
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Of the lens: as far as a lens can bend the image's corner."""
+        width, height = self.image_px
+        corner = float(np.hypot(width, height)) / 2.0 / values["fx"]
+        lens = {f"k{n}": 0.5 / corner ** (2 * n) for n in (1, 2, 3)} | dict.fromkeys(("p1", "p2"), 0.1 / corner)
+        pinhole = {"fx": values["fx"] / 2.0, "fy": values["fy"] / 2.0, "cx": width / 2.0, "cy": height / 2.0}
+        return {**super().spans(values), **pinhole, **lens}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Where it sits."""
+        return {"mount": "flange" if self._rides else "base"}
+
+    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
+        """T_flange_camera, (c, n or 1, 4, 4); None where it stands in the cell."""
+        return self._hand_eye(values, perturb) if self._rides else None
+
+    def _hand_eye(self, values: Values, perturb: Perturbation) -> Array:
+        return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
+
+    def _target(self, values: Values) -> Array:
+        """T_base_target or T_flange_target, (c or 1, 1, 4, 4)."""
+        return UNIT if self.dataset.placed else motion(values, "target")[:, None]
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The target's points in the base frame, (c, m, 3) [m]."""
+        T_base_target = self._target(values) if self._rides else T_base_flange @ self._target(values)
+        return self._carried(T_base_target, perturb(Stage.TARGET, self._xyz))
+
+    def in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The target's points in the camera frame, (c, m, 3) [m]."""
+        hand_eye = self._hand_eye(values, perturb)
+        T_base_camera = T_base_flange @ hand_eye if self._rides else hand_eye
+        return self._carried(inverse(T_base_camera), self.known(values, T_base_flange, perturb))
+
+    def _carried(self, T: Array, points: Array) -> Array:
+        return carry(T, self._rows(T), points)
+
+    def _rows(self, T: Array) -> Any:
+        of_pose = self.dataset.points.pose
+        return of_pose if T.shape[1] > 1 else np.zeros_like(of_pose)
+
+    def _metres(self, values: Values) -> Array:
+        """From image points at unit focal length to ones on the sensor, (c, 1, 1) [m]."""
+        return np.asarray(values["fx"][:, None, None] * SENSOR_WIDTH_M / self.image_px[0])
+
+    def _through_lens(self, straight: Array, values: Values, perturb: Perturbation) -> Array:
+        if perturb.touches(Stage.IMAGE):
+            metres = self._metres(values)
+            straight = perturb(Stage.IMAGE, straight * metres) / metres
+        return to_pixels(distort(straight, values), values)
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Pixel as seen less the one predicted, (c, m, 2) [px]."""
+        straight = on_plane(self.in_camera(values, T_base_flange, perturb))
+        return perturb(Stage.PIXELS, self._pixel) - self._through_lens(straight, values, perturb)
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """By its own parameters too, so that effects may sit anywhere."""
+        values = chain.values
+        point = self._point(flange, chain)
+        straight = on_plane(point.value)
+        moves = (point.slopes[..., :2] - straight[:, None] * point.slopes[..., 2:]) / point.value[:, None, :, 2:]
+        image = Tangent(straight, moves, point.of)
+        if chain.moves(Stage.IMAGE):
+            bent = chain(Stage.IMAGE, chain.through(lambda at, of: at * self._metres(of), ("fx",), image))
+            image = chain.through(lambda at, of: at / self._metres(of), ("fx",), bent)
+        focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None, :, None]
+        by_place = focal * distortion_by_place(image.value, values)
+        seen = chain(Stage.PIXELS, Tangent.constant(self._pixel))
+        J = np.zeros((len(values["fx"]), chain.count, self._pixel.shape[1], 2))
+        J[:, seen.of] = seen.slopes
+        J[:, chain.columns(INTRINSICS)] = -pixels_by_intrinsics(image.value, values)
+        for slope, column in zip(np.moveaxis(image.slopes, 1, 0), image.of, strict=True):  # fx may come twice
+            J[:, column] -= (by_place @ slope[..., None])[..., 0]
+        return J
+
+    def _point(self, flange: Tangent, chain: ChainRule) -> Tangent:
+        """The target's points in the camera frame, (c, m, 3) [m]."""
+        target = chain.through(
+            lambda _, six: self._target(six), () if self.dataset.placed else TARGET, Tangent.constant(UNIT)
+        )
+        hand_eye = chain(
+            Stage.MOUNT,
+            chain.through(lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, Tangent.constant(UNIT)),
+        )
+        point = chain(Stage.TARGET, Tangent.constant(self._xyz))
+        point = moved(target, self._rows(target.value), point)
+        way = moved_back if self._rides else moved
+        point = way(flange, self._rows(flange.value), point)
+        return moved_back(hand_eye, self._rows(hand_eye.value), point)
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
+        m, noise = len(self.dataset.points), self.dataset.noise
+        sources = [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), unit="px", stated=noise.pixel_px)]
+        if noise.target_m is not None:
+            moves = self._moves_with_target(values, T_base_flange, perturb)
+            place = self.dataset.points.place
+            sources.append(ErrorSource("target", moves, place, level="point", stated=noise.target_m))
+        return sources
+
+    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Move of each residual by shifts of its target point in the camera frame, one candidate, (m, 2, 3) [px/m]."""
+        point = self.in_camera(values, T_base_flange, perturb)
+        straight = on_plane(point)
+        by_point = np.concatenate([np.broadcast_to(np.eye(2), (*straight.shape, 2)), -straight[..., None]], axis=-1)
+        focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None, :, None]
+        by_place = focal * distortion_by_place(straight, values)
+        return np.asarray(-(by_place @ by_point / point[..., 2:, None])[0])
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Across the view at the target's distance, (c, m, 2) [m]."""
+        depth = self.in_camera(values, T_base_flange, perturb)[..., 2:]
+        return residuals * depth / np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
+
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """From the camera, (m,) [m]."""
+        return np.asarray(np.linalg.norm(self.in_camera(values, T_base_flange, perturb)[0], axis=-1))
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether target points lie in front of the camera, (m,)."""
+        return np.asarray(self.in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
+
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
+        """Itself, one candidate, effects of the lens included."""
+        one = {name: values[name] for name in INTRINSICS}
+        metres = self._metres(one)
+
+        def slopes(pixel: Array) -> Array:
+            straight = straighten(pixel[None], one)
+            if not perturb.touches(Stage.IMAGE):
+                return np.asarray(straight[0])
+            there = straight
+            for _ in range(LENS_ROUNDS):  # the effect bends what the lens then distorts
+                there = there + straight - perturb(Stage.IMAGE, there * metres) / metres
+            return np.asarray(there[0])
+
+        return CameraView(camera_matrix({name: float(value[0]) for name, value in one.items()}), slopes)
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
+        if self._rides:
+            return {"camera_optical": self._hand_eye(values, perturb)[0, 0]}
+        return {"target": self._target(values)[0, 0]}
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Every point of the target once at each pose; poses that show most of them are good."""
+        points, poses = self.dataset.points, len(T_base_flange)
+        _, first = np.unique(points.number, return_index=True)
+        rows = points.take(np.tile(np.sort(first), poses))
+        rows = replace(rows, pose=np.repeat(np.arange(poses), len(first)), repeat=None)
+        there = Camera(replace(self.dataset, points=rows))
+        pixel = rows["pixel"] - there.residuals(values, T_base_flange[None], Perturbation())[0]
+        inside = np.abs(pixel - (np.array(self.image_px) - 1.0) / 2.0) <= (0.5 - MARGIN) * np.array(self.image_px)
+        shown = inside.all(axis=1).reshape(poses, -1).mean(axis=1)
+        return replace(rows, pixel=pixel), np.asarray(shown >= SHARE_SEEN)

@@ -1,0 +1,87 @@
+"""OpenCV's camera: from points to pixels through a pinhole and Brown's distortion, and how pixels move."""
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.board_views import INTRINSICS
+from robolaser.parameters import Values
+
+INVERSIONS = 30
+"""Steps of Newton's method from distorted to straight image points; mostly five settle it."""
+
+
+def on_plane(points: Array) -> Array:
+    """x/z and y/z of points in the camera frame, (..., 3) -> (..., 2); NaN behind the camera."""
+    depth = np.where(points[..., 2:] > 0.0, points[..., 2:], np.nan)
+    return np.asarray(points[..., :2] / depth)
+
+
+def distort(straight: Array, values: Values) -> Array:
+    """Image points at unit focal length through the lens, (c, m, 2). OpenCV 4, calib3d, "Detailed Description"."""
+    x, y = straight[..., 0], straight[..., 1]
+    k1, k2, p1, p2, k3 = (values[name][:, None] for name in INTRINSICS[4:])
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    decentred_x = 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    decentred_y = p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+    return np.stack([x * radial + decentred_x, y * radial + decentred_y], axis=-1)
+
+
+def distortion_by_place(straight: Array, values: Values) -> Array:
+    """Derivatives of `distort` by the straight image points, (c, m, 2, 2)."""
+    x, y = straight[..., 0], straight[..., 1]
+    k1, k2, p1, p2, k3 = (values[name][:, None] for name in INTRINSICS[4:])
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    growth = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3))
+    mixed = growth * x * y + 2.0 * p1 * x + 2.0 * p2 * y
+    along = radial + growth * x * x + 2.0 * p1 * y + 6.0 * p2 * x
+    across = radial + growth * y * y + 6.0 * p1 * y + 2.0 * p2 * x
+    return np.stack([np.stack([along, mixed], axis=-1), np.stack([mixed, across], axis=-1)], axis=-2)
+
+
+def to_pixels(distorted: Array, values: Values) -> Array:
+    """Distorted image points at unit focal length to pixels, (c, m, 2) [px]."""
+    focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
+    return np.asarray(focal * distorted + np.stack([values["cx"], values["cy"]], axis=-1)[:, None])
+
+
+def pixels_by_intrinsics(straight: Array, values: Values) -> Array:
+    """Derivatives of pixels by `INTRINSICS`, for straight image points (c, m, 2), (c, 9, m, 2)."""
+    x, y = straight[..., 0], straight[..., 1]
+    distorted = distort(straight, values)
+    r2, zero, one = x * x + y * y, np.zeros_like(x), np.ones_like(x)
+    fx, fy = values["fx"][:, None], values["fy"][:, None]
+    columns = [
+        (distorted[..., 0], zero),
+        (zero, distorted[..., 1]),
+        (one, zero),
+        (zero, one),
+        (fx * x * r2, fy * y * r2),
+        (fx * x * r2**2, fy * y * r2**2),
+        (fx * 2.0 * x * y, fy * (r2 + 2.0 * y * y)),
+        (fx * (r2 + 2.0 * x * x), fy * 2.0 * x * y),
+        (fx * x * r2**3, fy * y * r2**3),
+    ]
+    return np.stack([np.stack(np.broadcast_arrays(*column), axis=-1) for column in columns], axis=1)
+
+
+def straighten(pixel: Array, values: Values) -> Array:
+    """Pixels to straight image points at unit focal length, by Newton's method, (c, m, 2) [px] -> (c, m, 2).
+
+    NaN where the lens shows nothing.
+    """
+    focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
+    wanted = (pixel - np.stack([values["cx"], values["cy"]], axis=-1)[:, None]) / focal
+    straight = wanted.copy()
+    with np.errstate(all="ignore"):
+        for _ in range(INVERSIONS):
+            missing = wanted - distort(straight, values)
+            by_place = distortion_by_place(straight, values)
+            determinant = by_place[..., 0, 0] * by_place[..., 1, 1] - by_place[..., 0, 1] * by_place[..., 1, 0]
+            across = by_place[..., ::-1, ::-1].swapaxes(-1, -2) * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            straight = straight + (across @ missing[..., None])[..., 0] / determinant[..., None]
+            if not (np.abs(missing) > 1e-14).any():
+                break
+        off = np.abs(wanted - distort(straight, values)).max(axis=-1, keepdims=True)
+    return np.where(off < 1e-9, straight, np.nan)

@@ -1,0 +1,114 @@
+"""Where a camera's fit starts: intrinsics from its boards, then hand-eye and target by A X = Z B."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.errors import EstimationError
+from robolaser.geometry.board_views import INTRINSICS, BoardView, find_intrinsics, place_board
+from robolaser.geometry.hand_eye import LEAST_TURN, robot_world_hand_eye, turn_about_second_axis
+from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.parameters import Values
+
+FEWEST_PLACED = 3
+"""Poses whose boards place the camera."""
+
+
+@final
+class CameraStart:
+    """Closed forms for one data set; what depends on the images alone is worked out once.
+
+    Args:
+        dataset: With pixels and target points.
+        image_px: Width and height of the images.
+        rides: Whether the camera sits on the flange, and the target in the cell.
+    """
+
+    def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
+        self._image_px, self._rides, self._placed = image_px, rides, dataset.placed
+        self._views, self._poses = _views_of(dataset)
+        self._seen = cache(self._placed_boards)
+
+    def initialize(self, values: Values, T_base_flange: Array) -> Values:
+        """All parameters of the camera that are not among the values, (c,) each.
+
+        Args:
+            values: What is known, (c,) each.
+            T_base_flange: (c or 1, n, 4, 4).
+
+        Raises:
+            EstimationError: The images or the flange's poses do not tell them.
+        """
+        count = max([len(T_base_flange), *map(len, values.values())])
+        each = [
+            self._one(
+                {name: float(value[i % len(value)]) for name, value in values.items()},
+                T_base_flange[i % len(T_base_flange)],
+            )
+            for i in range(count)
+        ]
+        return {name: np.array([one[name] for one in each]) for name in each[0]}
+
+    def _one(self, known: Mapping[str, float], T_base_flange: Array) -> dict[str, float]:
+        held = tuple((name, known[name]) for name in INTRINSICS if name in known)
+        intrinsics, T_camera_board = self._seen(held)
+        flange = T_base_flange[self._poses]
+        X, Z = (self._known(known, prefix) for prefix in self._prefixes)
+        if X is None and Z is None:
+            _check_turns(flange[:, :3, :3])
+        B = inverse(T_camera_board) if self._rides else T_camera_board
+        found_X, found_Z = robot_world_hand_eye(flange, B, X=None if X is None else X[None], Z=Z)
+        placed = zip(self._prefixes, (found_X, found_Z[None]), strict=True)
+        six = {name: float(value[0]) for prefix, T in placed for name, value in six_of(T, prefix).items()}
+        return dict(intrinsics) | {name: known.get(name, value) for name, value in six.items()}
+
+    @property
+    def _prefixes(self) -> tuple[str, str]:
+        """What the flange carries, and what stands in the cell."""
+        return ("hand_eye", "target") if self._rides else ("target", "hand_eye")
+
+    def _known(self, known: Mapping[str, float], prefix: str) -> Array | None:
+        if prefix == "target" and self._placed:
+            return np.eye(4)
+        names = [f"{prefix}.{part}" for part in SIX]
+        if not all(name in known for name in names):
+            return None
+        return np.asarray(motion({name: np.array([known[name]]) for name in names}, prefix)[0])
+
+    def _placed_boards(self, held: tuple[tuple[str, float], ...]) -> tuple[Mapping[str, float], Array]:
+        """The intrinsics, and T_camera_board of each view, (v, 4, 4)."""
+        intrinsics = find_intrinsics(self._views, self._image_px, dict(held))
+        if len(self._views) < FEWEST_PLACED:
+            raise EstimationError(
+                f"{len(self._views)} of the poses show enough of the target to say where it stands: a hand-eye takes"
+                f" {FEWEST_PLACED} or more, with turns about two axes. Take more images."
+            )
+        return intrinsics, np.stack([place_board(view, intrinsics) for view in self._views])
+
+
+def _views_of(dataset: Dataset) -> tuple[Sequence[BoardView], Ints]:
+    """What each pose shows, where that tells something, and which poses these are."""
+    points = dataset.points
+    found, poses = [], []
+    for pose in np.unique(points.pose):
+        own = points.pose == pose
+        view = BoardView(points["xyz"][own], points["pixel"][own])
+        if view.is_telling:
+            found.append(view)
+            poses.append(pose)
+    return found, np.array(poses, dtype=np.int64)
+
+
+def _check_turns(R: Array) -> None:
+    turn = turn_about_second_axis(R)
+    if turn < LEAST_TURN:
+        raise EstimationError(
+            f"The flange turns about one axis only (by {np.degrees(turn):.2g} degrees about any second one, root mean"
+            " square): no hand-eye can be found from that. Add poses that tilt the flange in two directions by 20"
+            " degrees or more."
+        )

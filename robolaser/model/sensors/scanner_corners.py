@@ -1,0 +1,178 @@
+"""Corners of a board in the images of a stripe scanner: its camera by the parameters that the scanner has for it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Member
+from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.geometry.camera import metric, undistort
+from robolaser.geometry.rigid_motion import apply, carry, inverse
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors import scanner_geometry
+from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.sensors.stripe_slopes import IMAGE, known_less_carried, mount_of
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent
+from robolaser.parameters import Values
+
+CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y", "t_z")
+
+
+def scanner_of(members: Sequence[Member], camera: Member) -> Dataset | None:
+    """The stripe scanner that looks through a camera; None where none does."""
+    own = (one.described for one in members if one.described.kind == Stripe.format.kind and one.camera == camera.camera)
+    return next(own, None)
+
+
+def seen_by(scanner: Dataset, corners: Dataset) -> Dataset:
+    """Corners as a scanner's camera sees them: its axes and its bracket."""
+    return replace(
+        corners, stripe_axis=scanner.stripe_axis, bracket_quat=scanner.bracket_quat, angles=scanner.angles, options=None
+    )
+
+
+@final
+class ScannerCorners(Sensor, registered=False):
+    """Where a scanner's images show corners, less where its model has them: pixels whose distortion is taken off.
+
+    Effects of the lens so move corners and stripe alike. OpenCV's fx is f / s_u, its fy f / s_v, and its k1 to first
+    order -k f².
+    """
+
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="camera",
+        title="camera",
+        columns={"pixel": PIXEL, "xyz": XYZ},
+        numbers=2,
+        unit="px",
+        tables=("scanner", "image", "board"),
+        units=Stripe.format.units,
+        positive=Stripe.format.positive,
+        named_points=False,
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
+    task: ClassVar[str] = "the camera places corners"
+    row_point: ClassVar[str] = "corner"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The scanner's that are its camera's."""
+        return CAMERA
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """T_base_target, where the target is not placed."""
+        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
+
+    @property
+    def fixed(self) -> tuple[str, ...]:
+        """As the scanner's."""
+        return ("f",)
+
+    def fix_gauge(self, values: Values) -> Values:
+        """As they are: the scanner's does it."""
+        return values
+
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """Only what is known already: the scanner's stripe places the target."""
+        return {name: values[name] for name in self.derived if name in values}
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""
+        seen = scanner_geometry.in_image(self._pixel, values, perturb)
+        predicted = self._image_of(self._in_camera(values, T_base_flange, perturb), values["f"])
+        return (seen - predicted) / self._pitch(values)
+
+    def _in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The corners, in the camera frame, (c, m, 3) [m]."""
+        T_camera_base = inverse(T_base_flange @ scanner_geometry.mount(self.dataset, values, perturb))
+        return carry(T_camera_base, self.dataset.points.pose, self.known(values, T_base_flange, perturb))
+
+    def _image_of(self, point: Array, f: Array) -> Array:
+        """Image coordinates of points in the camera frame, without distortion, (c, m, 2) [m]."""
+        depth = np.where(point[..., 2] > 0.0, point[..., 2], np.nan)
+        return np.asarray(self._across(point) * (f[:, None] / depth)[..., None])
+
+    def _across(self, vector: Array) -> Array:
+        """The parts of vectors in the camera frame (..., 3) along image u and v, (..., 2)."""
+        x, y = vector[..., 0], vector[..., 1]
+        return np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
+
+    @staticmethod
+    def _pitch(values: Values) -> Array:
+        return np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """In closed form, by its own parameters too."""
+        values, of_pose = chain.values, self.dataset.points.pose
+        read = chain(Stage.PIXELS, Tangent.constant(self._pixel))
+        image = chain(Stage.IMAGE, chain.through(lambda at, of: undistort(metric(at, of), of["k"]), IMAGE, read))
+        mount = mount_of(self.dataset, chain)
+        T_base_camera = flange.value @ mount.value
+        q = self._in_camera(values, flange.value, chain.perturbation)
+        moved = known_less_carried(self.dataset, self.derived, flange, mount, chain, q)
+        R = T_base_camera[:, of_pose if T_base_camera.shape[1] > 1 else np.zeros_like(of_pose), :3, :3]
+        moved = (np.swapaxes(R, -1, -2)[:, None] @ moved[..., None])[..., 0]  # in the camera frame
+        f, pitch = values["f"], self._pitch(values)
+        predicted, depth = self._image_of(q, f), q[:, None, :, 2:]
+        J = predicted[:, None] * moved[..., 2:] / depth - f[:, None, None, None] * self._across(moved) / depth
+        J[:, image.of] += image.slopes
+        (of_f,) = chain.columns(("f",))
+        J[:, of_f] -= predicted / f[:, None, None]
+        J /= pitch[:, None]
+        left = (image.value - predicted) / pitch
+        for axis, name in enumerate(("s_u", "s_v")):
+            (column,) = chain.columns((name,))
+            J[:, column, :, axis] -= left[..., axis] / values[name][:, None]
+        return J
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The corners, in the base frame, (c or 1, m, 3) [m]."""
+        points = perturb(Stage.TARGET, self._xyz)
+        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Across the view, at the corner's distance, (c, m, 2) [m]."""
+        depth = self._in_camera(values, T_base_flange, perturb)[..., 2]
+        return np.asarray(residuals * self._pitch(values) * (depth / values["f"][:, None])[..., None])
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`pixel` [px], each row's own."""
+        m = len(self.dataset.points)
+        return [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=self.dataset.noise.pixel_px)]
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether corners lie in front of the camera, (m,)."""
+        return np.asarray(self._in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
+
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """From the camera, (m,) [m]."""
+        return np.asarray(np.linalg.norm(self._in_camera(values, T_base_flange, perturb)[0], axis=-1))
+
+    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
+        """The scanner's camera."""
+        return scanner_geometry.camera_view(values, perturb)
+
+    def mount(self, values: Values, perturb: Perturbation) -> Array:
+        """T_flange_camera, (c, n or 1, 4, 4)."""
+        return scanner_geometry.mount(self.dataset, values, perturb)
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """None: the scanner has them."""
+        return {}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Nothing: the scanner says it."""
+        return {}

@@ -1,0 +1,40 @@
+"""The bounds that an operator measures its steps by."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import AlgorithmError
+
+
+def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
+    """Lower and upper bounds of a problem's variables, (d,) each.
+
+    Raises:
+        AlgorithmError: A variable has no finite bounds.
+    """
+    if problem.xl is None or problem.xu is None:
+        raise bounds_missing(operator, range(problem.n_var))
+    lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
+    open_ended = ~(np.isfinite(lower) & np.isfinite(upper))
+    if open_ended.any():
+        raise bounds_missing(operator, np.flatnonzero(open_ended))
+    return lower, upper
+
+
+def within_bounds(X: Array, problem: Any) -> Array:
+    """Candidates (..., d) with what lies beyond a bound moved onto it; a problem without bounds leaves them alone."""
+    lower = -np.inf if problem.xl is None else problem.xl
+    upper = np.inf if problem.xu is None else problem.xu
+    clipped: Array = np.clip(X, lower, upper)
+    return clipped
+
+
+def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
+    """Variables have no finite bounds, but step sizes are relative to them."""
+    return AlgorithmError(
+        f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
+        f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
+    )

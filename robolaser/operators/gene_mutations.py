@@ -1,0 +1,57 @@
+"""Mutations that forget a gene: it becomes one of its bounds, or anything between them."""
+
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.mutation import Mutation
+
+from robolaser.arrays import Array
+from robolaser.operators.bounds import finite_bounds, within_bounds
+
+
+@final
+class BoundaryMutation(Mutation):
+    """Genes move onto one of their bounds, either with probability one half. GENOCOP's, Michalewicz 1996.
+
+    For problems whose optimum lies on bounds. Draws random((n, d)) < prob_var, the genes; random((n, d)) < 0.5, up.
+
+    Args:
+        prob_var: Probability that a gene is moved.
+        prob: Probability that an individual takes part.
+
+    Raises:
+        AlgorithmError: When called, if a variable has no finite bounds.
+    """
+
+    def __init__(self, prob_var: float = 0.1, *, prob: float = 1.0, **kwargs: Any) -> None:
+        super().__init__(prob=prob, prob_var=prob_var, **kwargs)
+
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
+        lower, upper = finite_bounds(problem, self.name)
+        mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
+        bound = np.where(random_state.random(X.shape) < 0.5, upper, lower)
+        return np.where(mutated, bound, within_bounds(X.astype(np.float64), problem))
+
+
+@final
+class UniformMutation(Mutation):
+    """Genes become any value between their bounds, all alike. GENOCOP's, Michalewicz 1996.
+
+    Draws random((n, d)) < prob_var, the genes; random((n, d)), the values.
+
+    Args:
+        prob_var: Probability that a gene is moved.
+        prob: Probability that an individual takes part.
+
+    Raises:
+        AlgorithmError: When called, if a variable has no finite bounds.
+    """
+
+    def __init__(self, prob_var: float = 0.1, *, prob: float = 1.0, **kwargs: Any) -> None:
+        super().__init__(prob=prob, prob_var=prob_var, **kwargs)
+
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
+        lower, upper = finite_bounds(problem, self.name)
+        mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
+        anywhere = np.clip(lower + random_state.random(X.shape) * (upper - lower), lower, upper)
+        return np.where(mutated, anywhere, within_bounds(X.astype(np.float64), problem))

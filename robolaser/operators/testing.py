@@ -1,0 +1,226 @@
+"""Whether an operator, anybody's, keeps to what pymoo's algorithms rely on, and which of them it serves.
+
+from robolaser.operators.testing import check_operator
+
+print(check_operator(MyCrossover()))
+"""
+
+import copy
+import pickle
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.crossover import Crossover
+from pymoo.core.mutation import Mutation
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+from pymoo.core.selection import Selection
+from pymoo.core.survival import Survival
+from pymoo.core.termination import NoTermination
+from pymoo.optimize import minimize
+
+from robolaser.arrays import Array
+from robolaser.errors import AlgorithmError
+from robolaser.operators.stock_algorithms import STOCK_ALGORITHMS, StockAlgorithm
+
+SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", Survival: "survival"}
+"""Where pymoo's algorithms take an operator, by its base class."""
+
+WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
+
+
+@final
+class Bowl(Problem):
+    """Squares of the distances to a point, with bounds of every kind: wide, narrow, one without room."""
+
+    def __init__(self, n_obj: int = 1) -> None:
+        lower, upper = np.array([-1.0, 0.0, 5.0, 2.0, -1e-9]), np.array([1.0, 1e6, 5.5, 2.0, 1e-9])
+        super().__init__(n_var=5, n_obj=n_obj, xl=lower, xu=upper)
+
+    def _evaluate(self, X: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        y = (X - self.xl) / np.where(self.xu > self.xl, self.xu - self.xl, 1.0)
+        out["F"] = np.stack([((y - 0.3 * i - 0.2) ** 2).sum(axis=1) for i in range(self.n_obj)], axis=1)
+
+
+@final
+@dataclass(frozen=True)
+class Compatibility:
+    """What `check_operator` found out."""
+
+    operator: str
+    slot: str
+    algorithms: Mapping[str, tuple[str, str]]
+    """By algorithm: "works", "refused" in a sentence of ours, which follows, "fails", "ignored" or "no place"."""
+
+    def __str__(self) -> str:
+        """A line for each algorithm."""
+        rows = [f"{name:14} {outcome}{': ' if why else ''}{why}" for name, (outcome, why) in self.algorithms.items()]
+        return "\n".join([f"{self.operator}, a {self.slot}, keeps to the contract.", *rows])
+
+
+def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = STOCK_ALGORITHMS) -> Compatibility:
+    """Try an operator against the contract, then in each stock algorithm of pymoo's.
+
+    The contract: it can be copied and pickled; the same seed gives the same outcome, from `random_state` alone; parents
+    stay as they were; children keep to the bounds and have the right shape; nothing of a run stays behind in it.
+
+    Args:
+        operator: A crossover, mutation, selection or survival of pymoo's.
+        algorithms: Those to try, by name.
+
+    Raises:
+        AlgorithmError: It is no operator, or it breaks the contract; the sentence says where.
+    """
+    slot = _slot(operator)
+    name = type(operator).__name__
+    for law in LAWS:
+        try:
+            broken = law(copy.deepcopy(operator))
+        except Exception as error:  # whatever somebody's operator raises
+            raise AlgorithmError(f"{name} failed where it was tried: {type(error).__name__}: {error}") from error
+        if broken:
+            raise AlgorithmError(f"{name} {broken}.")
+    return Compatibility(name, slot, {each: _outcome(operator, slot, make) for each, make in algorithms.items()})
+
+
+def act(operator: Any, pop: Any, seed: int, *, problem: Any = None) -> Array:
+    """One call, as pymoo's algorithms make it -> what comes out: genes, or the indices of the selected."""
+    problem = Bowl() if problem is None else problem
+    given = {
+        "random_state": np.random.default_rng(seed),
+        "algorithm": SimpleNamespace(n_iter=3, termination=NoTermination()),
+    }
+    match _slot(operator):
+        case "crossover":
+            pairs = np.arange(len(pop)).reshape(-1, operator.n_parents)
+            found = operator.do(problem, pop, pairs, **given).get("X")
+        case "mutation":
+            found = operator.do(problem, pop, inplace=False, **given).get("X")
+        case "selection":
+            found = operator.do(problem, pop, 10, 2, to_pop=False, **given)
+        case _:
+            found = operator.do(problem, pop, n_survive=len(pop) // 2, **given).get("X")
+    return np.asarray(found)
+
+
+def evaluated_population(n: int = 60, seed: int = 0) -> Any:
+    """Individuals uniform in the bounds of `Bowl`, some on the bounds, evaluated."""
+    problem, rng = Bowl(), np.random.default_rng(seed)
+    X = rng.uniform(problem.xl, problem.xu, (n, problem.n_var))
+    X = np.where(rng.random(X.shape) < 0.1, problem.xl, np.where(rng.random(X.shape) < 0.1, problem.xu, X))
+    return Population.new(X=X, F=problem.evaluate(X, return_values_of=["F"]))
+
+
+def _slot(operator: Any) -> str:
+    for base, slot in SLOTS.items():
+        if isinstance(operator, base):
+            return slot
+    raise AlgorithmError(
+        f"{operator!r} is no operator: an instance of pymoo's Crossover, Mutation, Selection or Survival was expected."
+    )
+
+
+def _repeats(operator: Any) -> str | None:
+    pop = evaluated_population()
+    same = np.array_equal(act(operator, pop, 7), act(copy.deepcopy(operator), pop, 7))
+    return None if same else "gives another outcome with the same seed: draw from `random_state` alone"
+
+
+def _travels(operator: Any) -> str | None:
+    pop = evaluated_population()
+    there = pickle.loads(pickle.dumps(operator))
+    same = np.array_equal(act(there, pop, 7), act(operator, pop, 7))
+    return None if same else "acts in another way once it was pickled: runs on several processes would differ"
+
+
+def _leaves_the_global_generator(operator: Any) -> str | None:
+    before = pickle.dumps(np.random.get_state())  # noqa: NPY002
+    act(operator, evaluated_population(), 7)
+    untouched = pickle.dumps(np.random.get_state()) == before  # noqa: NPY002
+    return None if untouched else "draws from NumPy's global generator: draw from `random_state`"
+
+
+def _leaves_parents_alone(operator: Any) -> str | None:
+    pop = evaluated_population()
+    X, F = pop.get("X").copy(), pop.get("F").copy()
+    act(operator, pop, 7)
+    same = np.array_equal(pop.get("X"), X) and np.array_equal(pop.get("F"), F)
+    return None if same else "changes the parents it is given: work on a copy"
+
+
+def _keeps_to_the_bounds(operator: Any) -> str | None:
+    problem, pop = Bowl(), evaluated_population()
+    slot = _slot(operator)
+    for seed in range(20):
+        found = act(operator, pop, seed)
+        if slot == "selection":
+            if found.shape != (10, 2) or not np.issubdtype(found.dtype, np.integer):
+                return f"selects an array {found.shape} of {found.dtype}; expected were indices (n_select, n_parents)"
+        elif not np.all((found >= problem.xl) & (found <= problem.xu)):
+            gene = int(np.argwhere(~((found >= problem.xl) & (found <= problem.xu)))[0, 1])
+            return f"leaves the bounds, in variable {gene}: clip, or repair"
+    return None
+
+
+def _remembers_nothing(operator: Any) -> str | None:
+    before = set(vars(operator))
+    act(operator, evaluated_population(), 7)
+    kept = sorted(set(vars(operator)) - before)
+    return f"keeps {', '.join(kept)} of a run: the next one would not start anew" if kept else None
+
+
+LAWS: tuple[Callable[[Any], str | None], ...] = (
+    _repeats,
+    _travels,
+    _leaves_the_global_generator,
+    _leaves_parents_alone,
+    _keeps_to_the_bounds,
+    _remembers_nothing,
+)
+"""Each says in what way an operator breaks it, or None."""
+
+
+def _outcome(operator: Any, slot: str, stock: StockAlgorithm) -> tuple[str, str]:
+    """Run an algorithm with the operator in its place, twice."""
+    calls = [0]
+    try:
+        algorithms = [stock.make(**{slot: _counted(operator, calls)}) for _ in range(2)]
+    except Exception:  # each in its own way
+        return NO_PLACE, ""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            X, again = (minimize(Bowl(stock.n_obj), each, ("n_gen", 5), seed=1).pop.get("X") for each in algorithms)
+        except AlgorithmError as error:
+            return REFUSED, str(error)
+        except Exception as error:  # an algorithm or an operator may raise anything
+            return FAILS, f"{type(error).__name__}: {error}"
+    if not calls[0]:
+        return IGNORED, ""
+    return (WORKS, "") if np.array_equal(X, again) else (FAILS, "two runs of the same seed differ")
+
+
+def _counted(operator: Any, calls: list[int]) -> Any:
+    """A copy that counts its calls, copied further or not."""
+    counted = copy.deepcopy(operator)
+    do = counted._do
+
+    def count(*args: Any, **kwargs: Any) -> Any:
+        calls[0] += 1
+        return do(*args, **kwargs)
+
+    counted._do = count
+    return counted
+
+
+def compatibility_table(found: Sequence[Compatibility]) -> str:
+    """Markdown: a line for each algorithm, a column for each operator."""
+    marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–"}
+    lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
+    for name in found[0].algorithms:
+        lines.append(f"| {name} | {' | '.join(marks[each.algorithms[name][0]] for each in found)} |")
+    return "\n".join(lines)

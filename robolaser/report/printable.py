@@ -1,0 +1,11 @@
+"""Text that is safe to print: what data say never reaches a terminal as a command to it."""
+
+import re
+
+_COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but for tab and line feed, and those that turn the direction of writing."""
+
+
+def printable(text: str) -> str:
+    r"""Text with control characters written out, as \u001b: the same text where it is JSON."""
+    return _COMMANDS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)

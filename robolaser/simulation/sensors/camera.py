@@ -1,0 +1,170 @@
+"""A simulated camera: on the flange above a board, or in the cell below a board on the flange."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Board, Dataset, Noise, Points
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.camera import CameraOptions
+from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.placements import six_of
+from robolaser.parameters import Values
+from robolaser.simulation.facing import configurations_facing
+from robolaser.simulation.nominal import facing_outward
+from robolaser.simulation.outliers import impossible, moved_within
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+IMAGE_PX = (1280, 1024)
+INTRINSICS = {
+    "fx": (1600.0, 40.0), "fy": (1600.0, 40.0), "cx": (639.5, 15.0), "cy": (511.5, 15.0), "k1": (-0.1, 0.05),
+    "k2": (0.1, 0.05), "p1": (0.0, 5e-4), "p2": (0.0, 5e-4), "k3": (0.0, 0.02),
+}  # fmt: skip
+"""Middle and half range [px, 1]: an industrial camera with a lens of 8 mm."""
+SQUARE_M = 0.03
+FEWEST = 6
+"""Corners that show where a board stands."""
+SHIFT_M, TURN_RAD = 0.05, 0.3
+"""How far a bracket is from the flange, and turned, at most."""
+TILT_RAD = 0.1
+"""Of what stands in the cell, at most."""
+MARGIN = 0.02
+"""Of the image, so that noise does not carry a corner out of it."""
+GROSS_PX = (5.0, 60.0)
+"""A corner of another square is taken for it."""
+
+
+@final
+@dataclass(frozen=True)
+class SimulatedCamera(SimulatedSensor):
+    """A camera that sees every corner of its board in every pose.
+
+    Attributes:
+        corners: Of the board, (k, 3) [m].
+    """
+
+    kind: ClassVar[str] = "camera"
+    default_points: ClassVar[int] = 35
+
+    corners: Array
+
+    @classmethod
+    def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
+        """A board has some corners."""
+        super().check_counts(poses=poses, points=points, repeats=repeats)
+        if points < FEWEST:
+            raise impossible("number of points", points, f"{FEWEST} or more corners of a board")
+
+    @classmethod
+    def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
+        """With its image and board; nothing is stated of camera, hand-eye and target."""
+        columns, rows = _board(setup.points)
+        return replace(
+            dataset,
+            placed=setup.placed and setup.mount == "flange",
+            image_px=IMAGE_PX,
+            board=Board(columns, rows, SQUARE_M) if min(columns, rows) >= 3 else None,
+            options=CameraOptions(setup.mount),
+        )
+
+    @classmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """A lens within its tolerances, a bracket that is none too straight, and a board that most poses face."""
+        rng, (robot, _) = random.build, dataset.arm
+        lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
+        columns, rows = _board(setup.points)
+        grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
+        corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
+        T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
+        rides = dataset.options.mount == "flange"
+        T_flange_bracket = pose(
+            from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
+            rng.uniform(-SHIFT_M, SHIFT_M, 3),
+        )
+        upright = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi]))
+
+        def seen(T_base_carried: Array, place: Array) -> Bools:
+            standing = pose(upright, place)
+            camera, board = (T_base_carried, standing) if rides else (standing[None], T_base_carried)
+            T_camera_board = inverse(camera) @ board @ T_facing_board
+            shown = apply(np.broadcast_to(T_camera_board, (len(T_base_carried), 4, 4))[:, None], corners)
+            values = {name: np.array([value]) for name, value in lens.items()}
+            pixel = to_pixels(distort(on_plane(shown.reshape(1, -1, 3)), values), values).reshape(*shown.shape[:2], 2)
+            return np.asarray(_inside(pixel).all(axis=1))
+
+        candidates, place = configurations_facing(
+            robot, T_flange_bracket, seen, wanted=len(dataset.poses), rng=random.place
+        )
+        standing = pose(upright, place)
+        hand_eye, target = (
+            (T_flange_bracket, standing @ T_facing_board) if rides else (standing, T_flange_bracket @ T_facing_board)
+        )
+        truth = lens | {name: float(value[0]) for name, value in six_of(hand_eye[None], "hand_eye").items()}
+        if dataset.placed:
+            corners = apply(target, corners)
+        else:
+            truth |= {name: float(value[0]) for name, value in six_of(target[None], "target").items()}
+        return cls(truth, candidates, corners)
+
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """Every corner as the camera shows it."""
+        n, k = len(dataset.poses), len(self.corners)
+        names = tuple(map(str, range(k))) * n
+        points = Points(
+            np.repeat(np.arange(n), k), names, pixel=np.zeros((n * k, 2)), xyz=np.tile(self.corners, (n, 1))
+        )
+        model = Model(replace(dataset, points=points), tuple(candidate_effects))
+        pixel = -model.residuals_at(values)[0]
+        good = np.asarray(_inside(pixel).reshape(n, k).all(axis=1))
+        return replace(dataset, points=replace(points, pixel=pixel)), good
+
+    @classmethod
+    def add_shared_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Errors of the corners on the board, alike in all poses."""
+        if noise.target_m is None:
+            return points
+        off = noise.target_m * rng.normal(size=(int(points.number.max()) + 1, 3))
+        return replace(points, xyz=points["xyz"] + off[points.number])
+
+    @classmethod
+    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Errors of the corner finder."""
+        if noise.pixel_px is None:
+            return points
+        return replace(points, pixel=points["pixel"] + noise.pixel_px * rng.normal(size=points["pixel"].shape))
+
+    @classmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """Corners in any direction."""
+        way = rng.uniform(-np.pi, np.pi, len(rows))
+        far = sign * rng.uniform(*GROSS_PX, len(rows))
+        pixel = dataset.points["pixel"].copy()
+        by = far[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+        pixel[rows] = moved_within(pixel[rows], by, 0.0, np.array(IMAGE_PX) - 1.0)
+        return replace(dataset, points=replace(dataset.points, pixel=pixel))
+
+
+def _turn(rng: np.random.Generator, most: Array) -> Array:
+    w, phi, psi = rng.uniform(-1.0, 1.0, 3) * most
+    return from_angles(np.asarray(w), np.asarray(phi), np.asarray(psi))
+
+
+def _board(points: int) -> tuple[int, int]:
+    """Columns and rows of the smallest board that is a little wider than high."""
+    rows = max(2, int(np.sqrt(points / 1.4)))
+    return -(-points // rows), rows
+
+
+def _inside(pixel: Array) -> Bools:
+    """Whether pixels (..., 2) lie well in the image; those behind the camera do not."""
+    size = np.array(IMAGE_PX) - 1.0
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(pixel - size / 2.0) <= (0.5 - MARGIN) * size).all(axis=-1))

@@ -1,0 +1,81 @@
+"""Joint columns that are exchanged, turned round or in degrees are noticed by what they do to the fit, and named."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser import calibrate
+from robolaser.arrays import Array
+from robolaser.calibration.misread_joints import misread_joints
+from robolaser.calibration.plan import Plan
+from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.diagnosis import examine
+from robolaser.errors import DataError
+from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+DEGREES = 180.0 / np.pi
+SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
+    "exchanged": (
+        lambda q: q[:, [0, 2, 1, *range(3, q.shape[1])]],
+        "The columns q_{1} and q_{2} of poses.csv seem to be",
+    ),
+    "turned round": (
+        lambda q: q * np.where(np.arange(q.shape[1]) == 3, -1.0, 1.0),
+        "q_{3} seems to have the wrong sign",
+    ),
+    "in degrees": (lambda q: q * np.where(np.arange(q.shape[1]) == 4, DEGREES, 1.0), "q_{4} seems to be in degrees"),
+    "all in radians taken for degrees": (lambda q: q / DEGREES, "All angles of poses.csv seem to be divided by 57.3"),
+}
+
+
+def misread(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
+    robot, q = dataset.arm
+    change, said = SLIPS[slip]
+    return replace(dataset, poses=replace(dataset.poses, q=change(q))), said.format(*robot.joints)
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+@pytest.mark.parametrize(("arm", "kind"), [("scorbot_er7", "stripe"), ("ur5e", "socket")])
+def test_the_slip_is_found_by_what_it_does_to_the_fit(arm: str, kind: str, slip: str) -> None:
+    sound = simulate(find_robot(arm), kind=kind, poses=25, effects={"joint_offset:" + find_robot(arm).joints[1]: 0.002})
+    wrong, said = misread(sound.dataset, slip)
+    assert said in (misread_joints(Model(wrong), rms_m=0.1) or "")
+
+
+def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:
+    sound = simulate(find_robot("scorbot_er7"), kind="stripe", poses=25, seed=1).dataset
+    points = sound.points
+    assert points.xyz is not None
+    wrong = replace(sound, points=replace(points, xyz=points.xyz[:, [1, 0, 2]]))
+    assert misread_joints(Model(wrong), rms_m=0.1) is None
+
+
+def test_millimetres_are_no_sign_of_it_and_nothing_is_tried() -> None:
+    wrong, _ = misread(simulate(find_robot("ur5e"), kind="point", poses=15).dataset, "exchanged")
+    assert misread_joints(Model(wrong), rms_m=0.009) is None
+
+
+def test_a_calibration_warns_of_it_first() -> None:
+    wrong, said = misread(simulate(find_robot("ur5e"), kind="socket", poses=20).dataset, "exchanged")
+    assert said in calibrate(wrong, Plan()).warnings[0]
+
+
+def test_a_diagnosis_says_it_first() -> None:
+    wrong, said = misread(simulate(find_robot("scorbot_er7"), kind="socket", poses=20).dataset, "exchanged")
+    assert examine(wrong, effects=[]).sentence.startswith(said)
+
+
+def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_the_question(tmp_path) -> None:
+    sound = simulate(find_robot("fr3"), kind="point", poses=10).dataset
+    q = sound.arm[1].copy()
+    q[:, 0], q[:, 1:3], q[:, 4] = 1.9, 0.0, 0.5
+    wrong = replace(sound, poses=replace(sound.poses, q=q[:, [0, 1, 2, 5, 4, 3, 6]]))
+    save(wrong, tmp_path / "wrong")
+    with pytest.raises(DataError, match=r"Are the columns q_fr3_joint4 and q_fr3_joint6 exchanged\?"):
+        load(tmp_path / "wrong")

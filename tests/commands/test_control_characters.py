@@ -1,0 +1,71 @@
+"""What data say never reaches a terminal as a command to it."""
+
+import io
+import json
+
+import pytest
+from rich.console import Console
+from rich.text import Text
+
+from robolaser.cli import main
+from robolaser.report.console import plain_unless_terminal
+from robolaser.report.printable import printable
+
+TITLE = "\x1b]0;OWNED\x07\x1b[31mred\x9b2J\u202e"
+
+
+def test_control_characters_are_written_out_and_the_rest_stays():
+    assert printable("a\tb\nÄ π") == "a\tb\nÄ π"
+    assert printable(TITLE) == r"\u001b]0;OWNED\u0007\u001b[31mred\u009b2J\u202e"
+
+
+def test_json_says_the_same_with_them_written_out():
+    said = {"name": "\x9b2J\x7f"}
+    assert json.loads(printable(json.dumps(said, ensure_ascii=False))) == said
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_summary_keeps_its_colours_and_nobody_elses(terminal):
+    file = io.StringIO()
+    out = plain_unless_terminal(Console(file=file, force_terminal=terminal, color_system="standard"))
+    out.print(Text(f"name {TITLE}", style="bold"))
+    said = file.getvalue()
+    assert "\x1b]0;" not in said
+    assert "\x1b[31m" not in said
+    assert "\\u001b]0;OWNED" in said
+    assert ("\x1b[1m" in said) == terminal
+
+
+@pytest.fixture
+def hostile(tmp_path):
+    folder = tmp_path / "cell"
+    typed = ["simulate", "--robot", "scorbot_er7", "--poses", "10", "--points", "5", "--output", str(folder), "--quiet"]
+    assert main(typed) == 0
+    toml = folder / "dataset.toml"
+    text = toml.read_text()
+    first = next(line for line in text.splitlines() if line.startswith("name"))
+    toml.write_text(text.replace(first, r'name = "\u001b]0;OWNED\u0007\u001b[31mred"'))
+    return folder
+
+
+def test_a_name_in_a_data_set_commands_no_terminal_and_no_page(hostile, tmp_path, capsys):
+    assert main(["calibrate", str(hostile), "--output", str(tmp_path / "result")]) == 0
+    said = capsys.readouterr()
+    page = (tmp_path / "result" / "report.html").read_text()
+    assert "\x1b" not in said.out + said.err + page
+    assert "\\u001b]0;OWNED" in said.out
+
+
+@pytest.mark.parametrize("file", ["poses.csv", "points.csv", "dataset.toml"])
+def test_a_bad_cell_or_key_commands_no_terminal(hostile, tmp_path, capsys, file):
+    path = hostile / file
+    lines = path.read_text().splitlines()
+    if file == "dataset.toml":
+        lines.append('"\\u001b[31mkey" = 1')
+    else:
+        lines[1] = ",".join(["\x1b[31mp", *lines[1].split(",")[1:-1], "\x1b]0;x\x07"])
+    path.write_text("\n".join(lines) + "\n")
+    assert main(["calibrate", str(hostile), "--output", str(tmp_path / "result")]) == 1
+    said = capsys.readouterr()
+    assert said.err
+    assert "\x1b" not in said.out + said.err

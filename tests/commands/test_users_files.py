@@ -1,0 +1,88 @@
+"""No command replaces or deletes what is not its own earlier result, with --force or without."""
+
+import hashlib
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+
+from robolaser.cli import main
+
+OWN = ["robot.urdf", "report.html", "camera.yaml", "search-history.npz"]
+
+
+def digests(folder):
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir() if file.is_file()}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "stripe"
+    typed = ["simulate", "--robot", "scorbot_er7", "--output", str(folder), "--poses", "12", "--points", "5", "--quiet"]
+    assert main(typed) == 0
+    return folder
+
+
+@pytest.fixture
+def dataset(made, tmp_path):
+    shutil.copytree(made, tmp_path / "stripe")
+    return tmp_path / "stripe"
+
+
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+@pytest.mark.parametrize("force", [[], ["--force"]])
+def test_a_result_is_never_written_into_the_data_set(dataset, command, force, capsys):
+    before = digests(dataset)
+    assert main([command, str(dataset), "--output", str(dataset), *force]) == 1
+    assert "what the command reads" in capsys.readouterr().err
+    assert digests(dataset) == before
+
+
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+@pytest.mark.parametrize("name", OWN)
+def test_the_users_own_files_in_the_folder_of_the_result_stay(dataset, tmp_path, command, name, capsys):
+    if (command, name) == ("diagnose", "search-history.npz"):
+        pytest.skip("only a search writes it")
+    there = tmp_path / "there"
+    there.mkdir()
+    (there / name).write_text("mine")
+    assert main([command, str(dataset), "--output", str(there), "--force"]) == 1
+    assert name in capsys.readouterr().err
+    assert digests(there) == {name: hashlib.sha256(b"mine").hexdigest()}
+
+
+def test_simulate_does_not_replace_the_urdf_it_was_given(made, tmp_path, capsys):
+    urdf = tmp_path / "robot.urdf"
+    shutil.copy(made / "robot.urdf", urdf)
+    urdf.write_text(urdf.read_text() + "<!-- mine -->\n")
+    before = digests(tmp_path)
+    assert main(["simulate", "--robot", str(urdf), "--output", str(tmp_path), "--poses", "8", "--force"]) == 1
+    assert "robot.urdf" in capsys.readouterr().err
+    assert digests(tmp_path) == before
+
+
+def test_its_own_earlier_result_is_replaced_and_the_rest_of_the_folder_stays(dataset, tmp_path):
+    there = tmp_path / "there"
+    typed = ["calibrate", str(dataset), "--output", str(there), "--quiet"]
+    assert main(typed) == 0
+    (there / "notes.txt").write_text("mine")
+    first = digests(there)
+    assert main([*typed, "--force", "--weights", "noise"]) == 0
+    second = digests(there)
+    assert second["notes.txt"] == first["notes.txt"]
+    assert second["calibration.json"] != first["calibration.json"]
+
+
+def test_the_second_of_two_comparisons_on_one_folder_is_refused_and_the_first_loses_nothing(tmp_path, capsys):
+    typed = ["compare", "pymoo:sphere-3", "--output", str(tmp_path / "cmp"), "--algorithms", "ga", "--jobs", "1"]
+    start = [sys.executable, "-m", "robolaser", *typed, "--seeds", "2", "--budget", "200000", "--quiet"]
+    with subprocess.Popen(start) as first:
+        record = tmp_path / "cmp" / "runs.jsonl"
+        while not record.exists() and first.poll() is None:
+            time.sleep(0.05)
+        assert first.poll() is None, "the first comparison ended before the second began"
+        assert main([*typed, "--seeds", "2", "--seed", "100", "--budget", "100", "--force"]) == 1
+        assert "Another robolaser command" in capsys.readouterr().err
+        first.terminate()

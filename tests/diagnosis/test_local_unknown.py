@@ -1,0 +1,60 @@
+"""A named form against a function of unknown form at the same joint."""
+
+import numpy as np
+import pytest
+from worlds import seen
+
+from robolaser import find_robot
+from robolaser.data.dataset import Noise
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gaussian_process_basis import rough
+from robolaser.diagnosis.local_unknown import local_unknown_chi2, probability_of_local_unknown
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.simulation import simulate
+
+
+def fitted(effects: dict[str, float] | None = None) -> Fit:
+    noise = Noise(pixel_px=0.1, target_m=3e-5)
+    dataset = simulate(find_robot("scorbot_er7"), poses=40, points=8, noise=noise, effects=effects, seed=3).dataset
+    preparation, outliers = Preparation.of(dataset, 1)
+    return preparation.fit(outliers, ())[1]
+
+
+def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -> None:
+    x = np.linspace(-1.0, 2.0, 60)
+    step = np.clip((x - 0.5) / 0.3, -0.5, 0.5)
+    basis = rough(x)
+    left = step - basis @ np.linalg.lstsq(basis, step, rcond=None)[0]
+    assert np.abs(left).max() < 0.05
+
+
+def test_where_nothing_is_wrong_no_joint_has_a_function_of_unknown_form() -> None:
+    fit = fitted()
+    assert all(local_unknown_chi2(fit, joint) < CHI2_PER_EFFECT for joint in ("joint_2", "joint_3", "joint_4"))
+
+
+def test_what_is_wrong_at_a_joint_is_a_function_there_and_hardly_elsewhere() -> None:
+    fit = fitted({"encoder_eccentricity:joint_3": 0.003})
+    assert local_unknown_chi2(fit, "joint_3") > 0.8 * (fit.chi2 - fit.freedoms)
+    assert local_unknown_chi2(fit, "joint_5") < local_unknown_chi2(fit, "joint_3")
+
+
+def test_a_form_that_explains_no_more_than_any_function_of_its_joint_is_as_probable() -> None:
+    assert probability_of_local_unknown(100.0, 0.0, 300.0, 200.0 + CHI2_PER_EFFECT) == pytest.approx(0.5)
+    assert probability_of_local_unknown(100.0, 0.0, 300.0, 150.0) < 1e-6
+    assert probability_of_local_unknown(100.0, 0.0, 300.0, 250.0) > 1.0 - 1e-6
+
+
+def test_a_form_beside_which_much_is_left_at_its_joint_is_wrong() -> None:
+    assert probability_of_local_unknown(100.0, 60.0, 1100.0, 0.0) > 1.0 - 1e-6
+
+
+def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> None:
+    left = 60.0
+    assert probability_of_local_unknown(0.0, left, 1.01 * left / FORM_SHARE, 0.0) < 1e-6
+
+
+@pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])
+def test_a_dead_zone_is_no_eccentric_encoder_with_certainty(robot: str, seed: int) -> None:
+    assert all(found.probability < 0.9 for found in seen(robot, "dead_zone", seed).findings)

@@ -1,0 +1,157 @@
+"""Several sensors are one: their rows side by side, and each thing's parameters once."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from several import together, two_trackers
+
+from robolaser import find_robot
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.loading import load
+from robolaser.data.writing import save
+from robolaser.diagnosis.pipeline import examine
+from robolaser.errors import DataError
+from robolaser.estimation.folds import assign_folds
+from robolaser.finite_differences import central_differences
+from robolaser.geometry.rigid_motion import carry
+from robolaser.model.derivatives import jacobian
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import noise_of
+from robolaser.simulation import simulate
+
+
+def tracker_and_socket() -> Dataset:
+    """A ball on the flange goes into sockets, and a tracker sees a reflector in the middle of the ball."""
+    seated = simulate(find_robot("ur10"), kind="socket", poses=24, noise=Noise(joint_rad=1e-5), seed=2).dataset
+    ball = np.array([[calibrate(seated).value(f"tool.ball.{axis}") for axis in "xyz"]])
+    seen = carry(seated.flange()[None], seated.points.pose, ball[None])[0]
+    shaken = seen + 2e-5 * np.random.default_rng(1).standard_normal(seen.shape)
+    tracked = replace(seated, kind="point", noise=Noise(point_m=2e-5))
+    points = replace(seated.points, names=("ball",) * len(seen), xyz=shaken)
+    return together(seated, {"sockets": (seated, seated.points), "tracker": (tracked, points)})
+
+
+@pytest.fixture(scope="module")
+def trackers() -> Dataset:
+    return two_trackers()
+
+
+def test_trackers_stand_each_in_their_place_and_see_the_same_reflectors(trackers: Dataset) -> None:
+    names = Model(trackers).parameters.names
+    assert {f"{name}.base.x" for name in ("left", "right")} <= set(names)
+    assert [name for name in names if name.startswith("tool.0")] == ["tool.0.x", "tool.0.y", "tool.0.z"]
+
+
+def test_a_ball_in_a_socket_and_its_reflector_are_one() -> None:
+    names = Model(tracker_and_socket()).parameters.names
+    assert names.count("tool.ball.x") == 1
+    assert "base.x" in names
+    assert "socket.0.x" in names
+
+
+def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers: Dataset) -> None:
+    alone, both = calibrate(trackers.parts[0]), calibrate(trackers)
+    names = alone.model.parameters.names
+    for name in (name for name in names if name.startswith("tool")):
+        assert both.value(name) == pytest.approx(alone.value(name), abs=5 * alone.std[names.index(name)])
+
+
+def test_each_sensor_has_rows_of_its_own_in_the_result(trackers: Dataset) -> None:
+    rows = as_json(calibrate(trackers))["rows"]
+    assert [(row["sensor"], row["rows"], row["unit"]) for row in rows] == [("left", 60, "m"), ("right", 40, "m")]
+    assert all(row["held_out_rms"] is not None for row in rows)
+
+
+def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Dataset) -> None:
+    folds = assign_folds(Model(trackers), seed=1)
+    assert folds is not None
+    pairs = set(zip(trackers.points.pose.tolist(), folds.of_row.tolist(), strict=True))
+    assert len(pairs) == len(trackers.poses)
+
+
+def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
+    members = (
+        trackers.members[0],
+        replace(trackers.members[1], described=replace(trackers.members[1].described, noise=Noise())),
+    )
+    errors = 1e-3 * np.random.default_rng(2).standard_normal((len(trackers.points), 3))
+    loud = trackers.points["xyz"] + errors * (trackers.points.sensor == 1)[:, None]
+    dataset = replace(trackers, members=members, points=replace(trackers.points, xyz=loud))
+    model = Model(dataset)
+    noise = noise_of(model, calibrate(dataset).x)
+    assert noise.sigmas["left.point"] == 2e-5
+    assert noise.sigmas["right.point"] == pytest.approx(1e-3, rel=0.25)
+
+
+@pytest.mark.parametrize("effect", ["joint_offset:elbow_joint", "backlash:elbow_joint", "tracker_scale"])
+def test_derivatives_are_those_of_the_residuals(trackers: Dataset, effect: str) -> None:
+    model = Model(trackers, candidate_effects((effect,), trackers))
+    x, steps = model.parameters.nominal, 1e-6 * np.ones(len(model.parameters))
+    numerical = central_differences(lambda shifts: model.residuals(x + shifts), steps)
+    assert np.moveaxis(jacobian(model, x[None])[0], 0, -1) == pytest.approx(numerical, abs=1e-6)
+
+
+def test_a_joint_that_is_off_is_found_by_all_sensors_together() -> None:
+    found = examine(two_trackers(40, effects={"backlash:elbow_joint": 0.003}), seed=0)
+    assert [(str(one.candidate_effect), one.probability > 0.9) for one in found.findings] == [
+        ("backlash at elbow_joint", True)
+    ]
+
+
+def test_robust_loss_and_known_distances_count_for_all(trackers: Dataset) -> None:
+    wrong = trackers.points["xyz"].copy()
+    wrong[-1] += 0.05
+    spoilt = replace(trackers, points=replace(trackers.points, xyz=wrong))
+    found = calibrate(spoilt, Plan(loss="cauchy"))
+    assert found.value("tool.0.x") == pytest.approx(calibrate(trackers).value("tool.0.x"), abs=2e-5)
+
+
+def test_what_is_written_reads_the_same(trackers: Dataset, tmp_path: Path) -> None:
+    save(trackers, tmp_path / "cell")
+    again = load(tmp_path / "cell")
+    assert [(one.name, one.file, one.described.kind) for one in again.members] == [
+        ("left", "left.csv", "point"), ("right", "right.csv", "point")
+    ]  # fmt: skip
+    assert again.points.names == trackers.points.names
+    assert np.array_equal(again.points["xyz"], trackers.points["xyz"])
+    assert [one.described.noise for one in again.members] == [one.described.noise for one in trackers.members]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('name = "right"', 'name = "left"', "'left', expected different ones for all sensors"),
+        ('points = "right.csv"', 'points = "left.csv"', "'left.csv', expected different ones for all sensors"),
+        ('points = "right.csv"', "", "points"),
+        ('[[sensors]]\nname = "left"', '[sensor]\nkind = "point"\n[[sensors]]\nname = "left"', "both [sensor] and"),
+        ('kind = "point"', 'kind = "pointt"', "sensor left"),
+    ],
+)
+def test_what_is_wrong_with_a_sensor_is_said(trackers: Dataset, tmp_path: Path, old: str, new: str, said: str) -> None:
+    save(trackers, tmp_path)
+    file = tmp_path / "dataset.toml"
+    file.write_text(file.read_text().replace(old, new, 1))
+    with pytest.raises(DataError) as caught:
+        load(tmp_path)
+    assert said in str(caught.value)
+
+
+def test_points_of_one_sensor_may_not_be_missing(trackers: Dataset, tmp_path: Path) -> None:
+    save(trackers, tmp_path)
+    (tmp_path / "right.csv").unlink()
+    with pytest.raises(DataError, match=r"right\.csv"):
+        load(tmp_path)
+
+
+def test_an_unknown_parameter_is_an_error(trackers: Dataset, tmp_path: Path) -> None:
+    save(trackers, tmp_path)
+    file = tmp_path / "dataset.toml"
+    file.write_text(file.read_text() + "\n[parameters]\nwrong.base.x = { nominal = 0, lower = -1, upper = 1 }\n")
+    with pytest.raises(DataError, match=r"no parameter 'wrong\.base\.x' here"):
+        Model(load(tmp_path)).parameters  # noqa: B018 - asked for what it raises

@@ -1,0 +1,100 @@
+"""An operator that breaks the contract is told in which way."""
+
+import numpy as np
+import pytest
+from pymoo.core.crossover import Crossover
+from pymoo.core.mutation import Mutation
+from pymoo.core.selection import Selection
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+
+from robolaser.errors import AlgorithmError
+from robolaser.operators.testing import WORKS, check_operator
+
+
+class Shuffling(Crossover):
+    """A whole crossover, to be broken in one way at a time."""
+
+    def __init__(self):
+        super().__init__(2, 2, prob=1.0)
+
+    def _do(self, problem, X, *args, random_state=None, **kwargs):
+        return X[random_state.permutation(2)]
+
+
+class ForgetsItsSeed(Shuffling):
+    def _do(self, problem, X, *args, **kwargs):
+        return X[np.random.default_rng().permutation(2)] * np.random.default_rng().random()
+
+
+class DrawsFromEverywhere(Shuffling):
+    def _do(self, problem, X, *args, **kwargs):
+        np.random.random()  # noqa: NPY002
+        return X
+
+
+class LeavesTheBox(Shuffling):
+    def _do(self, problem, X, *args, **kwargs):
+        return 2.0 * X - X[::-1]
+
+
+class Remembers(Shuffling):
+    def _do(self, problem, X, *args, **kwargs):
+        self.last = X
+        return X
+
+
+class Stays(Shuffling):
+    def __init__(self):
+        super().__init__()
+        self.choose = lambda X: X
+
+    def _do(self, problem, X, *args, **kwargs):
+        return self.choose(X)
+
+
+class Overwrites(Mutation):
+    def do(self, problem, pop, inplace=True, **kwargs):
+        for one in pop:
+            one.X[:] = problem.xl
+        return pop
+
+
+class SelectsOne(Selection):
+    def _do(self, problem, pop, n_select, n_parents, **kwargs):
+        return np.zeros(n_select, int)
+
+
+class Breaks(Shuffling):
+    def _do(self, problem, X, *args, **kwargs):
+        return X.nothing
+
+
+@pytest.mark.parametrize(
+    ("operator", "way"),
+    [
+        (ForgetsItsSeed, "another outcome with the same seed"),
+        (DrawsFromEverywhere, "NumPy's global generator"),
+        (LeavesTheBox, "leaves the bounds, in variable 0"),
+        (Remembers, "keeps last of a run"),
+        (Stays, "failed where it was tried: .*pickle"),
+        (Overwrites, "changes the parents"),
+        (SelectsOne, r"selects an array \(10,\)"),
+        (Breaks, "failed where it was tried: AttributeError"),
+    ],
+)
+def test_each_broken_law_has_its_sentence(operator, way):
+    with pytest.raises(AlgorithmError, match=f"(?s){operator.__name__} .*{way}"):
+        check_operator(operator(), algorithms={})
+
+
+def test_what_is_no_operator_is_refused():
+    with pytest.raises(AlgorithmError, match="no operator"):
+        check_operator(lambda: None)
+
+
+@pytest.mark.parametrize("operator", [SBX(), PM(), Shuffling()], ids=["SBX", "PM", "ours"])
+def test_whole_operators_pass_and_serve(operator):
+    found = check_operator(operator)
+    assert found.algorithms["NSGA2"] == (WORKS, "")
+    assert "keeps to the contract" in str(found)
