@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from robolaser.commands.calibrate import calibrate
 from robolaser.commands.challenge import challenge
+from robolaser.commands.check import check
 from robolaser.commands.compare import compare
 from robolaser.commands.diagnose import diagnose
 from robolaser.commands.emulate import emulate
@@ -18,6 +19,7 @@ from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
 from robolaser.commands.options import shown_default
+from robolaser.commands.plan import plan
 from robolaser.commands.record import record
 from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
@@ -54,9 +56,11 @@ app = App(
 app.command(calibrate, group=find)
 app.command(diagnose, group=find)
 app.command(simulate, group=data)
+app.command(plan, group=data)
 app.command(extract, group=data)
 app.command(record, group=data)
 app.command(import_files, name="import", group=data)
+app.command(check, group=data)
 app.command(scan, group=use)
 app.command(view, group=use)
 app.command(compare, group=methods)

@@ -50,7 +50,7 @@ def _load(entry: EntryPoint, base: type[T], required: Sequence[str]) -> type[T]:
     except Exception as error:  # whatever that module does when it is imported
         raise _unusable(entry, base, f"{type(error).__name__}: {error}") from error
     if not (isinstance(member, type) and issubclass(member, base)):
-        raise _unusable(entry, base, f"it is {member!r} and no subclass of {base.__name__}")
+        raise _unusable(entry, base, f"it is {member!r}, not a subclass of {base.__name__}")
     missing = [word for word in required if not hasattr(member, word)]
     missing += sorted(set(getattr(member, "__abstractmethods__", ())) - set(missing))
     if inspect.isabstract(member) or missing:

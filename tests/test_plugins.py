@@ -39,7 +39,9 @@ def test_where_a_class_has_no_name_the_entry_point_has_one() -> None:
 
 @pytest.mark.usefixtures("folder")
 def test_a_member_of_another_family_is_refused() -> None:
-    with pytest.raises(PluginError, match=r"two-members announces two_members:B under our\.members.* no subclass of"):
+    with pytest.raises(
+        PluginError, match=r"two-members announces two_members:B under our\.members.* not a subclass of"
+    ):
         announced("our.members", Path, taken=(), name="")
 
 

@@ -45,7 +45,7 @@ class AlgorithmSpec:
         for part in parts:
             key, equals, value = (piece.strip() for piece in part.partition("="))
             if not (key and equals and value):
-                raise malformed(text, f"'{part}' is no setting")
+                raise malformed(text, f"'{part}' is not a setting")
             if key in settings:
                 raise malformed(text, f"{key} is given twice")
             settings[key] = read(value)

@@ -228,19 +228,19 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     except FileNotFoundError as error:
         raise _unreadable(path, "there is no such file") from error
     except _DAMAGE as error:
-        raise _unreadable(path, f"it is cut short, damaged or something else ({error})") from error
+        raise _unreadable(path, f"it is truncated, damaged or not a checkpoint ({error})") from error
     if found != FORMAT:
         raise _unreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")
     return header, arrays
 
 
 def _unreadable(path: Path, reason: str) -> AlgorithmError:
-    return AlgorithmError(f"{path} is not a whole checkpoint: {reason}. Delete it to start the run anew.")
+    return AlgorithmError(f"{path} is not a whole checkpoint: {reason}. Delete it to start the run over.")
 
 
 def _foreign(path: Path, what: str, found: object, expected: object) -> AlgorithmError:
     return AlgorithmError(
         f"{path} belongs to another run: {what} is {found}, here it is {expected}."
-        " Resume with what the run was started with (other parts than the paper's by `algorithm`), or delete the"
-        " checkpoint to start anew."
+        " Resume with what the run was started with (other operators than the paper's by `algorithm`), or delete the"
+        " checkpoint to start over."
     )

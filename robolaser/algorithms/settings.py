@@ -39,7 +39,7 @@ def whole(name: str, least: int = 1) -> Setting:
     def fits(value: Value) -> bool:
         return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
-    return Setting(name, f"a whole number from {least} up", fits)
+    return Setting(name, f"a whole number of at least {least}", fits)
 
 
 def number(name: str, least: float = 0.0, most: float = math.inf) -> Setting:
@@ -50,8 +50,8 @@ def number(name: str, least: float = 0.0, most: float = math.inf) -> Setting:
             return False
         return math.isfinite(value) and least <= value <= most
 
-    upwards = "up" if most == math.inf else f"to {most:g}"
-    return Setting(name, f"a number from {least:g} {upwards}", fits)
+    limits = f"of at least {least:g}" if most == math.inf else f"from {least:g} to {most:g}"
+    return Setting(name, f"a number {limits}", fits)
 
 
 def share(name: str) -> Setting:

@@ -56,7 +56,7 @@ class Stalled(Termination):
     def __init__(self, generations: int = 10_000) -> None:
         super().__init__()
         if generations < 1:
-            raise AlgorithmError(f"Stalled: generations is {generations!r}, expected a number from 1 up.")
+            raise AlgorithmError(f"Stalled: generations is {generations!r}, expected a number of at least 1.")
         self.generations = generations
         self.best = np.inf
         self.since = 0

@@ -124,7 +124,7 @@ def spec_of(text: str) -> ProblemSpec:
     name, dataset = _dataset(whole)
     if not len(Reduction(Model(dataset)).parameters):
         raise BenchmarkError(
-            f"{text}: every parameter follows from the data in closed form, nothing is left to be searched."
+            f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
             " Only stripe scanners have a reduced problem worth comparing on."
         )
     return ReducedCalibrationSpec(REDUCED + name, dataset)
@@ -142,7 +142,7 @@ def specs_of(texts: Sequence[str]) -> tuple[ProblemSpec, ...]:
         spec = spec_of(text)
         if spec.name in found:
             raise UsageError(
-                f"{found[spec.name][0]} and {text} are both called '{spec.name}', and results go by names."
+                f"{found[spec.name][0]} and {text} are both called '{spec.name}', and results are stored by name."
                 " Give one of them another `name` in its dataset.toml, or leave it out."
             )
         found[spec.name] = text, spec
@@ -175,7 +175,7 @@ def _test_function(text: str) -> TestFunctionSpec:
             f"No test function '{PYMOO}{function}'.{hint} A number of variables may follow: pymoo:rastrigin-14."
         )
     if dash and not (typed.isdecimal() and int(typed) > 1):
-        raise UsageError(f"{text}: '{typed}' variables, expected a whole number from 2: pymoo:rastrigin-14.")
+        raise UsageError(f"{text}: '{typed}' variables, expected a whole number of at least 2: pymoo:rastrigin-14.")
     dimension = int(typed) if dash else DIMENSION
     return TestFunctionSpec(f"{PYMOO}{function}-{dimension}", function, dimension)
 

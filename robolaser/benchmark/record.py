@@ -27,7 +27,7 @@ PACKAGES = ("robolaser", "numpy", "numba", "scipy", "pymoo", "cma")
 
 @final
 @dataclass
-class _Session:
+class _WorkSession:
     """One stretch of work on a benchmark."""
 
     engine: str
@@ -47,7 +47,7 @@ class RunRecord:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._runs: dict[Key, BenchmarkRun] = {}
-        self._sessions: list[_Session] = []
+        self._sessions: list[_WorkSession] = []
         self._conditions: dict[str, Any] = {}
         self._size = 0
         if path.exists():
@@ -66,7 +66,7 @@ class RunRecord:
     @property
     def effort(self) -> Effort:
         """Time and workers of all sessions."""
-        last = self._sessions[-1] if self._sessions else _Session("", 0)
+        last = self._sessions[-1] if self._sessions else _WorkSession("", 0)
         return Effort(
             last.engine,
             last.workers,
@@ -95,7 +95,7 @@ class RunRecord:
             "problems": self._conditions.get("problems", {}) | dict(plan.fingerprints),
             "versions": _versions(),
         }
-        self._sessions.append(_Session(engine, workers))
+        self._sessions.append(_WorkSession(engine, workers))
         self._append({"conditions": self._conditions})
         self._append({"session": {"engine": engine, "workers": workers}})
 
@@ -130,13 +130,13 @@ class RunRecord:
     def _incomparable(self, what: str, there: object, here: object) -> BenchmarkError:
         return BenchmarkError(
             f"{self._path} holds runs under other conditions: {what} is {there} there, here it is {here}, and such runs"
-            " are not comparable. Go on with the same, take another folder, or begin anew with --force."
+            " are not comparable. Continue under the same conditions, use another folder, or start over with --force."
         )
 
     def _unreadable(self, line: int, reason: str) -> BenchmarkError:
         return BenchmarkError(
             f"{self._path}, line {line}, does not belong to a record of benchmark runs ({reason})."
-            " Take another folder, begin anew with --force, or delete that line to go on without it."
+            " Use another folder, start over with --force, or delete that line to continue without it."
         )
 
     def _append(self, line: Mapping[str, Any]) -> None:
@@ -172,7 +172,7 @@ class RunRecord:
                 raise ValueError(f"format {line['conditions']['format']}")
             self._conditions = line["conditions"]
         elif "session" in line:
-            self._sessions.append(_Session(**line["session"]))
+            self._sessions.append(_WorkSession(**line["session"]))
         elif not (self._conditions and self._sessions):
             raise ValueError("a run before the conditions and the session that it belongs to")
         else:

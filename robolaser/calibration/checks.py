@@ -45,7 +45,7 @@ def check_poses(problem: Problem) -> None:
             f", of which only {different} differ{'s' if different == 1 else ''}," if different < len(poses) else ""
         )
         raise EstimationError(
-            f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot fix {parameters} "
+            f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot determine {parameters} "
             f"parameters: at least {needed} are needed. Measure more poses, turned and tilted against each other."
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array, Progress
+from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.dataset import Dataset
@@ -66,10 +67,19 @@ def find_start(
         progress: Called with the current step and its finished share.
 
     Raises:
-        EstimationError: All candidates lie at poles.
+        EstimationError: All candidates lie at poles; it names joints that seem to be misread.
         UsageError: There is no algorithm of that name.
     """
-    tell = progress or (lambda what, share: None)
+    try:
+        return _start(model, plan, state=state, resume=resume, tell=progress or (lambda what, share: None))
+    except EstimationError as error:
+        said = misread_joints(model, np.inf)
+        if said is None:
+            raise
+        raise EstimationError(f"{said} As it is: {error}") from None
+
+
+def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:
     algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
         return _downhill(model, plan)

@@ -123,10 +123,10 @@ class AclArm(Arm):
             listens |= asked and bool(text)
             silent = 0 if text else silent + 1
             if listens and silent > 0:
-                raise line_lost(self._line.port, "it fell silent while it searched its home")
+                raise line_lost(self._line.port, "it fell silent during homing")
             self._line.send("\r")  # a controller that listens while homing answers
             asked = True
-        raise self._home_not_found(f"it searched for more than {HOMING_S:.0f} s")
+        raise self._home_not_found(f"homing took more than {HOMING_S:.0f} s")
 
     def laser_on(self, output: int) -> None:
         """Switch an output on."""

@@ -164,7 +164,7 @@ class AclProtocol:
             slow = False
         if not slow:
             raise ArmRestarted(
-                f"The controller on {self._line.port} has started anew: its counts may no longer mean the same angles."
+                f"The controller on {self._line.port} has restarted: its counts may no longer mean the same angles."
                 " Home the arm (home = true in cell.toml, [arm]) before going on."
             )
 

@@ -35,7 +35,9 @@ def arm_class(cell: Cell) -> type[Arm]:
         others = announced(GROUP, Arm, taken=ARMS, name="", required=REQUIRED)
         if kind not in others:
             raise DataError(
-                f"{FILE}, [arm] kind: no arm speaks '{kind}'.{near(kind, [*ARMS, *others])}", file=FILE, column="kind"
+                f"{FILE}, [arm] kind: no such kind of arm '{kind}'.{near(kind, [*ARMS, *others])}",
+                file=FILE,
+                column="kind",
             )
         arm = others[kind]
     if output is not None and arm.outputs is not None and output > arm.outputs:

@@ -71,7 +71,7 @@ def grey(source: object, frame: Any) -> Image:
     """
     plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
     if plain.dtype != np.uint8:
-        raise cannot_open(source, f"its images hold {plain.dtype}, not whole numbers of 8 or 16 bits")
+        raise cannot_open(source, f"its images hold {plain.dtype}, expected integers of 8 or 16 bits")
     if plain.ndim == 3 and plain.shape[2] > 1:
         plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
     return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)

@@ -15,7 +15,7 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
     """
     source, size = cell.camera.source, cell.description.image_px
     if size is None:
-        raise cannot_open(source, "dataset.toml has no [image], so nobody knows what size its images should have")
+        raise cannot_open(source, "dataset.toml has no [image] that states the size of its images")
     if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
         return LiveCamera(cell.camera, size, clock, warn)
     return RecordedImages(cell.beside(source), size, warn)

@@ -168,5 +168,5 @@ class LssArm(Arm):
 
     def _no_outputs(self, output: int) -> None:
         raise refused(
-            self._line.port, f"output {output}", "", "these servos switch nothing; take [laser] out of cell.toml"
+            self._line.port, f"output {output}", "", "these servos cannot switch outputs; remove [laser] from cell.toml"
         )

@@ -101,10 +101,10 @@ class Mover:
                 joint = int(np.argmax(off))
                 at, away, begin, end = self._shown(joint, q, off, start, goal)
                 raise ArmError(
-                    f"On the way to {place}, {self._robot.joints[joint]} is at {at}, {away} off the straight way from"
-                    f" {begin} to {end} that was checked: it sticks, does not keep step with the others, or goes"
-                    " elsewhere. Look for what holds it, and check [arm] direction and reference_rad in cell.toml, and"
-                    " the line."
+                    f"On the way to {place}, {self._robot.joints[joint]} is at {at}, {away} off the straight path from"
+                    f" {begin} to {end} that was checked: it sticks, lags behind the others, or goes"
+                    " elsewhere. Look for what blocks it, and check [arm] direction and reference_rad in cell.toml, and"
+                    " the serial line."
                 )
             if (~there & (now - moved > still_s)).any():
                 raise self._not_arrived(place, q, np.where(now - moved > still_s, goal, q), "stands still")
@@ -152,5 +152,5 @@ class Mover:
         stands, wanted = self._shown(joint, q, goal)
         return ArmError(
             f"On the way to {place}, {self._robot.joints[joint]} {reason} at {stands}, not {wanted}."
-            " Look for what holds it, and whether its motors are on."
+            " Look for what blocks it, and check that its motors are on."
         )

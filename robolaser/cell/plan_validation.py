@@ -112,7 +112,7 @@ def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> Plan
     shown = "".join(f"\n  {violation}" for violation in broken[:most])
     rest = f"\n  ... and {len(broken) - most} more" if len(broken) > most else ""
     return PlanError(
-        f"No pose was gone to, for the plan breaks the cell's limits:{shown}{rest}\n"
+        f"Nothing was moved, because the plan violates the cell's limits:{shown}{rest}\n"
         f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
         " [limits] in cell.toml or the URDF's."
     )

@@ -30,7 +30,7 @@ class RecordedImages(Camera):
         """An image of what is there from now on."""
         image = next(self._pictures, None)
         if image is None:
-            raise no_more_images(self._source, "all its pictures were taken")
+            raise no_more_images(self._source, "all its images have been used")
         check_image(self._source, image, self._size, self._warn)
         return image
 

@@ -122,7 +122,7 @@ class RecordingWriter:
         if shots is not None and shots != planned_shots:
             raise _another_plan(folder, f"{planned_shots} shots a pose, not {shots}")
         if waypoints is not None and not same(waypoints, planned):
-            raise _another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} asked for")
+            raise _another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
         writer = cls(cell, robot, folder, planned, planned_shots)
         writer.begun, writer._tidy = True, False
         if (folder / DATASET).is_file():
@@ -294,6 +294,6 @@ def _ending(column: str) -> str:
 
 def _another_plan(folder: Path, what: str) -> PlanError:
     return PlanError(
-        f"{folder} was begun with another plan: {what}. Go on with --resume alone, which keeps to the plan there,"
+        f"{folder} was begun with another plan: {what}. Continue with --resume alone, which keeps to that plan,"
         " or choose another --output."
     )

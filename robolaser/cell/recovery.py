@@ -67,6 +67,6 @@ def is_number(cell: str) -> bool:
 def begun_in_another_cell(folder: Path, what: str) -> DataError:
     """The error of a recording that does not fit the cell."""
     return DataError(
-        f"{folder} was begun in another cell: {what}. Go on with the cell as it was, or choose another --output.",
+        f"{folder} was begun in another cell: {what}. Continue with the cell as it was, or choose another --output.",
         file=folder,
     )

@@ -96,9 +96,9 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     except json.JSONDecodeError as error:
         raise unreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
     except KeyError as error:
-        raise _no_poses(path, f"it does not say {error}") from None
+        raise _no_poses(path, f"it lacks {error}") from None
     except (TypeError, ValueError):
-        raise _no_poses(path, "next_poses is no list of joint values by name") from None
+        raise _no_poses(path, "next_poses is not a list of joint values by name") from None
     if not q or not np.isfinite(q).all():
         raise _no_poses(path, "next_poses is empty: the diagnosis needs no more")
     return numbered(np.array(q))

@@ -100,9 +100,9 @@ class Session:
             joint = int(np.argmax(np.abs(at - left)))
             stands, stood = (joint_text(self._robot, joint, float(q[joint])) for q in (at, left))
             raise PlanError(
-                f"{self._robot.joints[joint]} stands at {stands}, but when this recording was left it stood at {stood}."
-                " If the controller was off in between, its counts mean other angles now: home the arm (home = true in"
-                " cell.toml, [arm])."
+                f"{self._robot.joints[joint]} stands at {stands}, but stood at {stood} when this recording was"
+                " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
+                " the arm (home = true in cell.toml, [arm])."
             )
 
     def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
@@ -188,7 +188,7 @@ class Session:
         if self._writer.begun:
             kept = (
                 f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
-                " Go on with the next by --resume."
+                " Continue with the next pose by --resume."
             )
         return Interrupted(f"{cause}\n{standing}\n{kept}")
 

@@ -9,7 +9,8 @@ from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
 
-FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml")
+ROS = ("static_transform.sh", "easy_handeye2.calib")
+FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml", *ROS)
 
 
 def calibrate(
@@ -40,15 +41,15 @@ def calibrate(
     Args:
         dataset: Folder with dataset.toml, poses.csv and points.csv.
         output: Folder for the result.
-        algorithm: Search by one of `robolaser list algorithms`. Default: screening.
-        polish: Refine what the search found by Gauss-Newton steps.
-        weights: Minimise J as it stands (plain), or weight each row by its noise.
-        loss: Let gross errors count for less (huber, cauchy).
-        solver: Fit all points by one of `robolaser list solvers`. Default: levenberg-marquardt.
+        algorithm: Search with one of `robolaser list algorithms`. Default: screening.
+        polish: Refine the result of the search by least squares.
+        weights: Minimise J itself (plain), or weight each row by its noise.
+        loss: Loss of a row; huber and cauchy reduce the influence of gross errors.
+        solver: Fit all points with one of `robolaser list solvers`. Default: levenberg-marquardt.
         effects: Add an effect to the model; may be given again.
-        generations: Length of a search that has generations.
+        generations: Number of generations, in a search that has them.
         seed: Seed of the search.
-        resume: Go on with a search that was stopped.
+        resume: Continue a search that was stopped.
         force: Overwrite an earlier result.
     """
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
@@ -57,6 +58,7 @@ def calibrate(
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
+    from robolaser.calibration.ros_export import easy_handeye2, static_transform
     from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
@@ -64,11 +66,13 @@ def calibrate(
     from robolaser.report.calibration import page, print_summary
 
     if (output / CHECKPOINT).exists() and not (resume or force):
-        raise OutputError(f"{output} holds a search that was stopped. Go on with --resume, or begin anew with --force.")
+        raise OutputError(
+            f"{output} holds a search that was stopped. Continue it with --resume, or start over with --force."
+        )
     if generations and algorithm in (None, SCREENING, POLISH_ONLY):
-        terminal.warn(f"--generations changes nothing: {algorithm or 'the default search'} has none.")
+        terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
     if solver and not polish:
-        terminal.warn("--solver changes nothing: --no-polish leaves out the fit that it would do.")
+        terminal.warn("--solver has no effect: --no-polish leaves out the fit that it would do.")
     data = load(dataset)
     plan = Plan(
         algorithm=algorithm,
@@ -93,6 +97,7 @@ def calibrate(
                 "robot.urdf": robot_urdf(found),
                 "robot_corrected.urdf": corrected_urdf(found),
                 "camera.yaml": camera_yaml(found),
+                **dict(zip(ROS, (static_transform(found), easy_handeye2(found)), strict=True)),
                 "report.html": page(found, command=typed),
                 "calibration.json": result,
             }
@@ -101,7 +106,7 @@ def calibrate(
                 (output / name).unlink(missing_ok=True)  # of the result that was here before
         except KeyboardInterrupt:
             kept = (output / CHECKPOINT).exists()
-            state = f"The search's state is in {output}: go on with --resume." if kept else "Nothing was written."
+            state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."
             raise Interrupted(f"Stopped. {state}") from None
         for file in (CHECKPOINT, COURSE):
             (output / file).unlink(missing_ok=True)

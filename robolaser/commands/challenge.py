@@ -23,7 +23,7 @@ N = TypeVar("N", int, float)
 
 challenge = App(
     "challenge",
-    help="Make blind data sets whose effects are sealed, and score a diagnosis on them.",
+    help="Make blind data sets whose faults are sealed, and score the diagnoses of them.",
     group_commands="Commands",
 )
 
@@ -43,10 +43,11 @@ def new(
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     tracked: Annotated[bool, Parameter(negative="")] = False,
     seed: Seed | None = None,
+    key: Annotated[Path | None, Parameter(metavar="FILE", group=RESULT)] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make data sets, and seal what is wrong in them.
+    """Make data sets with hidden faults.
 
     For example:
 
@@ -54,16 +55,17 @@ def new(
 
     Args:
         folder: Folder for the trial.
-        robot: A robot or a URDF file; several take turns. Default: scorbot_er7.
+        robot: A robot or a URDF file; may be given again, they take turns. Default: scorbot_er7.
         flange: Frame of URDF files that carries the sensor.
-        like: Data set whose arm, scanner or tracker, poses and noise are taken; may be given again.
+        like: Data set whose arm, sensor, poses and noise are imitated; may be given again.
         count: Number of data sets.
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
-        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, singles most.
-        tracked: Let a tracker see the arms, whatever the kind.
-        seed: Seed of the trial. Default: a new one each time, and a secret.
+        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
+        tracked: Measure all arms with a tracker, whatever the kind of world.
+        seed: Seed of the trial. Default: a new, secret one each time.
+        key: File for the key that opens the seals; keep it. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier trial.
     """
     import secrets
@@ -72,6 +74,7 @@ def new(
     from robolaser.data.result_folder import make_folder
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
+    from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import new as make
 
     usual = Ranges()
@@ -93,12 +96,14 @@ def new(
             ranges=ranges,
             tracked=tracked,
             overwrite=force,
+            key=key,
             tell=tell,
         )
 
     def print_names() -> None:
         say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
         say(f"robolaser challenge score {folder}")
+        say(f"Keep {key or key_beside(folder)} to yourself: it opens the seals.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -111,6 +116,7 @@ def score(
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
     jobs: Count = 1,
+    key: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -122,9 +128,10 @@ def score(
 
     Args:
         folder: Folder of the trial.
-        output: Folder for score.json. Default: the trial's.
-        seed: Seed of diagnoses that are not yet made.
+        output: Folder for score.json. Default: FOLDER.
+        seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time.
+        key: The key of the trial. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier score.
     """
     from robolaser.data.atomic_write import write_text
@@ -134,7 +141,7 @@ def score(
     file = (output or folder) / "score.json"
     with results_in(file.parent, command="challenge score", files=[file.name], force=force):
         with terminal.progress() as tell:
-            scored = score_trial(folder, seed=seed, jobs=jobs, tell=tell)
+            scored = score_trial(folder, seed=seed, jobs=jobs, key=key, tell=tell)
         text = json.dumps(scored, indent=1) + "\n"
         write_text(file, text)
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))

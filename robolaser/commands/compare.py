@@ -49,20 +49,18 @@ def compare(
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
 
     Args:
-        datasets: A problem each: folder of a data set, or `paper`, either with `reduced:` before it for its
-            closed-form reduction; or pymoo:NAME[-DIMENSION], a test function.
+        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION].
         output: Folder for the result.
-        algorithms: Names, see `robolaser list algorithms`, with settings as in rcga:b=2:n_elites=0, or
-            package.module:attribute. Default: all by their plain names.
-        seeds: Number of runs of an algorithm on a problem, from --seed on.
-        budget: Evaluations of a run.
-        time_limit: Seconds of a run.
-        memory_limit: Memory of a run in GB.
+        algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; or package.module:attribute. Default: all.
+        seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
+        budget: Most evaluations of a run.
+        time_limit: Most seconds of a run.
+        memory_limit: Most memory of a run [GB].
         jobs: Number of runs at a time. Default: one on each core.
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
-        seed: The first of the seeds.
-        iohprofiler: Write the runs in IOHprofiler's format too.
-        resume: Go on with a comparison that was stopped.
+        seed: First seed.
+        iohprofiler: Also write the runs in IOHprofiler's format.
+        resume: Continue a comparison that was stopped.
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
@@ -74,7 +72,7 @@ def compare(
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
     if scheduler and jobs:
-        raise UsageError("--scheduler fixes what --jobs would change: leave out one or the other.")
+        raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     if not (resume or force):
         _refuse_to_mix(output)
     plan = RunPlan.of(
@@ -105,7 +103,7 @@ def compare(
             why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
             raise Interrupted(
                 f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
-                f" {output / RECORD}: go on with --resume."
+                f" {output / RECORD}: continue with --resume."
             ) from None
         _conclude(plan, record, output, export_to, terminal, typed)
 
@@ -116,7 +114,7 @@ def _refuse_to_mix(output: Path) -> None:
 
     if runs := RunRecord(output / RECORD).runs:
         raise OutputError(
-            f"{output} holds {len(runs)} runs of a comparison. Go on with it, or add to it, with --resume; begin anew"
+            f"{output} holds {len(runs)} runs of a comparison. Continue or extend it with --resume; start over"
             " with --force."
         )
 

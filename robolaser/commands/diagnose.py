@@ -24,7 +24,7 @@ def diagnose(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Say why the robot does not do what the model says: where, which effects, how far.
+    """Say why the robot does not do what the model says: where, through which effects, and by how much.
 
     For example:
 
@@ -35,8 +35,8 @@ def diagnose(
     Args:
         dataset: Folder with dataset.toml, poses.csv and points.csv.
         output: Folder for the result.
-        without: Take an effect out of the library, see `robolaser list effects`; may be given again.
-        validate: Predict other data of the same arm with what is found here; may be given again.
+        without: Leave this effect of `robolaser list effects` out; may be given again.
+        validate: Test the result on other data of the same arm; may be given again.
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """

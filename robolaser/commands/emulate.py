@@ -24,19 +24,19 @@ def emulate(
     socket: bool = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Serve an emulated cell: its arm's line and its camera, with faults on demand.
+    """Serve an emulated cell: the arm's serial line and the camera, with faults on demand.
 
-    It prints one line of JSON that says where arm and camera are, and serves until it is stopped. For example:
+    It prints one line of JSON that says where arm and camera are, and runs until it is stopped. For example:
 
         robolaser emulate cell --world world.toml --fault lost:0.1
 
     Args:
         cell: Folder with cell.toml, dataset.toml and the URDF.
-        world: What the camera sees; without it, no camera.
-        hurry: How many times faster its clock runs.
+        world: What the camera sees; without it, there is no camera.
+        hurry: How many times as fast as real time its clock runs.
         seed: Seed of noise and faults.
         faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.
-        camera_port: Port of the camera. Default: any that is free.
+        camera_port: Port of the camera; 0 is any that is free.
         socket: Serve the arm as socket://, not as a pseudo terminal.
     """
     from robolaser.emulator.serving import serve

@@ -32,33 +32,39 @@ def extract(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Find board and laser stripe in a recording's images and write points.csv.
+    """Find board and laser stripe, or a camera's target, in a recording's images and write points.csv.
 
-    In a recording without [board], the stripe's centres in every image go to stripes.npy.
-    Where poses.csv names an image with the laser off (column image_off), the board is found
-    in it, and the stripe in the difference of the two. For example:
+    Without [board], a stripe scanner's line centres in all images go to
+    stripes.npy. Where poses.csv names an image with the laser off (image_off),
+    the board is found there, and the stripe in the difference of both. For
+    example:
 
         robolaser extract recording --output measured
 
     Args:
         recording: Folder with dataset.toml, poses.csv and images.
-        output: New data set, images copied, stripe's noise stated. Default: only add points to RECORDING.
-        step: Lines of pixels from point to point.
-        centre: Stripe's centre: best Gaussian, centre of gravity, or Steger's ridge, smoothed along it.
+        output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
+        step: Distance between points along the stripe, in lines of pixels.
+        centre: How the stripe's centre is found: Gaussian fit, centre of gravity, or Steger's ridge.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
     from robolaser.data.writing import FOLDER
+    from robolaser.model.sensors import sensor_class
 
     dataset = load(recording)
-    to_scan = dataset.board is None and dataset.poses.image is not None
+    has_stripe = sensor_class(dataset.kind).has_laser_plane()
+    to_scan = has_stripe and dataset.board is None and dataset.poses.image is not None
     if output is not None and output.resolve() == recording.resolve():
         output = None
     folder = output or recording
     files = {STRIPES if to_scan else POINTS, *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
     with results_in(folder, command="extract", files=sorted(files), force=force):
+        if not has_stripe:
+            _corners(dataset, recording, output, force=force, terminal=terminal)
+            return
         write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
 
 
@@ -108,6 +114,31 @@ def _points(
         lambda: say(
             f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
         ),
+    )
+
+
+def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: bool, terminal: Terminal) -> None:
+    from robolaser.data.writing import save, save_points
+    from robolaser.vision.target_corners import points_of_target
+
+    with terminal.progress() as progress:
+        seen, dataset = points_of_target(recording, progress)
+    terminal.print(f"{'image':<16} {'points':>6}  {'target [px]':>11}")
+    for one in seen:
+        rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
+        terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
+    if output is None:
+        save_points(dataset, source)
+    else:
+        with _told_if_stopped(f"a part of {output}", POINTS):
+            _copy_images(recording, source, output)
+            save(dataset, output, overwrite=force)
+    file = (output or source) / POINTS
+    skipped = {one.pose: "no target" for one in seen if not one.points}
+    points, images = len(dataset.points), len(seen) - len(skipped)
+    terminal.show(
+        {"points": points, "images": images, "skipped": skipped, "file": str(file)},
+        lambda: say(f"{points} points from {images} images, {len(skipped)} without the target. Wrote {file}"),
     )
 
 
@@ -176,5 +207,5 @@ def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise Interrupted(
-            f"Stopped. {written} was written, but not {missing}: run it again with --force for the whole."
+            f"Stopped. {written} was written, but not {missing}: run the command again with --force."
         ) from None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
 RECORDED = ("dataset.toml", "poses.csv", "plan.csv", "robot.urdf")
-WHERE = Group("Poses, from one of", sort_key=-3, validator=mutually_exclusive)
+WHERE = Group("Poses, from exactly one of", sort_key=-3, validator=mutually_exclusive)
 GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive)
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
 
@@ -61,19 +61,19 @@ def record(
     Args:
         cell: Folder with dataset.toml, cell.toml and the URDF.
         output: Folder for the recording.
-        poses: Go to the poses of this table: columns q_<joint>, and pose for names.
+        poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
         plan: Go to N poses that see the board and are the most informative.
         next_poses: Go to the next poses that a diagnosis recommends.
         separate: With --plan, also separate this effect from all others; may be given again.
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
-        run_up: With --both-ways, from how far. Default: 3.
-        port: Port of the arm, in place of cell.toml's.
-        camera: Camera, in place of cell.toml's.
+        run_up: With --both-ways, the distance from which the joints approach. Default: 3.
+        port: Port of the arm, instead of that in cell.toml.
+        camera: Camera, instead of that in cell.toml.
         seed: Seed of --plan. Default: 1.
-        dry_run: Print the plan and check it; open nothing.
+        dry_run: Print and check the plan; open no port and no camera.
         move: Let the arm move.
-        resume: Go on with a recording that was interrupted.
+        resume: Continue a recording that was interrupted.
         force: Overwrite an earlier recording.
     """
     from robolaser.cell.arms import arm_class
@@ -85,7 +85,7 @@ def record(
 
     named = poses is not None or plan is not None or next_poses is not None
     if not named and not resume:
-        raise UsageError("Say where the arm is to go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
+        raise UsageError("State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
     _refuse_idle("--both-ways", both_ways, "poses that are named", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
@@ -117,7 +117,7 @@ def record(
         return
     if not move:
         raise UsageError(
-            "Nothing was moved and no port opened: this is what would be done. Let the arm move with --move."
+            "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
     if not resume:
         writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)

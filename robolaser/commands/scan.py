@@ -50,11 +50,11 @@ def scan(
         calibration: calibration.json or its folder, with robot.urdf.
         recording: Folder with dataset.toml, poses.csv and stripes.npy, points.csv or images.
         output: The cloud, as binary PLY.
-        nominal: Use the scanner as it was drawn, before anything was fitted.
-        plane: Measure the scatter about the largest plane.
-        step: Measure a step of this height on the largest plane, at least 0.001.
-        sphere: Measure a sphere of this radius.
-        report: Write CLOUD.html beside it, with pictures.
+        nominal: Use the nominal parameters, from before the fit.
+        plane: Measure the scatter of the points about the largest plane.
+        step: Measure a step of about this height, at least 0.001, on the largest plane.
+        sphere: Measure a sphere of about this radius.
+        report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
     from robolaser.data.atomic_write import write_text

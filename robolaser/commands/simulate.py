@@ -35,7 +35,7 @@ def simulate(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make a data set as a real cell would give it, with noise and effects you choose.
+    """Make a data set as a real cell would give it, with noise and effects of your choice.
 
     For example:
 
@@ -46,18 +46,18 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: What measures.
+        sensor: Kind of sensor.
         mount: What carries a camera; its board is at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, 3 sockets.
+        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors or sockets.
         repeats: Number of shots in each pose.
-        sessions: Number of campaigns, each with base, target or sockets elsewhere.
-        pixel_px: Of a pixel.
-        target_m: Of a target point.
+        sessions: Number of sessions; base, target or sockets stand elsewhere in each.
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point.
-        unplaced: Leave out where the target is.
-        effects: Add an effect of this size in SI units, see `robolaser list effects`; may be given again.
+        point_m: Of a coordinate that a tracker measures.
+        unplaced: Do not state where the target is.
+        effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
         seed: Seed of poses and noise.
         force: Overwrite an earlier data set.

@@ -28,7 +28,7 @@ class Terminal:
     """What a command shows.
 
     Attributes:
-        json: Print the result as JSON on standard output, and nothing else there.
+        json: Print nothing but the result, as JSON, on standard output.
         quiet: Print warnings and errors only.
     """
 

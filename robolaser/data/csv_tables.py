@@ -90,7 +90,7 @@ def read_text(path: Path) -> str:
     """A text file, its byte order mark taken off.
 
     Raises:
-        DataError: It is not there, no plain file (a pipe would never end), or not UTF-8.
+        DataError: It is not there, not a regular file (a pipe would never end), or not UTF-8.
     """
     with _opened(path) as file:
         return file.read()
@@ -100,7 +100,7 @@ def read_text(path: Path) -> str:
 def _opened(path: Path, newline: str | None = None) -> Iterator[TextIO]:
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise unreadable(path, "it is no plain file")
+            raise unreadable(path, "it is not a regular file")
         with path.open(encoding="utf-8-sig", newline=newline) as file:
             yield file
     except OSError as error:

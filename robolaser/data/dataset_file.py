@@ -213,7 +213,8 @@ def inside(folder: Path, path: str, where: str) -> Path:
     whole = folder / path
     if "\0" in path or Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
         raise DataError(
-            f"{where}: {path!r} leaves the data set's folder. Copy the file into it and name it relatively.", file=path
+            f"{where}: {path!r} leaves the data set's folder. Copy the file into it and give a relative path.",
+            file=path,
         )
     return whole
 

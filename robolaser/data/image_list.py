@@ -70,7 +70,7 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
             column = next(iter(lit), UNLIT)
             raise DataError(
                 f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image"
-                " with the laser on in column image, or leave all of the pose's empty.",
+                " with the laser on in column image, or leave all image columns of that pose empty.",
                 file="poses.csv",
                 row=row + 2,
                 column=LIT,

@@ -84,7 +84,7 @@ def _check_sessions(dataset: Dataset) -> None:
         if count < FEWEST_POSES:
             raise DataError(
                 f"{pose_table.FILE}, column session: '{name}' has {count} pose{'s' * (count != 1)} with points, but"
-                f" where things stood in a session takes at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
+                f" a session needs at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
                 " measure more poses, or delete these.",
                 file=pose_table.FILE,
                 column="session",

@@ -34,7 +34,7 @@ def open_stripes(path: Path) -> Stripes:
     """
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise unreadable(path, "it is no plain file")
+            raise unreadable(path, "it is not a regular file")
         with path.open("rb") as file:
             shape, dtype = _header(file)
             start = file.tell()
@@ -44,18 +44,18 @@ def open_stripes(path: Path) -> Stripes:
         raise unreadable(path, str(error)) from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
         raise DataError(
-            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it anew with `robolaser extract --force`.",
+            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it again with `robolaser extract --force`.",
             file=path,
         )
     if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
-        raise unreadable(path, f"it is cut off: its header promises {shape[0]} middles")
+        raise unreadable(path, f"it is truncated: its header promises {shape[0]} line centres")
     if shape[0] == 0:
         return np.empty(0, STRIPE)
     return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = False) -> int:
-    """Write middles as they come, whole or not at all.
+    """Write line centres as they come, whole or not at all.
 
     Args:
         path: The file; what was there stays until all is written.
@@ -63,7 +63,7 @@ def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = Fa
         overwrite: Replace a file that is there.
 
     Returns:
-        How many middles were written.
+        How many line centres were written.
 
     Raises:
         OutputError: There is a file, or the disk or its rights refuse.

@@ -15,7 +15,7 @@ NOUNS: Final[Mapping[str, str]] = {
     "mount": "the sensor's mount",
     "base": "what base and target stand on",
     "camera": "the lens",
-    "laser": "the laser",
+    "laser": "the laser plane",
     "target": "the target",
     "measuring_system": "the measuring system",
     "unknown": "a cause that no effect of the library describes",

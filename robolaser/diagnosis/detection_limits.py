@@ -63,9 +63,7 @@ def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | 
     """
     if not tests:
         return []
-    principal = np.stack([test.columns[:, 0] for test in tests], axis=1)
-    squares = np.maximum((principal**2).sum(axis=0), np.finfo(float).tiny)
-    shares = np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares
+    shares = _shares(tests)
     prices = np.array([penalty(test) for test in tests])
     shares[prices[:, None] > prices] = 0.0
     np.fill_diagonal(shares, 0.0)
@@ -75,6 +73,20 @@ def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | 
         (tests[j].candidate_effect if share > 0.0 else None, float(share))
         for j, share in zip(nearest.tolist(), alike.tolist(), strict=True)
     ]
+
+
+def correlations(tests: Sequence[ScoreTest]) -> Array:
+    """|cosine| of the angle between an effect's principal column and what another can do, the larger way, (e, e)."""
+    cosine = np.sqrt(np.minimum(_shares(tests), 1.0))
+    return np.asarray(np.maximum(cosine, cosine.T))
+
+
+def _shares(tests: Sequence[ScoreTest]) -> Array:
+    """Share of each effect's squared principal column (second axis) that another one (first axis) imitates, (e, e)."""
+    principal = np.stack([test.columns[:, 0] for test in tests], axis=1)
+    squares = np.maximum((principal**2).sum(axis=0), np.finfo(float).tiny)
+    shares: Array = np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares
+    return shares
 
 
 def _at_tool(test: ScoreTest, size: float) -> float:

@@ -77,34 +77,34 @@ def localize(fit: Fit) -> list[Localization]:
     explains is no site.
     """
     fit = fit.with_likeliest_scatter
-    chosen, tried = _chosen(fit, sites(fit))
+    selected, tried = _select_sites(fit, sites(fit))
     excess = fit.chi2 - fit.freedoms
-    whole = max(excess, sum(one.ratio for one in chosen))
+    whole = max(excess, sum(one.ratio for one in selected))
     found = [
         Localization(one.site.site, one.site.coordinate, one.ratio / whole, one.ratio, p_value(one.ratio, tried))
-        for one in chosen
+        for one in selected
     ]
-    return sorted(found, key=lambda place: -place.share)
+    return sorted(found, key=lambda one: -one.share)
 
 
 def unmodelled_chi2(fit: Fit) -> float:
     """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
-    places = [site for site in sites(fit) if site.unknown]
-    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _chosen(fit, places)[0])
+    unknown = [site for site in sites(fit) if site.unknown]
+    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _select_sites(fit, unknown)[0])
 
 
 def smooth_remainder(fit: Fit) -> Array:
     """Orthonormal directions of the whitened residuals in which those functions exceed the noise, (K, n)."""
     fit = fit.with_likeliest_scatter
-    chosen, _ = _chosen(fit, sites(fit))
-    columns = [one.size * one.site.columns for one in chosen]
+    selected, _ = _select_sites(fit, sites(fit))
+    columns = [one.size * one.site.columns for one in selected]
     U, s, _ = np.linalg.svd(np.hstack([np.zeros((len(fit.at.white), 1)), *columns]), full_matrices=False)
     return np.asarray(U[:, s > 1.0])
 
 
 @final
 @dataclass(frozen=True)
-class _Chosen:
+class _SelectedSite:
     """A site that the residuals speak for, by twice the logarithm of a likelihood ratio, and the size that has it."""
 
     site: Site
@@ -112,12 +112,12 @@ class _Chosen:
     size: float
 
 
-def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[_Chosen], int]:
+def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedSite], int]:
     """The sites that the residuals speak for; and how many were tried."""
-    tried, functions = list(places), RandomFunctions(fit)
+    tried, functions = list(candidates), RandomFunctions(fit)
     normals = [functions.normal_equations(site) for site in tried]
     most, sizes = np.array([site.most for site in tried]), np.array([len(normal) for normal in normals])
-    chosen: list[_Chosen] = []
+    selected: list[_SelectedSite] = []
     for _ in range(MAX_SITES):
         gradients = [functions.gradient(site) for site in tried]
         ratios, size = np.zeros(len(tried)), np.zeros(len(tried))
@@ -128,8 +128,8 @@ def _chosen(fit: Fit, places: Iterable[Site]) -> tuple[list[_Chosen], int]:
         best = int(np.argmax(ratios))
         if ratios[best] < LIKELIHOOD_RATIO_OF_SITE:
             break
-        chosen.append(_Chosen(tried[best], float(ratios[best]), float(size[best])))
-        if len(chosen) < MAX_SITES:
+        selected.append(_SelectedSite(tried[best], float(ratios[best]), float(size[best])))
+        if len(selected) < MAX_SITES:
             functions.believe(tried[best], float(size[best]))
             normals = [normal - functions.newly_imitated(site) for normal, site in zip(normals, tried, strict=True)]
-    return chosen, len(tried)
+    return selected, len(tried)

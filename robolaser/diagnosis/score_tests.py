@@ -165,6 +165,15 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
     return found
 
 
+def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:
+    """The same where nothing is measured: nonlinear parameters are in the middle of what would be tried."""
+    known, found = Columns(), []
+    for one in effects:
+        grid = one.effect.grid(fit.model.dataset, one.where)
+        found.append(_best(fit, one, grid[[len(grid) // 2]], len(grid), known))
+    return found
+
+
 def retest(test: ScoreTest, fit: Fit) -> ScoreTest:
     """The same effect with the same nonlinear parameters, against another model."""
     return _best(fit, test.candidate_effect, np.array([test.nonlinear]), test.tried, Columns())

@@ -148,6 +148,6 @@ def _watching(
 def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
     for fault in faults:
         if kind == HOMELESS and fault.kind == ArmFault.HOMELESS.value:
-            raise not_a_fault(fault.kind, f"arms of kind '{kind}' search no home")
+            raise not_a_fault(fault.kind, f"arms of kind '{kind}' do no homing")
         if fault.kind in ARM and fault.amount > axes:
             raise UsageError(f"--fault {fault.kind}:{int(fault.amount)}: the arm has axes 1 to {axes}.")

@@ -136,8 +136,8 @@ def _weak(names: list[str], spread: float) -> Unidentifiable:
     what = names[0] if len(names) == 1 else f"a combination of {_listed(names)}"
     return Unidentifiable(
         tuple(names),
-        f"These data fix {what} no better than the bounds do: its standard error is {spread:.2g} times the bounds' "
-        "width. More poses that differ, above all in tilt and distance, would.",
+        f"These data determine {what} no better than the bounds do: its standard error is {spread:.2g} times the "
+        "distance between the bounds.",
     )
 
 

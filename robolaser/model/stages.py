@@ -62,11 +62,11 @@ def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> 
     """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are."""
     if stage not in OF_ROWS:
         return act
-    place = np.zeros(count, dtype=np.int64)
-    place[rows] = np.arange(len(rows))
+    index_among_rows = np.zeros(count, dtype=np.int64)
+    index_among_rows[rows] = np.arange(len(rows))
 
     def act_on_rows(value: Array, *more: Any) -> Array:
-        out = act(value if value.shape[1] == 1 else value[:, place], *more)
+        out = act(value if value.shape[1] == 1 else value[:, index_among_rows], *more)
         return out if out.shape[1] == 1 else out[:, rows]
 
     return act_on_rows

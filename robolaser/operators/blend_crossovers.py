@@ -110,5 +110,5 @@ class SimpleCrossover(Crossover):
 
 def _from_zero_up(value: float, setting: str, operator: str) -> float:
     if not value >= 0.0:
-        raise AlgorithmError(f"{operator}: {setting} is {value!r}, expected a number from 0 up.")
+        raise AlgorithmError(f"{operator}: {setting} is {value!r}, expected a number of at least 0.")
     return value

@@ -51,7 +51,7 @@ class ElitistReplacement(Survival):
     def __init__(self, n_elites: int = 2) -> None:
         super().__init__(filter_infeasible=False)
         if n_elites < 0:
-            raise AlgorithmError(f"ElitistReplacement: n_elites is {n_elites!r}, expected a number from 0 up.")
+            raise AlgorithmError(f"ElitistReplacement: n_elites is {n_elites!r}, expected a number of at least 0.")
         self.n_elites = n_elites
 
     def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, algorithm: Any = None, **kwargs: Any) -> Any:

@@ -74,7 +74,7 @@ class NonUniformMutation(Mutation):
         if form not in ("linear", "power"):
             raise self._senseless("form", form, "'linear' or 'power'")
         if not b >= 0:
-            raise self._senseless("b", b, "a number from 0 up")
+            raise self._senseless("b", b, "a number of at least 0")
         if last_generation is not None and not last_generation > 0:
             raise self._senseless("last_generation", last_generation, "a number above 0")
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))

@@ -33,8 +33,8 @@ def human(value: float, unit: str) -> tuple[float, str]:
 
 
 def with_unit(number: str, unit: str) -> str:
-    """Number and unit with the space that typography wants: none before a degree sign, save after an error."""
-    return f"{number}{unit}" if unit == "°" and "±" not in number else f"{number} {unit}".rstrip()
+    """Number and unit with the space that typography wants: none before a degree sign, save after an error or power."""
+    return f"{number}{unit}" if unit == "°" and not {"±", "×"} & set(number) else f"{number} {unit}".rstrip()
 
 
 def measured(value: float, std: float, unit: str) -> str:

@@ -108,8 +108,8 @@ class Calibrated:
 
 def _of_another_scanner(what: str, found: object, expected: object) -> ScanError:
     return ScanError(
-        f"The recording's {what} is {found}, but the calibration's is {expected}: they are not of one scanner. Take the"
-        " calibration of the scanner that recorded, or correct dataset.toml."
+        f"The recording's {what} is {found}, but the calibration's is {expected}: they belong to different scanners."
+        " Use the calibration of the scanner that made the recording, or correct dataset.toml."
     )
 
 
@@ -132,7 +132,7 @@ def read_calibration(path: Path) -> Calibrated:
     try:
         whole = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
-        raise unusable(path, f"it is no JSON ({error})") from None
+        raise unusable(path, f"it is not JSON ({error})") from None
     file = JsonObject(path, "", whole)
     check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")

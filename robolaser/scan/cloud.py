@@ -91,8 +91,8 @@ class Cloud:
             raise no_line_centres(self.source.what)
         if self.counts.points == 0:
             raise ScanError(
-                f"Of {self.counts.centres} line centres none is where a ray meets the laser plane in front of the"
-                " camera. Check that calibration and recording are of one scanner, and stripe_axis."
+                f"For none of {self.counts.centres} line centres does the ray meet the laser plane in front of the"
+                " camera. Check stripe_axis, and that calibration and recording belong to the same scanner."
             )
 
     def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:

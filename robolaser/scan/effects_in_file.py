@@ -27,7 +27,7 @@ def effects_in_file(parts: Sequence[JsonObject], robot: Robot | None) -> tuple[C
         if name not in known:
             raise EffectError(
                 f"{part.path} has the effect '{name}' in its model, which is not known here.{near(name, known)} Install"
-                " the package that brings it, or calibrate again without it."
+                " the package that provides it, or calibrate again without it."
             )
         locations = known[name].sites(robot)
         if where not in locations:

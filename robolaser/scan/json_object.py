@@ -25,7 +25,7 @@ class JsonObject:
     def __init__(self, path: Path, where: str, values: Any) -> None:
         self.path, self._where = path, where
         if not isinstance(values, dict):
-            raise unusable(path, f"{where or 'the file'} is no object")
+            raise unusable(path, f"{where or 'the file'} is not an object")
         self._values: dict[str, Any] = values
 
     @property
@@ -45,21 +45,21 @@ class JsonObject:
         """A list of objects."""
         listed = self._get(key)
         if not isinstance(listed, list):
-            raise unusable(self.path, f"{self._name(key)} is no list")
+            raise unusable(self.path, f"{self._name(key)} is not a list")
         return [JsonObject(self.path, f"{self._name(key)}[{i}]", one) for i, one in enumerate(listed)]
 
     def text(self, key: str) -> str:
         """A text."""
         found = self._get(key)
         if not _is_text(found):
-            raise unusable(self.path, f"{self._name(key)} is no text")
+            raise unusable(self.path, f"{self._name(key)} is not a string")
         return str(found)
 
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of texts."""
         found = self._get(key)
         if not (isinstance(found, list) and all(map(_is_text, found))):
-            raise unusable(self.path, f"{self._name(key)} is no list of texts")
+            raise unusable(self.path, f"{self._name(key)} is not a list of strings")
         return tuple(found)
 
     def one_of(self, key: str, words: Sequence[str]) -> str:
@@ -101,13 +101,13 @@ class JsonObject:
 
     def _number(self, name: str, found: Any) -> float:
         if isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) <= LARGEST:
-            raise unusable(self.path, f"{name} is no finite number")
+            raise unusable(self.path, f"{name} is not a finite number")
         return float(found)
 
     def _count(self, name: str, found: Any) -> int:
         number = self._number(name, found)
         if number < 1 or number != int(number):
-            raise unusable(self.path, f"{name} is {number:g}, no whole number from 1")
+            raise unusable(self.path, f"{name} is {number:g}, expected a whole number of at least 1")
         return int(number)
 
     def _get(self, key: str) -> Any:

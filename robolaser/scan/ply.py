@@ -58,7 +58,7 @@ def map_ply(path: Path) -> Vertices:
         raise _unreadable(path, "its header is not that of such a cloud")
     count, start = int(counts[0]), len(lines) + len(end)
     if size != start + count * VERTEX.itemsize:
-        raise _unreadable(path, f"its header states {count} points, but it is cut off or longer")
+        raise _unreadable(path, f"its header states {count} points, but the file is shorter or longer")
     return np.memmap(path, VERTEX, mode="r", offset=start, shape=(count,)) if count else np.empty(0, VERTEX)
 
 

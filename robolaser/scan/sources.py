@@ -109,7 +109,7 @@ def check_poses(stripes: Stripes, recording: Dataset) -> None:
     if len(stripes) and last >= len(recording.poses):
         raise DataError(
             f"{FILE} of {recording.folder} has line centres of row {last} of poses.csv, whose rows are 0 to"
-            f" {len(recording.poses) - 1}. They are not of one recording: run `robolaser extract --force` again.",
+            f" {len(recording.poses) - 1}. They do not belong to one recording: run `robolaser extract --force` again.",
             file=FILE,
         )
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.errors import EffectError, UsageError
+from robolaser.errors import UsageError
 from robolaser.model.effects import candidate_effects, unknown_location
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
@@ -37,15 +37,15 @@ def _unclear(text: str) -> UsageError:
 
 
 def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
-    """The effects asked for, and all their numbers by name: what is not asked for is nominal.
+    """The effects asked for, and all their numbers by name: what is not stated is nominal.
 
     Args:
-        sizes: By NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
+        sizes: By NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location.
         dataset: The cell, with poses and without points.
 
     Raises:
-        UsageError: There is no such effect.
-        EffectError: The cell cannot have the effect, or not in this size.
+        UsageError: There is no such effect or location, or the effect cannot be of this size.
+        EffectError: It does not apply to the cell.
     """
     chosen: dict[CandidateEffect, None] = {}
     numbers: dict[str, float] = {}
@@ -56,8 +56,8 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
         known = list(effect.units())
         number = known[0]
         if where not in {candidate_effect.where for candidate_effect in everywhere}:
-            place, _, last = where.rpartition(".")
-            where, number = (place, last) if place and last in known else (where, number)
+            location, _, last = where.rpartition(".")
+            where, number = (location, last) if location and last in known else (where, number)
         there = [candidate_effect for candidate_effect in everywhere if not where or candidate_effect.where == where]
         if not there:
             raise unknown_location(name, where, [candidate_effect.where for candidate_effect in everywhere])
@@ -75,14 +75,14 @@ def _check(effect: type[Effect], name: str, size: float) -> None:
         if each.name == name and not each.lower <= size <= each.bound:
             hint = {"rad": " Are these degrees?", "m": " Are these millimetres?"}.get(each.unit, "")
             bounds = f"0 and {each.bound:g}" if each.lower == 0 else f"±{each.bound:g}"
-            raise EffectError(
+            raise UsageError(
                 f"{effect.name}: {name} is {size:g} {each.unit}, but its bounds are {bounds} {each.unit}."
                 f"{hint if abs(size) > each.bound else ''}"
             )
     for inner in effect.nonlinear_parameters():
         if inner.name == name and not inner.lower <= size <= inner.upper:
             unit = f" {inner.unit}" if inner.unit else ""
-            raise EffectError(
-                f"{effect.name}: {name} is {size:g}{unit}, but it lies between {inner.lower:g} and"
+            raise UsageError(
+                f"{effect.name}: {name} is {size:g}{unit}, but its bounds are {inner.lower:g} and"
                 f" {inner.upper:g}{unit}."
             )

@@ -204,7 +204,7 @@ def _measure(
         if spare + len(bad) > len(candidates):
             raise EffectError(
                 f"{robot.name}: {n} poses are needed, but of {spare} planned ones only {n - len(bad)} still see"
-                " the target or reach the socket with the effects in place. Take smaller effects, or fewer poses."
+                " the target or reach the socket with the effects in place. Choose smaller effects, or fewer poses."
             )
         chosen[bad] = np.arange(spare, spare + len(bad))
         spare += len(bad)

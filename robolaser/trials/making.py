@@ -12,14 +12,14 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects import EFFECTS
 from robolaser.trials.building import BlankTrial, Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability
-from robolaser.trials.disturbing import disturbed
+from robolaser.trials.imperfections import with_imperfections
 from robolaser.trials.kinds import FAULTS, Kind, drawn
 from robolaser.trials.reading import read
 from robolaser.trials.resampling import ReferenceCell, build_like
 from robolaser.trials.sizing import detectability_of, noise_floor_m, sized_fault
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import MODELLED, OUTLIERS
-from robolaser.trials.synthetic.fault_models.joints import CrossTalk, LedAlong
+from robolaser.trials.synthetic.fault_models.joint_coupling import CrossTalk, LedAlong
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
 from robolaser.trials.tracking import build_tracked
 
@@ -77,13 +77,13 @@ def make(
     asked = drawn(kind, rng)
     if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
         asked = replace(asked, tracked=True, outliers=0.0)
-    built = disturbed(_built(source, asked, ranges or Ranges(), rng), asked, rng)
+    built = with_imperfections(_blank_trial(source, asked, ranges or Ranges(), rng), asked, rng)
     faults: list[FaultModel] = []
     each = []
     least = _least_misfit(built)
     for fault_name in _fault_names(kind, asked, built, rng):
-        places = _free(built, _places(built, fault_name), faults)
-        fault, detectability = sized_fault(built, fault_name, places, rng, least_misfit=least)
+        locations = _free(built, _locations(built, fault_name), faults)
+        fault, detectability = sized_fault(built, fault_name, locations, rng, least_misfit=least)
         faults.append(fault)
         each.append(_described(fault, fault_name, detectability, built))
     stated = asked.misstated or bool(rng.random() < 0.5)
@@ -111,24 +111,24 @@ def make(
     return BlindDataset(replace(dataset, name=name), truth)
 
 
-def _built(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
+def _blank_trial(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
     moving = bool(rng.random() < MOVING)
     if asked.tracked:
         return build_tracked(source, ranges, rng, moving=moving)
     return build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
 
 
-def _places(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
+def _locations(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
     """Where a fault can sit in a cell: a fault that the library knows only where the library can name it."""
     fault_model = FAULTS[fault_name]
-    places = fault_model.locations(built.cell.run)
+    locations = fault_model.locations(built.cell.run)
     if built.blank.kind == "point" and not fault_model.is_tracked():
         return ()
     effect = _LIBRARY.get(fault_model.effect)
     if effect is None or fault_name == OUTLIERS:
-        return places
+        return locations
     known = effect.locations(built.blank)
-    return tuple(place for place in places if place in known)
+    return tuple(location for location in locations if location in known)
 
 
 def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Generator) -> list[str]:
@@ -137,17 +137,17 @@ def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Gener
     Raises:
         TrialError: None has.
     """
-    possible = [name for name in asked.among if _places(built, name)]
+    possible = [name for name in asked.among if _locations(built, name)]
     number = int(rng.integers(asked.number[0], asked.number[1] + 1))
     if number and not possible:
         raise TrialError(
-            f"No world of the kind '{kind}' can be made of the arm '{built.blank.name}': "
-            "its faults have no place there. A tracker sees neither images nor targets, "
+            f"No world of the kind '{kind}' can be made with the arm '{built.blank.name}': "
+            "none of its faults applies to it. A tracker sees neither images nor targets, "
             "and in a URDF without masses nothing gives way."
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]
     if rng.random() < asked.beside:
-        names += [str(name) for name in rng.permutation([name for name in MODELLED if _places(built, name)])[:1]]
+        names += [str(name) for name in rng.permutation([name for name in MODELLED if _locations(built, name)])[:1]]
     return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
 
 
@@ -158,10 +158,10 @@ def _least_misfit(built: BlankTrial) -> float:
     return max(STANDING_OUT, TIMES * detectability_of(built, *built.background).misfit)
 
 
-def _free(built: BlankTrial, places: tuple[str, ...], taken: Sequence[FaultModel]) -> tuple[str, ...]:
+def _free(built: BlankTrial, locations: tuple[str, ...], taken: Sequence[FaultModel]) -> tuple[str, ...]:
     """Places but for joints that have a fault already, as long as there are others."""
     joints = set(built.cell.run.arm.joints) & {fault.where for fault in taken}
-    return tuple(place for place in places if place not in joints) or places
+    return tuple(location for location in locations if location not in joints) or locations
 
 
 def _described(fault: FaultModel, name: str, detectability: Detectability, built: BlankTrial) -> dict[str, Any]:
@@ -175,7 +175,7 @@ def _described(fault: FaultModel, name: str, detectability: Detectability, built
         "where": fault.where,
         "misfit": round(detectability.misfit, 1),
         "rivals": detectability.rivals(fault.effect, fault.where) if known else [],
-        "also_right": [list(place) for place in fault.also_right],
+        "also_right": [list(pair) for pair in fault.also_right],
         "sites": _sites(fault, built),
         "classes": [effect.cause or effect.name] if effect else list(fault.classes),
         "values": _values(fault, built),

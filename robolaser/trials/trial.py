@@ -1,5 +1,6 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -23,7 +24,7 @@ from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
-from robolaser.trials.sealed_truth import TRUTH, seal, unseal
+from robolaser.trials.sealed_truth import TRUTH, data_hash, key_beside, seal, unseal
 
 DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"
@@ -46,6 +47,7 @@ def new(
     ranges: Ranges | None = None,
     tracked: bool = False,
     overwrite: bool = False,
+    key: Path | None = None,
     tell: Progress = _nothing,
 ) -> list[str]:
     """Make blind data sets in a folder, and seal the truth about them.
@@ -58,7 +60,8 @@ def new(
         kinds: How often each kind of world comes, in any unit. Absent: `USUAL`.
         ranges: What else is left to chance.
         tracked: Whether a tracker sees every arm.
-        overwrite: Replace a trial that is there.
+        overwrite: Replace a trial that is there, and its key.
+        key: File for the key of the seals. By default beside the folder, see `key_beside`.
         tell: Progress.
 
     Returns:
@@ -74,8 +77,10 @@ def new(
         tracked = tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
         kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
     kinds_of(kinds)
-    if (folder / TRUTH).exists() and not overwrite:
-        raise output_exists(folder / TRUTH)
+    key = key or key_beside(folder)
+    for file in (folder / TRUTH, key):
+        if file.exists() and not overwrite:
+            raise output_exists(file)
     rng = np.random.default_rng(seed)
     patterns = [reference_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)
@@ -89,7 +94,7 @@ def new(
         save(world.dataset, folder / name, overwrite=overwrite)
         (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
         truths[name] = world.truth
-    seal(folder, truths, rng)
+    seal(folder, truths, rng, key)
     return list(truths)
 
 
@@ -102,7 +107,9 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
     return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
 
 
-def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Progress = _nothing) -> dict[str, Any]:
+def score(
+    folder: Path, *, seed: int = 1, jobs: int = 1, key: Path | None = None, tell: Progress = _nothing
+) -> dict[str, Any]:
     """Open the seals of a trial and score the diagnoses in it.
 
     A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written there.
@@ -111,6 +118,7 @@ def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Progress = _nothi
         folder: Of the trial.
         seed: Of the diagnoses that are still to be made.
         jobs: How many of them at a time.
+        key: The trial's key, by default beside the folder.
         tell: Progress.
 
     Returns:
@@ -119,7 +127,7 @@ def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Progress = _nothi
     Raises:
         TrialError: The truth is not there, or was touched; or a file is no diagnosis.
     """
-    truths = unseal(folder)
+    truths = unseal(folder, key or key_beside(folder))
     missing = [folder / name for name in truths if not (folder / name / DIAGNOSIS).exists()]
     if jobs == 1:
         for i, world in enumerate(missing):
@@ -129,9 +137,15 @@ def score(folder: Path, *, seed: int = 1, jobs: int = 1, tell: Progress = _nothi
         with ProcessPoolExecutor(jobs) as pool:
             for i, _ in enumerate(pool.map(_diagnose, missing, repeat(seed))):
                 tell("diagnosing", i / len(missing))
-    return compile_score(
-        {name: outcome(truth, read_diagnosis(folder / name / DIAGNOSIS)) for name, truth in truths.items()}
-    )
+    outcomes, hashes = {}, {}
+    for name, truth in truths.items():
+        path = folder / name / DIAGNOSIS
+        try:
+            outcomes[name] = outcome(truth, read_diagnosis(path))
+        except (TypeError, KeyError, ValueError, AttributeError) as error:
+            raise _no_diagnosis(path, f"{type(error).__name__}: {error}") from None
+        hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(path.read_bytes()).hexdigest()}
+    return compile_score(outcomes) | {"sha256": hashes}
 
 
 def _diagnose(world: Path, seed: int) -> None:
@@ -155,7 +169,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     """
     try:
         said = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise _no_diagnosis(path, str(error)) from None
     if not isinstance(said, dict) or said.get("format") != _FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
@@ -167,6 +181,6 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
 
 def _no_diagnosis(path: Path, why: str) -> TrialError:
     return TrialError(
-        f"{path} is no diagnosis of the format robolaser-diagnosis/1: {why}. "
-        "Delete it to have the data set diagnosed anew."
+        f"{path} is not a diagnosis in the format robolaser-diagnosis/1: {why}. "
+        "Delete it to have the data set diagnosed again."
     )

@@ -2,15 +2,19 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image
 from robolaser.vision.profile_levels import FULL
 
+DEPTHS = (8, 10, 12, 14, 16)
+"""Bits of grey that cameras tell apart; files of sixteen bits hold any of them."""
 PEDESTAL = 16
 """Least grey of a difference where nothing was added, so that noise below nothing is not cut off."""
 BRIGHTEST_ROOM = 200
@@ -29,8 +33,8 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
         coded = np.fromfile(path, dtype=np.uint8)
     except OSError as error:
         raise _unreadable(path, error.strerror or "cannot be opened") from None
-    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE) if len(coded) else None
-    if image is None:
+    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH) if len(coded) else None
+    if image is None or image.dtype not in (np.uint8, np.uint16):
         raise _unreadable(path, "not an image of a known format, or damaged")
     if image.shape != (height_px, width_px):
         raise ImageError(
@@ -38,7 +42,14 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
             f" {width_px} x {height_px}. All images of a recording come from one camera at one size: correct the size"
             " or leave the image out."
         )
-    return np.asarray(image, dtype=np.uint8)
+    return np.asarray(image if image.dtype == np.uint8 else _eight_bits(image), dtype=np.uint8)
+
+
+def _eight_bits(image: NDArray[Any]) -> NDArray[Any]:
+    """Deeper grey as eight bits, by the depth that cameras have: 10, 12, 14 or 16 bits."""
+    used = int(image.max(initial=0)).bit_length()
+    depth = next(bits for bits in DEPTHS if used <= bits)
+    return image >> (depth - 8)
 
 
 def _unreadable(path: Path, reason: str) -> ImageError:

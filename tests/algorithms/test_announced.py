@@ -85,8 +85,8 @@ def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install: 
     ("announcement", "reason"),
     [
         ("[robolaser.algorithms]\nrcga = greedy_search:Greedy\n", "but robolaser has one of that name"),
-        ("[robolaser.algorithms]\nnothing = greedy_search:not_one\n", "it is 3 and no subclass of Algorithm"),
-        ("[robolaser.operators.crossover]\nflip = greedy_search:Flip\n", "no subclass of Crossover"),
+        ("[robolaser.algorithms]\nnothing = greedy_search:not_one\n", "it is 3, not a subclass of Algorithm"),
+        ("[robolaser.operators.crossover]\nflip = greedy_search:Flip\n", "not a subclass of Crossover"),
     ],
 )
 def test_an_announcement_that_cannot_be_used_is_named_with_its_package(

@@ -84,7 +84,7 @@ def test_failures_are_named_with_their_reasons_and_the_others_go_on(result):
 def test_who_has_nothing_to_say_on_a_problem_is_named_with_the_reason(result):
     (refused,) = said(result)["refused"]
     assert (refused["problem"], refused["algorithm"]) == ("pymoo:sphere-3", "least-squares")
-    assert "no sum of squares" in refused["reason"]
+    assert "not a sum of squares" in refused["reason"]
 
 
 def test_the_runs_are_written_for_iohprofiler_too(result):
@@ -115,7 +115,7 @@ def test_ctrl_c_leaves_a_report_and_the_rest_is_made_later(result, tmp_path):
     shown, complaint = process.communicate(timeout=60)
     assert process.returncode == 1
     assert "of 22 runs so far" in shown
-    assert "go on with --resume" in complaint
+    assert "continue with --resume" in complaint
     assert "Traceback" not in complaint
     stopped = outcomes(tmp_path)
     assert 0 < len(stopped) < 22

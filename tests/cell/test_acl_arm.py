@@ -197,7 +197,7 @@ def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
     arm = bench.arm_on(rig, cell)
     silent = bench.Bench(rig.controller, rig.clock, ["silent@>20s"])
     arm._line._transport = silent  # type: ignore[attr-defined]
-    with pytest.raises(LineLost, match="searched its home"):
+    with pytest.raises(LineLost, match="during homing"):
         arm.home()
     assert rig.clock.now() < 20.0 + 5.0
 

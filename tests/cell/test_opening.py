@@ -38,7 +38,7 @@ def test_importing_devices_opens_nothing() -> None:
 
 
 def test_a_language_that_nobody_speaks_is_named(cell: Cell) -> None:
-    with pytest.raises(DataError, match=r"no arm speaks 'acll'.*Did you mean 'acl'"):
+    with pytest.raises(DataError, match=r"no such kind of arm 'acll'.*Did you mean 'acl'"):
         open_arm(named(cell, "acll", "loop://"), WallClock())
 
 

@@ -71,7 +71,7 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     said = capsys.readouterr().err
-    assert "No pose was gone to" in said
+    assert "Nothing was moved" in said
     assert re.search(r"b: the lowest part at 0\.\d+ m, limit 0\.600 m", said)
     assert not (acl.out / "poses.csv").exists()
 
@@ -79,7 +79,7 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
 @pytest.mark.parametrize(
     ("asked", "code", "said"),
     [
-        ([], 2, "Say where the arm is to go"),
+        ([], 2, "State where the arm should go"),
         (["--resume", "--move"], 1, "no recording was begun there"),
         (["--poses", "absent.csv", "--move"], 1, "absent.csv"),
         (["--next", "absent.json", "--move"], 1, "absent.json"),
@@ -100,7 +100,7 @@ def test_what_cannot_be_done_is_said_in_a_sentence(
     ("port", "said"),
     [
         ("/dev/absent", r"Cannot open port /dev/absent.*--port"),
-        ("nonsense://x", r"Cannot open port nonsense://x"),
+        ("nonsense://x", r"Port nonsense://x: nonsense:// is not allowed"),
         ("socket://127.0.0.1:1", r"Cannot open port socket://127.0.0.1:1"),
         ("loop://", r"The arm on loop:// answered 'ECHO'"),
     ],
@@ -185,7 +185,7 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
 
 @pytest.mark.parametrize(
     ("before", "after", "said"),
-    [('kind = "acl"', 'kind = "acll"', "no arm speaks 'acll'"), ("output = 1", "output = 99", "outputs 1 to 16")],
+    [('kind = "acl"', 'kind = "acll"', "no such kind of arm 'acll'"), ("output = 1", "output = 99", "outputs 1 to 16")],
 )
 def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
     acl: Rig, before: str, after: str, said: str, capsys: pytest.CaptureFixture[str]

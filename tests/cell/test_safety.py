@@ -128,7 +128,7 @@ def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Pa
     rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
-    with pytest.raises(ArmError, match=rf"joint_{joint} is at .* off the straight way"):
+    with pytest.raises(ArmError, match=rf"joint_{joint} is at .* off the straight path"):
         mover.move_and_wait(at + 0.5, "p", at)
     mover.halt()
     assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
@@ -154,7 +154,7 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
     at = mover.resting("Before")
     go = arm.start_move
     arm.start_move = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
-    with pytest.raises(ArmError, match="off the straight way"):
+    with pytest.raises(ArmError, match="off the straight path"):
         mover.move_and_wait(at + 0.5, "p", at)
     assert np.abs(rig.motor() - at).max() < 0.15
 

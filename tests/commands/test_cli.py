@@ -15,6 +15,7 @@ import pytest
 from robolaser.cli import app, main
 from robolaser.data.result_folder import MANIFEST
 
+CELL = Path(__file__).parents[2] / "examples/cell"
 PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
 
 
@@ -167,17 +168,22 @@ def test_a_file_where_the_output_folder_should_be_is_said(
 
 
 @pytest.mark.parametrize(
-    ("more", "code", "expected"),
+    ("words", "expected"),
     [
-        (["--with", "laser_rol"], 2, "Did you mean 'laser_roll'"),
-        (["--with", "joint_offset:joint_9"], 1, "joint_1"),
-        (["--algorithm", "rgca"], 2, "Did you mean 'rcga'"),
+        (["calibrate", "DATASET", "--with", "laser_rol"], "Did you mean 'laser_roll'"),
+        (["calibrate", "DATASET", "--with", "joint_offset:joint_9"], "There are: joint_1"),
+        (["calibrate", "DATASET", "--algorithm", "rgca"], "Did you mean 'rcga'"),
+        (["diagnose", "DATASET", "--without", "laser_rol"], "Did you mean 'laser_roll'"),
+        (["diagnose", "DATASET", "--without", "joint_offset:nowhere"], "Did you mean 'joint_offset'"),
+        (["simulate", "--robot", "scorbot_er7", "--effect", "joint_offset:nowhere=0.01"], "There are: joint_1"),
+        (["record", str(CELL), "--plan", "9", "--separate", "backlash:nowhere"], "There are: joint_1"),
     ],
 )
-def test_an_unknown_name_gets_the_near_ones_and_only_one_that_depends_on_the_robot_is_no_wrong_usage(
-    dataset: Path, tmp_path: Path, more: list[str], code: int, expected: str, capsys: pytest.CaptureFixture[str]
+def test_an_unknown_effect_location_or_algorithm_is_wrong_usage_and_gets_the_near_ones(
+    dataset: Path, tmp_path: Path, words: list[str], expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out"), *more]) == code
+    words = [str(dataset) if word == "DATASET" else word for word in words]
+    assert main([*words, "--output", str(tmp_path / "out")]) == 2
     assert expected in capsys.readouterr().err
 
 
@@ -285,7 +291,7 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["calibrate", str(dataset), "--generations", "9", "--output", str(tmp_path / "out")]) == 0
-    assert "--generations changes nothing" in capsys.readouterr().err
+    assert "--generations has no effect" in capsys.readouterr().err
 
 
 def test_importing_the_package_loads_no_physics() -> None:

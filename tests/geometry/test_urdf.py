@@ -90,11 +90,11 @@ WRONG = {
         "'upper' is the child of two",
     ),
     "two roots": (edited('<link name="base"/>', '<link name="base"/><link name="b"/>'), RobotError, "2 links .*'b'"),
-    "circle": (edited('<parent link="base"/>', '<parent link="tool0"/>'), RobotError, "circle"),
+    "circle": (edited('<parent link="base"/>', '<parent link="tool0"/>'), RobotError, "form a loop"),
     "all in a circle": (
         edited('<parent link="base"/>', '<parent link="tool0"/>').replace('<link name="base"/>', ""),
         RobotError,
-        "circle",
+        "form a loop",
     ),
     "unknown joint type": (edited('"revolute"', '"hinge"'), RobotError, "'shoulder' is of type 'hinge'"),
     "no joint type": (edited(' type="revolute"', ""), RobotError, "'shoulder' has no type"),

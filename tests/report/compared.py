@@ -57,7 +57,7 @@ def made(
         for name in names:
             _, speed, luck, seconds = SPEEDS[name]
             if name == refusing and problem.family == "test function":
-                refused[problem.name, name] = "the cost is no sum of squares, and it needs residuals"
+                refused[problem.name, name] = "the cost is not a sum of squares, and it needs residuals"
                 continue
             for seed in range(1, seeds + 1):
                 if name == unfinished and seed > 9:

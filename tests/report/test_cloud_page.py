@@ -22,7 +22,7 @@ from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 
-from scanned import calibrated, dataset, middles, recorded, written
+from scanned import calibrated, dataset, line_centres, recorded, written
 
 from robolaser.report.cloud import page, print_cloud
 from robolaser.report.cloud.figures import figures, heading
@@ -36,7 +36,7 @@ def scan(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     data = replace(dataset(poses=6), name=HOSTILE.replace("\x07", ""))
     scanner = read_calibration(written(calibrated(data), folder / "calibration"))
-    made = prepare(scanner, recorded(data, folder / "recording", middles(data, per_pose=50)))
+    made = prepare(scanner, recorded(data, folder / "recording", line_centres(data, per_pose=50)))
     for _ in made.cloud.pieces():
         pass
     return replace(made, warnings=("<b>beware</b>",))

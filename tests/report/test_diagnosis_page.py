@@ -129,7 +129,7 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     )
     assert name == first.effect.name
     assert lines == [
-        f"{first.where} < 0.01°; 0.2 mm at the tool; from 0.03° on told from {rival}",
+        f"{first.where} < 0.01°; 0.2 mm at the tool; above 0.03° distinguishable from {rival}",
         f"{first.where}: cannot be seen in these poses",
     ]
 

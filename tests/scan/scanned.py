@@ -72,7 +72,7 @@ def recorded(data, folder: Path, stripes=None):
     return load(folder)
 
 
-def middles(data, *, per_pose, seed=3, std=0.1):
+def line_centres(data, *, per_pose, seed=3, std=0.1):
     """Middles all over the image, as many in each pose."""
     rng = np.random.default_rng(seed)
     n = len(data.poses) * per_pose

@@ -51,18 +51,18 @@ def test_what_was_calibrated_is_read(folder, data):
     ("path", "value", "said"),
     [
         (("parameters", "theta"), ..., "no parameters.theta"),
-        (("parameters", "theta", "value"), None, "parameters.theta.value is no finite number"),
-        (("parameters", "theta", "value"), True, "no finite number"),
-        (("parameters", "theta", "nominal"), "0.4", "no finite number"),
-        (("parameters",), [], "parameters is no object"),
+        (("parameters", "theta", "value"), None, "parameters.theta.value is not a finite number"),
+        (("parameters", "theta", "value"), True, "not a finite number"),
+        (("parameters", "theta", "nominal"), "0.4", "not a finite number"),
+        (("parameters",), [], "parameters is not an object"),
         (("model", "sensor"), "point", "'point'"),
         (("model", "stripe_axis"), "w", "one of u, v"),
         (("model", "bracket_quat"), [0, 1], "4 numbers"),
-        (("model", "joints"), "joint_1", "list of texts"),
-        (("effects",), {}, "effects is no list"),
+        (("model", "joints"), "joint_1", "list of strings"),
+        (("effects",), {}, "effects is not a list"),
         (("effects", 0, "where"), "elbow", "'elbow'"),
         (("effects", 0, "parameters"), {}, "no effects[0].parameters.lost_motion"),
-        (("dataset",), 3, "dataset is no text"),
+        (("dataset",), 3, "dataset is not a string"),
         (("run", "poses"), ..., "no run.poses"),
         (("run", "poses"), 2.5, "run.poses is 2.5"),
         (("run", "poses"), 0, "run.poses is 0"),
@@ -72,15 +72,15 @@ def test_what_was_calibrated_is_read(folder, data):
         (("model", "bracket_quat"), [0, 0, 0, 2], "length 2"),
         (("model", "image"), [640.5, 480], "model.image is 640.5"),
         (("model", "image"), [640, 0], "model.image is 0"),
-        (("model", "image"), [10**400, 480], "no finite number"),
+        (("model", "image"), [10**400, 480], "not a finite number"),
         (("noise", "joint"), -1e-5, "noise.joint is -1e-05"),
-        (("noise", "joint"), 10**400, "noise.joint is no finite number"),
+        (("noise", "joint"), 10**400, "noise.joint is not a finite number"),
         (("parameters", "s_u", "value"), 0, "parameters.s_u.value is 0, not above 0"),
         (("parameters", "f", "value"), -0.008, "parameters.f.value is -0.008"),
-        (("parameters", "b", "value"), -(10**400), "no finite number"),
+        (("parameters", "b", "value"), -(10**400), "not a finite number"),
         (("rms_m",), -1, "rms_m is -1"),
-        (("dataset",), "\ud800", "dataset is no text"),
-        (("model", "joints"), ["\ud800"], "list of texts"),
+        (("dataset",), "\ud800", "dataset is not a string"),
+        (("model", "joints"), ["\ud800"], "list of strings"),
     ],
 )
 def test_what_is_wrong_is_named(folder, path, value, said):
@@ -124,7 +124,7 @@ def test_where_there_are_no_joints_nothing_sits_in_one(data, tmp_path):
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"format": ' * 50_000, "9" * 5000])
 def test_a_file_that_goes_too_deep_is_no_json(text, folder):
     (folder / "calibration.json").write_text(text)
-    with pytest.raises(DataError, match="no JSON"):
+    with pytest.raises(DataError, match="not JSON"):
         read_calibration(folder)
 
 
@@ -151,7 +151,7 @@ def test_a_file_that_is_not_there_or_no_json_is_told(folder):
     with pytest.raises(DataError, match=r"robot\.urdf"):
         read_calibration(folder)
     (folder / "calibration.json").write_text("{")
-    with pytest.raises(DataError, match="no JSON"):
+    with pytest.raises(DataError, match="not JSON"):
         read_calibration(folder)
 
 

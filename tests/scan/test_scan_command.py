@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scanned import calibrated, dataset, middles, recorded, written
+from scanned import calibrated, dataset, line_centres, recorded, written
 
 from robolaser.cli import app, main
 from robolaser.scan.ply import map_ply
@@ -18,7 +18,7 @@ def cell(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scan")
     data = dataset()
     written(calibrated(data), folder / "calibration")
-    recorded(data, folder / "recording", middles(data, per_pose=300))
+    recorded(data, folder / "recording", line_centres(data, per_pose=300))
     return folder
 
 

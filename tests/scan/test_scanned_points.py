@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from scanned import calibrated, dataset, middles, recorded, written
+from scanned import calibrated, dataset, line_centres, recorded, written
 
 from robolaser.errors import DataError, ScanError
 from robolaser.model.effects import candidate_effects
@@ -96,7 +96,7 @@ def test_the_calibrated_data_set_is_scanned_to_where_its_model_sees_it(data, eff
 def test_compiled_and_plain_ways_agree(data, effects, tmp_path):
     names, numbers = effects
     scan = scan_of(
-        calibrated(data, names, numbers), recorded(data, tmp_path / "data", middles(data, per_pose=200)), tmp_path
+        calibrated(data, names, numbers), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path
     )
     stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
     compiled, plain = (
@@ -128,7 +128,7 @@ class Smudge(Effect):
 
 
 def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tmp_path):
-    scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", middles(data, per_pose=200)), tmp_path)
+    scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path)
     straight = places(scan)
     cloud = replace(scan.cloud, scanner=replace(scan.cloud.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
     smudged = np.concatenate([places_of(piece) for piece in cloud.pieces()])
@@ -141,7 +141,7 @@ def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tm
 
 def test_std_is_how_far_noise_moves_a_point(data, tmp_path):
     rng = np.random.default_rng(5)
-    stripes = middles(data, per_pose=1, std=0.2).repeat(2000)
+    stripes = line_centres(data, per_pose=1, std=0.2).repeat(2000)
     shaken = stripes.copy()
     shaken["v"] += rng.normal(scale=0.2, size=len(stripes))
     joints = rng.normal(scale=1e-4, size=(len(data.poses), len(data.robot.joints)))
@@ -222,7 +222,7 @@ def test_without_a_known_path_play_is_left_out_with_a_word(data, tmp_path):
 
 def test_the_bias_of_tilted_surfaces_is_left_out_where_nobody_knows_the_tilt(data, tmp_path):
     calibration = calibrated(data, ["stripe_bias"], {"stripe_bias.laser.slope": 0.4})
-    recording = recorded(data, tmp_path / "r", middles(data, per_pose=20))
+    recording = recorded(data, tmp_path / "r", line_centres(data, per_pose=20))
     (said,) = scan_of(calibration, recording, tmp_path).warnings
     assert "stripe_bias at laser is left out" in said
     assert "30°" in said
@@ -253,21 +253,21 @@ def test_a_recording_of_another_scanner_is_refused(data, change, said, tmp_path)
 
 
 def test_a_recording_with_nothing_in_it_is_refused(data, tmp_path):
-    recording = recorded(data, tmp_path / "r", middles(data, per_pose=2))
+    recording = recorded(data, tmp_path / "r", line_centres(data, per_pose=2))
     (tmp_path / "r" / "stripes.npy").unlink()
     with pytest.raises(ScanError, match=r"stripes\.npy nor points\.csv"):
         scan_of(calibrated(data), recording, tmp_path)
 
 
 def test_stripes_of_poses_that_are_not_there_are_refused(data, tmp_path):
-    stripes = middles(data, per_pose=2)
+    stripes = line_centres(data, per_pose=2)
     stripes["pose"][-1] = 99
     with pytest.raises(DataError, match="row 99"):
         scan_of(calibrated(data), recorded(data, tmp_path / "r", stripes), tmp_path)
 
 
 def test_rays_that_never_meet_the_sheet_give_no_cloud(data, tmp_path):
-    stripes = middles(data, per_pose=5)
+    stripes = line_centres(data, per_pose=5)
     stripes["v"] = 239.5 - 3000.0 * np.sign(data.parameters["b"].nominal)
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "blind", stripes), tmp_path)
     with pytest.raises(ScanError, match="100 line centres"):
@@ -276,7 +276,7 @@ def test_rays_that_never_meet_the_sheet_give_no_cloud(data, tmp_path):
 
 def test_a_scan_holds_a_small_part_of_its_points_at_once(data, tmp_path, monkeypatch):
     monkeypatch.setattr(sources, "AT_ONCE", 1 << 11)
-    scan = scan_of(calibrated(data), recorded(data, tmp_path / "large", middles(data, per_pose=60_000)), tmp_path)
+    scan = scan_of(calibrated(data), recorded(data, tmp_path / "large", line_centres(data, per_pose=60_000)), tmp_path)
     subsample = Subsample(1000)
     tracemalloc.start()
     count = sum(len(piece) for piece in subsample.watch(scan.cloud.pieces()))

@@ -62,7 +62,7 @@ def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Eff
 def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) -> None:
     wave = {"transmission_error:joint_2": 3e-4, "transmission_error:joint_2.cycles": 160.0}
     assert small(robot, effects=wave).truth["transmission_error.joint_2.cycles"] == 160.0
-    with pytest.raises(EffectError, match="cycles is 400, but it lies between 10 and 330"):
+    with pytest.raises(UsageError, match="cycles is 400, but its bounds are 10 and 330"):
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 
@@ -250,9 +250,9 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),
         ({"level": 9.0}, RobotError, "z = 9 m"),
-        ({"effects": {"joint_offset:joint_2": 0.5}}, EffectError, "Are these degrees"),
-        ({"effects": {"joint_offset:joint_9": 0.01}}, EffectError, "joint_9"),
-        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, EffectError, "gain"),
+        ({"effects": {"joint_offset:joint_2": 0.5}}, UsageError, "Are these degrees"),
+        ({"effects": {"joint_offset:joint_9": 0.01}}, UsageError, "joint_9"),
+        ({"effects": {"joint_offset:joint_2.gain": 0.01}}, UsageError, "gain"),
         ({"effects": {"laser_rol": 0.01}}, RobolaserError, "laser_roll"),
         ({"effects": {"laser_roll": 0.5, "joint_offset": -0.1}, "poses": 20, "points": 8},
          EffectError, "20 poses .* only 1[0-9] still .* smaller effects"),

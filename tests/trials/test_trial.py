@@ -1,15 +1,19 @@
 """A trial from end to end, as typed."""
 
+import hashlib
 import json
+import shutil
+import stat
 import sys
 
 import numpy as np
 import pytest
+from cryptography.fernet import Fernet
 
 from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.errors import TrialError
-from robolaser.trials.sealed_truth import unseal
+from robolaser.trials.sealed_truth import TRUTH, key_beside, unseal
 from robolaser.trials.trial import DIAGNOSIS
 
 KINDS = "none,outliers"
@@ -26,16 +30,14 @@ def made(tmp_path_factory):
 @pytest.fixture
 def trial(made, tmp_path):
     """A copy, with the diagnoses of somebody who is always right."""
-    for path in made.rglob("*"):
-        if path.is_file():
-            copy = tmp_path / path.relative_to(made)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_bytes(path.read_bytes())
-    for name, truth in unseal(tmp_path).items():
-        file = tmp_path / name / DIAGNOSIS
+    folder = tmp_path / "trial"
+    shutil.copytree(made, folder)
+    shutil.copy(key_beside(made), key_beside(folder))
+    for name, truth in unseal(folder, key_beside(folder)).items():
+        file = folder / name / DIAGNOSIS
         file.parent.mkdir()
         file.write_text(json.dumps(perfect(truth)))
-    return tmp_path
+    return folder
 
 
 def perfect(truth):
@@ -75,10 +77,54 @@ def test_one_letter_changed_breaks_the_seal(trial):
     text = seal.read_text()
     seal.write_text(text[:-2] + ("0" if text[-2] != "0" else "1") + "\n")
     with pytest.raises(TrialError, match=r"world-001.seal\.txt does not match"):
-        unseal(trial)
+        unseal(trial, key_beside(trial))
     seal.unlink()
     with pytest.raises(TrialError, match="is not there"):
-        unseal(trial)
+        unseal(trial, key_beside(trial))
+
+
+def test_the_truth_is_read_with_the_key_alone_and_the_key_is_its_makers_alone(trial, tmp_path, capsys):
+    key = key_beside(trial)
+    assert stat.S_IMODE(key.stat().st_mode) == 0o600
+    assert trial not in key.parents
+    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "none")]) == 1
+    assert "--key FILE" in capsys.readouterr().err
+    (tmp_path / "other").write_bytes(Fernet.generate_key())
+    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "other")]) == 1
+    assert "does not open" in capsys.readouterr().err
+    key.rename(tmp_path / "kept")
+    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "kept")]) == 0
+
+
+@pytest.mark.parametrize("file", ["points.csv", "poses.csv", "dataset.toml"])
+def test_other_data_than_were_made_are_not_scored(trial, file, capsys):
+    path = trial / "world-002" / file
+    path.write_text(path.read_text() + "\n")
+    assert main(["challenge", "score", str(trial)]) == 1
+    assert "world-002 holds other data" in capsys.readouterr().err
+
+
+def test_a_score_says_of_which_data_and_diagnoses_it_is(trial):
+    assert main(["challenge", "score", str(trial)]) == 0
+    said = json.loads((trial / "score.json").read_text())["sha256"]
+    diagnosis = trial / "world-003" / DIAGNOSIS
+    assert said["world-003"]["diagnosis"] == hashlib.sha256(diagnosis.read_bytes()).hexdigest()
+    assert said["world-003"]["data"] != said["world-002"]["data"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[" * 100_000,
+        '{"format": "robolaser-diagnosis/1", "verdict": 3, "gap_mm": [], "where": 1, "effects": {"a": 1}}',
+        '{"format": "robolaser-diagnosis/1", "verdict": "no_gap", "gap_mm": {}, "where": [], "effects": [1]}',
+    ],
+)
+def test_what_is_no_diagnosis_is_said_in_a_sentence(trial, text, capsys):
+    (trial / "world-000" / DIAGNOSIS).write_text(text)
+    assert main(["challenge", "score", str(trial)]) == 1
+    assert "is not a diagnosis in the format" in capsys.readouterr().err
 
 
 def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
@@ -90,7 +136,7 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
     again = tmp_path / "again"
     main(["challenge", "new", str(again), *NEW])
     for path in made.rglob("*"):
-        if path.is_file():
+        if path.is_file() and path.name != TRUTH:
             assert (again / path.relative_to(made)).read_bytes() == path.read_bytes()
 
 
@@ -110,7 +156,7 @@ def test_neither_names_nor_sealed_files_speak(made):
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
-        (("score", "{new}"), 1, "no blind trial"),
+        (("score", "{new}"), 1, "not a blind trial"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(typed, code, message, trial, tmp_path, capsys):
@@ -123,7 +169,7 @@ def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, caps
     floating = tmp_path / "floating"
     assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
     assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
-    assert "the place of its target is unknown" in capsys.readouterr().err
+    assert "where its target lies is unknown" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,8 @@ from robolaser.trials.detectability import Detectability
 from robolaser.trials.reading import exact, read
 from robolaser.trials.sizing import detectability_of
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
-from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion
+from robolaser.trials.synthetic.fault_models.joint_coupling import LedAlong
+from robolaser.trials.synthetic.fault_models.joints import LostMotion
 from robolaser.trials.synthetic.fault_models.measuring_system import WrongRefractiveIndex
 from robolaser.trials.synthetic.fault_models.unmodelled_joints import HystereticWindup, UncountedTurn
 from robolaser.trials.synthetic.light import Light

@@ -126,14 +126,14 @@ def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, floa
 def session(**changes: object) -> list[Scene]:
     """Five views of one board, enough to know the lens from."""
     tilts = [(0, 18, 0), (15, 4, 4), (-14, 8, -6), (6, -16, 3), (-8, 14, 9)]
-    middles = [
+    line_centres = [
         (-0.012, 0, 0.16),
         (-0.014, 0.004, 0.165),
         (-0.016, -0.003, 0.17),
         (-0.02, 0.0, 0.165),
         (-0.013, 0, 0.175),
     ]
-    return [scene(tilt, middle, **changes) for tilt, middle in zip(tilts, middles, strict=True)]
+    return [scene(tilt, middle, **changes) for tilt, middle in zip(tilts, line_centres, strict=True)]
 
 
 def written(

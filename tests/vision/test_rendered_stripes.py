@@ -47,7 +47,7 @@ def pictured(scene, *, lit=True, power=260.0, tilt=(0.0, 0.0, 0.0), seed=1, **li
 
 
 def judged(photo, **how):
-    """Errors of the true middles [px] with what they say of themselves, how many are false, and how many there are."""
+    """Errors of true centres [px] with what they say of themselves, how many are false, and how many there are."""
     stripes = trace(photo.image, "u", **how)
     there = photo.truth.stripe.at
     off = stripes["v"][:, None] - there[np.rint(stripes["u"]).astype(int)]

@@ -56,9 +56,7 @@ class DaskCluster(Engine):
         try:
             from distributed import Client  # noqa: PLC0415 - an extra, and slow to import
         except ImportError:
-            raise DependencyMissing(
-                "Dask's `distributed` is not installed here; `pip install 'robolaser[dask]'` brings it."
-            ) from None
+            raise DependencyMissing("Dask's `distributed` is not installed: pip install 'robolaser[dask]'.") from None
         self.label = address
         self._program = ClientProcess.here()
         self._versions = _compared(address)
@@ -151,11 +149,13 @@ def _compared(address: str) -> Versions:
     try:
         others = _in_thread(lambda: asyncio.run(_fetch_versions(address))).result(2 * ANSWER_S)
     except TimeoutError:
-        raise _unreachable(address, "it is no scheduler, or not of our version: it does not answer") from None
+        raise _unreachable(
+            address, "it is not a Dask scheduler, or one of another version: it does not answer"
+        ) from None
     except (OSError, ValueError) as error:
         raise _unreachable(address, str(error.__cause__ or error).split(">: ")[-1]) from error
     except Exception as error:  # whatever the answer of another program breaks
-        why = f"it is no scheduler, or not of our version ({type(error).__name__}: {error})"
+        why = f"it is not a Dask scheduler, or one of another version ({type(error).__name__}: {error})"
         raise _unreachable(address, why) from error
     ours = _versions(get_versions(packages=PACKAGES))
     different = {who: theirs for who, theirs in others.items() if theirs != ours}
@@ -230,13 +230,13 @@ def _in_thread(do: Callable[[], T]) -> Future[T]:
 
 def _unreachable(address: str, reason: str) -> BenchmarkError:
     return BenchmarkError(
-        f"No Dask scheduler could be reached at '{address}': {reason.rstrip('.')}. Expected is the address that"
+        f"No Dask scheduler could be reached at '{address}': {reason.rstrip('.')}. Expected the address that"
         " `dask scheduler` prints, such as tcp://host:8786, from a machine that may reach it."
     )
 
 
 def _lost(address: str) -> EngineLost:
-    return EngineLost(f"The Dask scheduler at {address} does not answer any more.")
+    return EngineLost(f"The Dask scheduler at {address} no longer answers.")
 
 
 def _different(address: str, ours: Versions, theirs: Mapping[str, Versions]) -> BenchmarkError:
@@ -252,6 +252,6 @@ def _different(address: str, ours: Versions, theirs: Mapping[str, Versions]) -> 
         for difference, who in owners.items()
     ]
     return BenchmarkError(
-        f"The Dask cluster at {address} has other versions than we, and the same runs would not give the same results:"
-        f" {'; '.join(found)}. Install the same everywhere."
+        f"The Dask cluster at {address} has other versions than this machine, so its results would differ:"
+        f" {'; '.join(found)}. Install the same versions everywhere."
     )

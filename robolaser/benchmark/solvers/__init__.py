@@ -43,7 +43,7 @@ def find(text: str) -> Solver:
     spec = AlgorithmSpec.of(text)
     if spec.attribute is not None:
         if spec.name in solver_titles():
-            raise malformed(text, f"'{spec.attribute}' is no setting")
+            raise malformed(text, f"'{spec.attribute}' is not a setting")
         return user_solver(spec)
     if spec.name in algorithms():
         algorithm = algorithms()[spec.name]

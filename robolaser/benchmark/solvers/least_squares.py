@@ -38,7 +38,7 @@ class ScipyLeastSquares(Solver):
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
         """It does not apply to costs that are not a sum of squares."""
-        return None if problem.residuals is not None else "it needs residuals, and the cost is no sum of squares"
+        return None if problem.residuals is not None else "it needs residuals, and the cost is not a sum of squares"
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run."""

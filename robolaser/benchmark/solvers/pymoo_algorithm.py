@@ -58,7 +58,7 @@ class PymooAlgorithm(Solver):
 
 def idle_error(iterations: int) -> AlgorithmError:
     """A search that evaluates nothing would never use up its budget."""
-    return AlgorithmError(f"It went through {iterations} iterations without evaluating a candidate.")
+    return AlgorithmError(f"It made {iterations} iterations without evaluating a candidate.")
 
 
 @final

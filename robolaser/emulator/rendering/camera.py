@@ -40,12 +40,12 @@ class CameraModel:
     @property
     def mount(self) -> Array:
         """T_flange_camera, (4, 4)."""
-        return self._built.mount
+        return self._optics.mount
 
     @cached_property
     def lens(self) -> Array:
         """OpenCV's k1 k2 p1 p2 k3, (5,)."""
-        lens: Array = self._built.lens + np.array(self.lens_error)
+        lens: Array = self._optics.lens + np.array(self.lens_error)
         return lens
 
     @property
@@ -61,7 +61,7 @@ class CameraModel:
 
     def pixels(self, point: Array) -> Array:
         """Where points of the camera frame show, (n, 3) [m] -> (n, 2) [px]."""
-        return self._built.pixels(point, self.lens)
+        return self._optics.pixels(point, self.lens)
 
     def rays(self, pixel: Array) -> Array:
         """Which way pixels look, (..., 2) [px] -> unit vectors of the camera frame, (..., 3)."""
@@ -83,7 +83,7 @@ class CameraModel:
         return np.gradient(self.all_rays, axis=1), np.gradient(self.all_rays, axis=0)
 
     @cached_property
-    def _built(self) -> ScannerOptics:
+    def _optics(self) -> ScannerOptics:
         return ScannerOptics(self.truth, self.bracket_quat, self.angles, self.stripe_axis)
 
 

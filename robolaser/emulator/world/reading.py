@@ -137,7 +137,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     if robot is None or size is None:
         raise DataError(
             f"{path.name} describes a world for a camera on an arm, but dataset.toml has no [robot], or its sensor is"
-            " no stripe scanner with an [image]. Emulate this cell without --world.",
+            " not a stripe scanner with an [image]. Emulate this cell without --world.",
             file=path,
         )
     truth = _truth(path.name, read.truth, description)

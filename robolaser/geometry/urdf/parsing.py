@@ -240,14 +240,14 @@ def _root(links: Mapping[str, Link], above: Mapping[str, Joint], source: str) ->
         raise _no_tree(source, "there is no link")
     if len(roots) > 1:
         named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
-        raise _no_tree(source, f"{len(roots)} links hang on no joint: {named}")
+        raise _no_tree(source, f"{len(roots)} links are the child of no joint: {named}")
     grounded = set(roots)
     for link in links:
         trail: dict[str, None] = {}
         here = link
         while here not in grounded:
             if here in trail:
-                raise _no_tree(source, f"the joints above link '{here}' run in a circle")
+                raise _no_tree(source, f"the joints above link '{here}' form a loop")
             trail[here] = None
             here = above[here].parent
         grounded.update(trail)

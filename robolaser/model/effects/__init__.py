@@ -45,8 +45,8 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
     """Read `EFFECT[:WHERE]`; without WHERE it is meant at every location that the data set has for it.
 
     Raises:
-        UsageError: There is no such effect, it is a finding and no part of a model, or a size is stated.
-        EffectError: The data cannot test it, or it cannot be at that location.
+        UsageError: There is no such effect, it cannot be at that location or in a model, or a size is stated.
+        EffectError: It does not apply to the data.
         PluginError: What an installed package announces cannot be used.
     """
     by_name = {effect.name: effect for effect in _library()}
@@ -54,17 +54,19 @@ def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[Candidat
     for text in wanted:
         name, _, where = text.partition(":")
         if name == outliers.NAME:
-            raise UsageError(f"{name} cannot be added to a model: they are found, left out and listed by a diagnosis.")
+            raise UsageError(
+                f"{name} cannot be added to a model: a diagnosis finds them, leaves them out and lists them."
+            )
         if "=" in text:
             raise UsageError(
-                f"'{text}' states a size, but an effect is only named here: write {text.partition('=')[0]}."
+                f"'{text}' states a size, but only a name is expected here: write {text.partition('=')[0]}."
             )
         if name not in by_name:
             raise unknown_effect(name, by_name)
         effect = by_name[name]
         locations = effect.locations(dataset)
         if not locations:
-            raise EffectError(f"{name} has no meaning for these data: {effect.missing(dataset)}.")
+            raise EffectError(f"{name} does not apply to these data: {effect.missing(dataset)}.")
         if where and where not in locations:
             raise unknown_location(name, where, locations)
         chosen += [CandidateEffect(effect, location) for location in ([where] if where else locations)]
@@ -76,6 +78,6 @@ def unknown_effect(name: str, known: Iterable[str]) -> UsageError:
     return UsageError(f"No effect '{name}'.{near(name, known)}")
 
 
-def unknown_location(name: str, where: str, known: Iterable[str]) -> EffectError:
+def unknown_location(name: str, where: str, known: Iterable[str]) -> UsageError:
     """The effect exists, but not at that location."""
-    return EffectError(f"{name} cannot be at '{where}'.{near(where, known)}")
+    return UsageError(f"{name} cannot be at '{where}'.{near(where, known)}")

@@ -68,7 +68,7 @@ class TargetWarp(Effect):
         xi, eta = np.moveaxis((points - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         lift = bow + self.z[:, None] + self.x[:, None] * xi + self.y[:, None] * eta
-        along, across = (_cosines(np.pi * (place / FIELD + 1.0) / 2.0) for place in (xi, eta))
+        along, across = (_cosines(np.pi * (coordinate / FIELD + 1.0) / 2.0) for coordinate in (xi, eta))
         for name, *_ in self.amplitudes():
             if name.startswith("wave_"):
                 i, j = map(int, name.split("_")[1:])

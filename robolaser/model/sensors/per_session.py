@@ -1,7 +1,7 @@
 """A sensor in several sessions: where things were put is each session's own, the sensor itself is shared."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar, cast, final
 
 import numpy as np
@@ -14,27 +14,13 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.session_parts import SessionPart, session_parts
 from robolaser.model.stages import Perturbation
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 T = TypeVar("T")
 A = TypeVar("A", bound=np.ndarray[Any, Any])
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Session:
-    """One session: the rows that it has, and the sensor as it sees them, with all poses."""
-
-    name: str
-    rows: Ints
-    sensor: Sensor
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """By the names that they have without sessions."""
-        return self.sensor.free + self.sensor.derived
 
 
 @final
@@ -57,7 +43,7 @@ class PerSession(Sensor):
             has_laser_plane=kind.has_laser_plane,
         )
         self._sessions = sessions
-        self._every = tuple(_sessions_of(dataset, kind, sessions))
+        self._every = tuple(session_parts(dataset, kind, sessions))
         self.dataset = replace(dataset, parameters=dict(self._given()))
 
     def _given(self) -> Iterator[tuple[str, Parameter]]:
@@ -91,20 +77,29 @@ class PerSession(Sensor):
         """The kind's; what sessions share is found in the one with the most rows."""
         return self._names(lambda sensor: sensor.conditionally_linear)
 
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """The kind's, in each session."""
+        found: dict[str, float] = {}
+        for one in self._every:
+            named = {name: self._sessions.named(name, one.name) for name in one.parameters}
+            own = one.sensor.spans({name: values[whole] for name, whole in named.items() if whole in values})
+            found |= {named[name]: span for name, span in own.items() if name in named}
+        return found
+
     def _names(self, of: Callable[[Sensor], Sequence[str]]) -> tuple[str, ...]:
         named = (self._sessions.named(name, one.name) for one in self._every for name in of(one.sensor))
         return tuple(dict.fromkeys(named))
 
-    def _values(self, one: _Session, values: Values) -> dict[str, Array]:
+    def _values(self, one: SessionPart, values: Values) -> dict[str, Array]:
         """A session's values by the names that they have without sessions."""
         named = {name: self._sessions.named(name, one.name) for name in one.parameters}
         return {name: values[own] for name, own in named.items() if own in values}
 
-    def _of_whole(self, one: _Session, values: Values) -> dict[str, Array]:
+    def _of_whole(self, one: SessionPart, values: Values) -> dict[str, Array]:
         return {self._sessions.named(name, one.name): value for name, value in values.items()}
 
     @property
-    def _largest_first(self) -> list[_Session]:
+    def _largest_first(self) -> list[SessionPart]:
         return sorted(self._every, key=lambda one: -len(one.rows))
 
     def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
@@ -119,7 +114,7 @@ class PerSession(Sensor):
                 if not any(replace(self._sessions, own=(pattern,)).is_own(name) for name in known):
                     groups = {name.partition(".")[0] + ".*" if "." in name else name for name in known}
                     raise DataError(
-                        f"dataset.toml, [sessions] own: '{pattern}' fits no parameter of this sensor, which has"
+                        f"dataset.toml, [sessions] own: '{pattern}' matches no parameter of this sensor, which has"
                         f" {', '.join(sorted(groups))}.",
                         file="dataset.toml",
                         column="[sessions] own",
@@ -135,7 +130,8 @@ class PerSession(Sensor):
         """From each session's rows; what sessions share, from the one with the most rows."""
         found: dict[str, Array] = {}
         for one in self._largest_first:
-            own = one.sensor.initialize(self._values(one, values), T_base_flange, self._perturbed(one, perturb))
+            known = self._values(one, {**values, **found})
+            own = one.sensor.initialize(known, T_base_flange, self._perturbed(one, perturb))
             found = {**self._of_whole(one, own), **found}
         return found
 
@@ -251,9 +247,16 @@ class PerSession(Sensor):
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Those of all sessions; with the session's name where one differs from the first's of that name."""
+        return self._frames(lambda sensor, own: sensor.flange_frames(own, perturb), values)
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Likewise."""
+        return self._frames(lambda sensor, own: sensor.base_frames(own, perturb), values)
+
+    def _frames(self, of: Callable[[Sensor, Values], dict[str, Array]], values: Values) -> dict[str, Array]:
         frames: dict[str, Array] = {}
         for one in self._every:
-            for name, T in one.sensor.flange_frames(self._values(one, values), perturb).items():
+            for name, T in of(one.sensor, self._values(one, values)).items():
                 if not np.array_equal(frames.setdefault(name, T), T):
                     frames[f"{name}_{one.name}"] = T
         return frames
@@ -305,7 +308,7 @@ class PerSession(Sensor):
         """The kind's, in each session."""
         return self._together([one.sensor.located_apart(errors[one.rows]) for one in self._every], axis=0)
 
-    def _perturbed(self, one: _Session, perturb: Perturbation) -> Perturbation:
+    def _perturbed(self, one: SessionPart, perturb: Perturbation) -> Perturbation:
         return perturb.of_rows(one.rows, len(self.dataset.points))
 
     def _each(self, what: Callable[..., T], values: Values, T_base_flange: Array, perturb: Perturbation) -> list[T]:
@@ -328,12 +331,3 @@ class PerSession(Sensor):
         for one, part in zip(self._every, parts, strict=True):
             whole[(slice(None),) * axis + (one.rows,)] = part
         return cast("A", whole)
-
-
-def _sessions_of(dataset: Dataset, kind: type[Sensor], sessions: Sessions) -> Iterator[_Session]:
-    of_row = dataset.session_of_pose[dataset.points.pose]
-    for number, name in enumerate(sessions.names):
-        rows = np.flatnonzero(of_row == number)
-        if len(rows):
-            own = replace(dataset, points=dataset.points.take(rows), sessions=None)
-            yield _Session(name, rows, kind(own))

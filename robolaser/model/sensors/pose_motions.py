@@ -9,11 +9,11 @@ from robolaser.model.error_source import along_each_axis
 
 def rigid_moves(points: Array, of_pose: Ints) -> tuple[Array, Array]:
     """Moves of points (m, 3) [m] by shifts and turns of their pose about the middle of its points, (m, 3, 3) each."""
-    arms = points - middles(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+    arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
     return along_each_axis(len(points), 3), skew(arms)
 
 
-def middles(points: Array, of_pose: Ints, poses: int) -> Array:
+def pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:
     """The mean of each pose's points (m, 3), (poses, 3)."""
     sums = np.stack([np.bincount(of_pose, points[:, axis], minlength=poses) for axis in range(3)], axis=-1)
     mean: Array = sums / np.bincount(of_pose, minlength=poses).clip(min=1)[:, None]

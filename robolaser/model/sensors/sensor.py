@@ -17,7 +17,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import middles, twisted
+from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
@@ -213,7 +213,7 @@ class Sensor(ABC):
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)
         flange: Array = T_base_flange[0, :, :3, 3]
-        return flange if known is None else middles(known[0], self.dataset.points.pose, len(flange))
+        return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
 
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
@@ -241,6 +241,10 @@ class Sensor(ABC):
         """
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """T_base_frame of what stands in the cell and belongs into a URDF, by name, one candidate."""
+        return {}
 
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""

@@ -12,7 +12,7 @@ from robolaser.data.several_sensors import with_points_of
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
-from robolaser.model.sensors.pose_motions import middles
+from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.shared_names import shared_names
 from robolaser.model.stages import Perturbation, Stage
@@ -252,7 +252,7 @@ class Several(Sensor):
                 points.append(known[0])
                 of_pose.append(part.sensor.dataset.points.pose)
         number = np.concatenate(of_pose)
-        middle = middles(np.concatenate(points), number, len(pivot))
+        middle = pose_centroids(np.concatenate(points), number, len(pivot))
         seen = np.bincount(number, minlength=len(pivot)) > 0
         pivot[seen] = middle[seen]
         return pivot
@@ -273,9 +273,18 @@ class Several(Sensor):
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Those of all sensors; with the sensor's name where one differs from an earlier one of that name."""
+        return self._frames(lambda sensor, *at: sensor.flange_frames(*at), values, perturb)
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Likewise."""
+        return self._frames(lambda sensor, *at: sensor.base_frames(*at), values, perturb)
+
+    def _frames(
+        self, of: Callable[[Sensor, Values, Perturbation], dict[str, Array]], values: Values, perturb: Perturbation
+    ) -> dict[str, Array]:
         frames: dict[str, Array] = {}
         for part in self._parts:
-            own = part.sensor.flange_frames(part.values(values), self._perturbed(part, perturb))
+            own = of(part.sensor, part.values(values), self._perturbed(part, perturb))
             for name, T in own.items():
                 if not np.array_equal(frames.setdefault(name, T), T):
                     frames[f"{part.name}_{name}"] = T

@@ -99,11 +99,11 @@ def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]
         phi = np.arccos(np.clip(R[:, 2, 2], -1.0, 1.0))
         first = [np.arctan2(R[:, 1, 2], R[:, 0, 2]), phi, np.arctan2(R[:, 2, 1], -R[:, 2, 0])]
         second = [first[0] + np.pi, -phi, first[2] + np.pi]
-    middles = [(item.lower + item.upper) / 2.0 for item in bounds]
+    midpoints = [(item.lower + item.upper) / 2.0 for item in bounds]
     sets = [[_unwound(angle, item) for angle, item in zip(some, bounds, strict=True)] for some in (first, second)]
     beyond = [
-        sum(np.maximum(np.abs(angle - middle) - (item.upper - item.lower) / 2.0, 0.0)
-            for angle, middle, item in zip(some, middles, bounds, strict=True))
+        sum(np.maximum(np.abs(angle - midpoint) - (item.upper - item.lower) / 2.0, 0.0)
+            for angle, midpoint, item in zip(some, midpoints, bounds, strict=True))
         for some in sets
     ]  # fmt: skip
     return [np.where(beyond[0] <= beyond[1], one, other) for one, other in zip(*sets, strict=True)]

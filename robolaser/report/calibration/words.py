@@ -93,4 +93,8 @@ def method(analysis: ErrorAnalysis) -> str:
 def noise_rows(analysis: ErrorAnalysis) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: what it disturbs, its size, and where the size comes from."""
     for name, what, size in noise_lines(analysis.calibration.noise, analysis.sources):
-        yield what, size, analysis.known_noise.get(name, "estimated from the residuals")
+        yield (
+            what,
+            size,
+            analysis.known_noise.get(name, "estimated from the residuals, including what is unmodelled"),
+        )

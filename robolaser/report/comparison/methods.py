@@ -17,8 +17,8 @@ PACKAGES = ("numpy", "scipy", "pymoo", "cma")
 FOUND_BY = {"theory": "theory", "": "not found yet"}
 
 READING = (
-    ("Target", "A cost slightly above the lowest known. Nobody knows the true lowest cost of real data: it is the"
-     " lowest that our own search beforehand or any run found."),
+    ("Target", "A cost slightly above the lowest known. The lowest is not known for certain: it is what robolaser's"
+     " own search beforehand or any run has found."),
     ("Success", "Share of the runs that reached the target within the budget; a failed run did not, unless it got there"
      " before it failed. Its interval covers the true share 95 times in a hundred (Wilson)."),
     ("ERT", "Expected running time: what all runs spent until they reached the target or ended, over the number of runs"

@@ -149,7 +149,7 @@ def _family(context: PlotContext, number: int) -> FamilyPart:
         names,
         matrix,
         standings.scope,
-        "RMS above the best known, in the end" if context.calibrates else "Cost above the lowest, in the end",
+        "RMS above the best known, at the end" if context.calibrates else "Cost above the lowest, at the end",
     )
 
 

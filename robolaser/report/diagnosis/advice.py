@@ -88,7 +88,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     if len(diagnosis.outliers):
         said.append("Look at the images of the gross errors listed below; they are excluded here.")
     if diagnosis.model.effects:
-        said.append("Until then use the corrected model, `calibration.json`: it contains all effects found.")
+        said.append("The corrected model is `calibration.json`: it contains all effects found.")
     said += _bounds(diagnosis)
     if diagnosis.verdict == "no_gap":
         said.append(

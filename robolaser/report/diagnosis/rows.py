@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import noun
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding
+from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.model.effects.joints import moving_joints
 from robolaser.report.diagnosis.advice import caveats, comparison, doubt
 from robolaser.report.digits import measured, millimetres, percent, plain
@@ -56,7 +56,7 @@ def class_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
     return [
         (
             one.name.replace("_", " "),
-            noun(one.name) + (f", at {one.site}" if one.site else ""),
+            _meaning(one),
             percent(one.probability),
             "" if one.gap_without_m is None else f"{millimetres(one.gap_without_m)} → {millimetres(one.gap_with_m)}",
             ", ".join(f"{member} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
@@ -64,6 +64,13 @@ def class_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
         )
         for one in diagnosis.classes
     ]
+
+
+def _meaning(one: CauseClass) -> str:
+    """What a class is, unless its name says as much."""
+    words = noun(one.name)
+    said = "" if words == f"the {one.name.replace('_', ' ')}" else words
+    return f"{said}, at {one.site}" if one.site else said
 
 
 def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
@@ -173,6 +180,6 @@ def _limit(one: DetectionLimit) -> str:
     if one.at_tool_m is not None:
         said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
-        told = "not told" if one.identifiable is None else f"from {plain(one.identifiable, one.unit, 2)} on told"
-        said.append(f"{told} from {one.rival}")
+        size = "" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
+        said.append(f"above {size} distinguishable from {one.rival}" if size else f"indistinguishable from {one.rival}")
     return "; ".join(said)

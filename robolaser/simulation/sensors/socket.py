@@ -43,7 +43,7 @@ class SimulatedSockets(SimulatedSensor):
         """A pose is one seat: no repeats, and a pose for each socket."""
         super().check_counts(poses=poses, points=points, repeats=repeats)
         if repeats > 1:
-            raise impossible("number of repeats", repeats, "1: a seated ball is not shot at, each seat is a pose")
+            raise impossible("number of repeats", repeats, "1: each seating of the ball is a pose of its own")
         if poses < points:
             raise impossible("number of poses", poses, f"at least one for each of {points} sockets")
 

@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 from robolaser.trials.physics.mujoco_arm import MujocoArm
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.joints import GearWindup
+from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
 from robolaser.trials.synthetic.run import SyntheticRun
 
 CAMERA_AT = (0.06, 0.0, 0.04)  # of the scanner's centre of mass, seen from the flange [m]
@@ -58,34 +58,23 @@ class PhysicalFault(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class GearSpring(PhysicalFault):
-    """A joint's gear is a spring."""
+class SoftDrive(PhysicalFault):
+    """A joint's gear is a spring, or its servo has no integrator: its gain times its error bears the weight."""
 
     effect: ClassVar[str] = "joint_compliance"
-    form: ClassVar[str] = "gear_spring"
+    form: ClassVar[str] = "soft_drive"
     sizes: ClassVar[tuple[float, float]] = (2e-4, 2.5e-3)
+
+    servo: bool
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Whether it is the servo."""
+        return (bool(rng.random() < 0.5),)
 
     def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
         """With the scanner that the URDF lacks."""
-        return MujocoArm(run.arm.robot, gears={self.where: Gear(stiffness)}, load=scanner(run))
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Its compliance."""
-        return {"compliance": 1.0 / self.stiffness(run)}
-
-
-@final
-@dataclass(frozen=True)
-class ServoDroop(PhysicalFault):
-    """A servo without an integrator stops where its gain times its error bears the weight."""
-
-    effect: ClassVar[str] = "joint_compliance"
-    form: ClassVar[str] = "servo_droop"
-    sizes: ClassVar[tuple[float, float]] = (2e-4, 2.5e-3)
-
-    def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
-        """With the scanner that the URDF lacks."""
-        return MujocoArm(run.arm.robot, gears={self.where: Gear(stiffness, servo=True)}, load=scanner(run))
+        return MujocoArm(run.arm.robot, gears={self.where: Gear(stiffness, servo=self.servo)}, load=scanner(run))
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """Its compliance."""

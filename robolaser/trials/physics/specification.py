@@ -26,8 +26,7 @@ def mujoco() -> Any:
         import mujoco as engine  # noqa: PLC0415 - an extra, and slow to import
     except ImportError:
         raise DependencyMissing(
-            "MuJoCo, which moves the arms of the kind 'physics', is not installed here; "
-            "`pip install 'robolaser[trials]'` brings it."
+            "MuJoCo, which moves the arms of the kind 'physics', is not installed: pip install 'robolaser[trials]'."
         ) from None
     return engine
 

@@ -235,7 +235,7 @@ def test_a_table_of_sessions_without_the_column_is_an_error(tmp_path):
 def test_what_is_own_must_be_a_parameter_of_the_sensor():
     dataset = cell().dataset
     wrong = replace(dataset, sessions=Sessions(dataset.sessions.names, ("tol.*",)))
-    with pytest.raises(DataError, match=r"'tol\.\*' fits no parameter of this sensor, which has base\.\*, tool\.\*"):
+    with pytest.raises(DataError, match=r"'tol\.\*' matches no parameter of this sensor, which has base\.\*, tool\.\*"):
         _ = Model(wrong).parameters
 
 

@@ -27,6 +27,8 @@ WIDE = 6.0
 """Ratio of the largest gap to the smallest, from which on the axis is logarithmic."""
 LEAST = 1e-6
 """Gaps below this are drawn as this [mm]."""
+ROOM = 0.15
+"""Share of a logarithmic axis that is left free before the smallest gap, for its number."""
 STEP_PX, AROUND_PX = 34, 70
 
 LEFT = "left on new poses"
@@ -65,7 +67,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     everything = [value for row in rows for value in (row.before, row.after) if value is not None]
     low, high = min(everything), max(everything)
     logarithmic = high > WIDE * low
-    start, end = (low / 1.5, high * 2.2) if logarithmic else (0.0, 1.18 * high)
+    start, end = (low / (high / low) ** ROOM, high * 2.2) if logarithmic else (0.0, 1.18 * high)
     ci = [max(1e3 * length, start) for length in diagnosis.gap.after_ci95_m]
     data = records(
         step=[row.label for row in rows],

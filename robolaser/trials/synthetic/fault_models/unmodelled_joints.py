@@ -7,7 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.joints import GearWindup, play_lag, turned
+from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
+from robolaser.trials.synthetic.fault_models.joints import play_lag, turned
 from robolaser.trials.synthetic.run import SyntheticRun
 
 

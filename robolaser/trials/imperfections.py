@@ -7,7 +7,8 @@ import numpy as np
 from robolaser.trials.building import BlankTrial
 from robolaser.trials.kinds import Kind
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.joints import GearWindup, ShiftedZero
+from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
+from robolaser.trials.synthetic.fault_models.joints import ShiftedZero
 from robolaser.trials.synthetic.fault_models.lens import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.fault_models.links import LinkError
 from robolaser.trials.synthetic.scatter import PoseScatter
@@ -18,7 +19,7 @@ OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a p
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
 
 
-def disturbed(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> BlankTrial:
+def with_imperfections(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> BlankTrial:
     """The same cell with what its kind has beside its faults."""
     run, noise = built.cell.run, built.noise
     if asked.scatters:

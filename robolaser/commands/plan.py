@@ -1,0 +1,96 @@
+"""robolaser plan: what poses could tell, before anything is measured in them."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+
+from robolaser.commands.options import Count, Positive, Seed
+from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.errors import UsageError, near
+
+if TYPE_CHECKING:
+    from robolaser.data.dataset import Dataset
+
+NOISE = Group("Expected noise, one standard deviation", sort_key=0)
+Deviation = Annotated[Positive | None, Parameter(metavar="STD", group=NOISE)]
+
+
+def plan(
+    poses: Path,
+    /,
+    *,
+    robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
+    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
+    mount: Literal["flange", "base"] = "flange",
+    points: Count | None = None,
+    pixel_px: Deviation = None,
+    target_m: Deviation = None,
+    joint_rad: Deviation = None,
+    point_m: Deviation = None,
+    seed: Seed = 1,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Say which effects poses could tell apart, before anything is measured in them.
+
+    For example:
+
+        robolaser plan poses.csv --robot ur5e --sensor camera --pixel-px 0.1 --joint-rad 2e-5
+        robolaser plan recording
+
+    Args:
+        poses: A poses.csv with joint angles, or a data set. Points of a data set are taken as what the poses see.
+        robot: A robot of `robolaser list robots`, or a URDF file, for a poses.csv.
+        flange: Frame of a URDF file that carries the sensor.
+        sensor: What will measure, for a poses.csv, see `robolaser list sensors`.
+        mount: What will carry a camera.
+        points: Number of points in each pose.
+        pixel_px: Of a pixel.
+        target_m: Of a target point.
+        joint_rad: Of a joint angle.
+        point_m: Of a tracker's point.
+        seed: Seed of what is drawn of the sensor.
+    """
+    from dataclasses import replace
+
+    from robolaser.data.loading import load
+    from robolaser.diagnosis.pose_plan import examine_plan
+    from robolaser.report.pose_plan import print_plan
+
+    if poses.is_dir():
+        given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
+        if told := [option for option, value in given.items() if value is not None]:
+            raise UsageError(f"{poses} is a data set, which says that itself: leave out {', '.join(told)}.")
+        dataset = load(poses)
+    else:
+        if robot is None or sensor is None:
+            raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
+        dataset = _of_table(poses, robot, flange, sensor)
+    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    stated = {name: value for name, value in deviations.items() if value is not None}
+    dataset = replace(dataset, noise=replace(dataset.noise, **stated))
+    for warning in dataset.warnings:
+        terminal.warn(warning)
+    found = examine_plan(dataset, points=points, mount=mount, seed=seed)
+    terminal.show(json.dumps(found.to_dict(), indent=1, allow_nan=False), lambda: print_plan(found))
+
+
+def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":
+    """The poses of a poses.csv that stands by itself."""
+    import numpy as np
+
+    from robolaser.data.csv_tables import read_table
+    from robolaser.data.dataset import Dataset, Points
+    from robolaser.data.pose_table import poses_of
+    from robolaser.geometry.robots import find_robot
+    from robolaser.model.sensors import sensors
+
+    if sensor not in sensors():
+        raise UsageError(f"No sensor '{sensor}'.{near(sensor, sensors())}")
+    arm = find_robot(robot, flange=flange)
+    numbers = ["time_s", *(f"{q}_{joint}" for q in ("q", "qd") for joint in arm.joints)]
+    read, odd = poses_of(read_table(file, numbers), file.parent, arm)
+    nothing = Points(np.empty(0, dtype=np.int64), ())
+    return Dataset(file.stem, read, nothing, kind=sensor, robot=arm, warnings=tuple(odd))

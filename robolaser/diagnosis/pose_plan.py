@@ -1,0 +1,174 @@
+"""What poses could tell, before anything is measured in them: which effects apart, and from which size on."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.detection_limits import correlations, detection_limits
+from robolaser.diagnosis.findings import not_testable
+from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.noise_remarks import KEYS
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.result import DetectionLimit
+from robolaser.diagnosis.score_tests import library, typical_tests
+from robolaser.diagnosis.thresholds import MIN_POSES
+from robolaser.errors import DataError, EstimationError
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.sources import error_sources
+from robolaser.simulation.planned import planned
+from robolaser.simulation.setup import Mount
+
+FORMAT = "robolaser-plan/1"
+
+
+@final
+@dataclass(frozen=True)
+class PosePlan:
+    """What planned poses could tell.
+
+    Attributes:
+        dataset: The poses, and what would be seen in them.
+        seeing: How many of them see something.
+        noise: The errors that are reckoned with.
+        silent: Sources of error of which nothing is stated: they are taken to be none.
+        limits: The smallest size of each effect that would be found, and told from its nearest rival.
+        candidates: Effects at their locations, in the order of `alike`.
+        alike: |cosine| of the angle between what each does to the measurements and what the other can do, the sensor's
+            parameters fitted; 1: these poses cannot tell them apart, (e, e).
+        untestable: Why an effect could not be tested, by its name.
+    """
+
+    dataset: Dataset
+    seeing: int
+    noise: NoiseModel
+    silent: tuple[str, ...]
+    limits: tuple[DetectionLimit, ...]
+    candidates: tuple[CandidateEffect, ...]
+    alike: Array
+    untestable: Mapping[str, str]
+
+    def of_effects(self) -> tuple[tuple[str, ...], Array]:
+        """Names of effects, and how much each is like another one at whichever location it is most so, (k, k).
+
+        On the diagonal: at another location. NaN where an effect has no other.
+        """
+        names = tuple(dict.fromkeys(one.effect.name for one in self.candidates))
+        of = np.array([names.index(one.effect.name) for one in self.candidates])
+        others = np.where(np.eye(len(of), dtype=bool), np.nan, self.alike)
+        table = np.full((len(names), len(names)), np.nan)
+        for a in range(len(names)):
+            for b in range(len(names)):
+                part = others[np.ix_(of == a, of == b)]
+                if np.isfinite(part).any():
+                    table[a, b] = np.nanmax(part)
+        return names, table
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `--json` prints: format `robolaser-plan/1`."""
+        return {
+            "format": FORMAT,
+            "dataset": self.dataset.name,
+            "sensor": self.dataset.kind,
+            "poses": len(self.dataset.poses),
+            "poses_with_points": self.seeing,
+            "noise": {name: sigma for name, sigma in self.noise.sigmas.items() if sigma > 0.0},
+            "effects": [
+                {
+                    "effect": limit.candidate_effect.effect.name,
+                    "where": limit.candidate_effect.where,
+                    "parameter": limit.parameter,
+                    "unit": limit.unit,
+                    "detectable": limit.size,
+                    "identifiable": limit.identifiable,
+                    "at_tool_mm": None if limit.at_tool_m is None else 1e3 * limit.at_tool_m,
+                    "nearest": None
+                    if limit.rival is None
+                    else {"effect": limit.rival.effect.name, "where": limit.rival.where},
+                }
+                for limit in self.limits
+            ],
+            "candidates": [[one.effect.name, one.where] for one in self.candidates],
+            "correlation": self.alike.round(4).tolist(),
+            "not_testable": [{"effect": name, "reason": reason} for name, reason in self.untestable.items()],
+        }
+
+
+def examine_plan(
+    dataset: Dataset,
+    effects: Sequence[type[Effect]] | None = None,
+    *,
+    points: int | None = None,
+    mount: Mount = "flange",
+    seed: int = 0,
+) -> PosePlan:
+    """Say what poses could tell, from the Fisher information of what is seen in them.
+
+    Args:
+        dataset: The poses of a robot, the kind of sensor and the expected noise. If it has points, these are what is
+            seen, with the noise that they show; else a sensor of that kind is simulated.
+        effects: The library of effects.
+        points: Simulated ones in each pose.
+        mount: Where a simulated camera sits.
+        seed: Of what is drawn of a simulated sensor.
+
+    Raises:
+        DataError: There are no joint readings, or no noise is stated.
+        EstimationError: Too few poses see anything.
+    """
+    if dataset.robot is None or dataset.poses.q is None:
+        raise DataError("A plan needs an arm and its joint angles: flange poses do not tell what its joints do.")
+    with threadpool_limits(limits=1, user_api="blas"):
+        fit, silent = _measured(dataset, seed) if len(dataset.points) else _simulated(dataset, points, mount, seed)
+        seen, kinds = fit.model.dataset, list(EFFECTS if effects is None else effects)
+        tests = typical_tests(fit, library(kinds, seen))
+        limits = detection_limits(tests, 1.0)
+        return PosePlan(
+            dataset=seen,
+            seeing=len(fit.poses),
+            noise=fit.noise,
+            silent=silent,
+            limits=limits,
+            candidates=tuple(test.candidate_effect for test in tests),
+            alike=correlations(tests),
+            untestable=not_testable(kinds, seen, limits, enough=True),
+        )
+
+
+def _measured(dataset: Dataset, seed: int) -> tuple[Fit, tuple[str, ...]]:
+    """The sensor's parameters fitted to measured points."""
+    _enough(len(np.unique(dataset.points.pose)), dataset)
+    preparation, outliers = Preparation.of(dataset, seed)
+    return preparation.fit(outliers, [])[1], ()
+
+
+def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) -> tuple[Fit, tuple[str, ...]]:
+    """A simulated sensor's true parameters, which its points fit; and errors of which nothing is stated."""
+    run = planned(dataset, points=points, mount=mount, seed=seed)
+    _enough(run.seeing, dataset)
+    model = Model(run.dataset)
+    x = np.array([run.truth.get(item.name, item.nominal) for item in model.parameters.items])
+    sources = error_sources(model, x)
+    sigmas = {source.name: source.stated or 0.0 for source in sources}
+    if not any(sigmas.values()):
+        rows = " or ".join(f"--{key.replace('_', '-')}" for name, key in KEYS.items() if name in sigmas)
+        raise DataError(
+            f"No noise is stated, and without it any effect would show. State what you expect: {rows}, or [noise] in"
+            " dataset.toml."
+        )
+    silent = tuple(source.name for source in sources if source.name == "joint" and source.stated is None)
+    return Fit(problem_of(model, NoiseModel(sources, sigmas), model.parameters), x), silent
+
+
+def _enough(seeing: int, dataset: Dataset) -> None:
+    if seeing < MIN_POSES:
+        raise EstimationError(
+            f"Only {seeing} of {len(dataset.poses)} poses see anything: at least {MIN_POSES} are needed."
+        )

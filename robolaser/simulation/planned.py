@@ -1,0 +1,111 @@
+"""What a sensor would see from poses that are planned: without noise, in a cell like those that are simulated."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Points
+from robolaser.errors import EstimationError
+from robolaser.geometry.rigid_motion import from_angles, inverse, pose
+from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.parameters import Values
+from robolaser.simulation.sensors import simulated_sensor
+from robolaser.simulation.setup import Mount, RandomStreams, SensorSetup
+
+DRAWN = 8
+"""Sensors that are drawn, at most: how one is mounted decides what it sees."""
+TRIED = 4
+"""Planned poses, and poses that see a target, by pairs of which it is placed."""
+MOVED = 1e-6
+"""Change of a joint [rad or m], from which on something else is measured: an arm in a socket stands as that has it."""
+ENOUGH = 0.9
+"""Share of the poses that see the target, from which on no other place is tried."""
+
+
+@final
+@dataclass(frozen=True)
+class Planned:
+    """A planned run as the sensor would see it.
+
+    Attributes:
+        dataset: All poses, and the points of those that see the target.
+        truth: Every parameter of the sensor by name.
+        seeing: How many poses see it.
+    """
+
+    dataset: Dataset
+    truth: Mapping[str, float]
+    seeing: int
+
+
+def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flange", seed: int = 0) -> Planned:
+    """Measure from a data set's poses, which nobody has measured from.
+
+    The sensor is the data set's where it states its parameters, else a usual one of its kind. An unplaced target is put
+    where most poses see it: nobody knows better where it will stand.
+
+    Args:
+        dataset: Poses of a robot, without points.
+        points: In each pose; when absent, as `simulate` has it.
+        mount: Where a camera sits.
+        seed: Of what is drawn of the sensor.
+
+    Raises:
+        EstimationError: No pose sees anything.
+        RobotError: The arm cannot look at any target.
+        UsageError: Sensors of this kind cannot be simulated.
+    """
+    kind = simulated_sensor(dataset.kind)
+    setup = SensorSetup(points or kind.default_points, placed=False, mount=mount)
+    blank = replace(dataset, points=Points(np.empty(0, dtype=np.int64), ()), placed=False)
+    if not dataset.parameters:
+        blank = kind.describe(blank, setup)
+    stated = {name: item.nominal for name, item in dataset.parameters.items()}
+    robot, q = dataset.arm
+    flange = robot.forward(q[None])[0]
+    best, measured, truth = np.zeros(len(q), dtype=bool), blank, {}
+    for number in range(DRAWN):
+        sensor = kind.build(blank, setup, RandomStreams.of(seed + number))
+        there = robot.forward(sensor.candidates[None])[0]
+        for placed in _placements({**sensor.truth, **stated}, flange, there):
+            values: Values = {name: np.array([value]) for name, value in placed.items()}
+            seen, good = sensor.measure(blank, np.arange(len(q)), values, ())
+            good = good & (np.abs(seen.arm[1] - q) < MOVED).all(axis=1)
+            if good.sum() > best.sum():
+                best, measured, truth = good, seen, placed
+            if best.mean() >= ENOUGH:
+                break
+        if best.mean() >= ENOUGH:
+            break
+    if not best.any():
+        raise EstimationError(
+            f"A usual sensor of the kind {dataset.kind} sees nothing from these {len(q)} poses, wherever its target is"
+            " put. Measure once in some of them, and plan from these data."
+        )
+    rows = np.flatnonzero(best[measured.points.pose])
+    return Planned(replace(measured, points=measured.points.take(rows)), truth, int(best.sum()))
+
+
+def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iterator[dict[str, float]]:
+    """The target as it was built; then seen from planned poses as it was from others, as it stands or levelled.
+
+    Args:
+        truth: As built.
+        flange: Planned, T_base_flange, (n, 4, 4).
+        there: Poses that see the target, T_base_flange, (k, 4, 4).
+    """
+    yield dict(truth)
+    if not all(f"target.{part}" in truth for part in SIX):
+        return
+    target = motion({name: np.array([value]) for name, value in truth.items() if name.startswith("target.")}, "target")
+    some = np.unique(np.linspace(0, len(flange) - 1, TRIED).astype(int))
+    for i in some:
+        for T_flange_target in inverse(there[:TRIED]) @ target:
+            T = flange[i] @ T_flange_target
+            heading = np.arctan2(T[1, 0], T[0, 0])
+            level = pose(from_angles(np.zeros(()), np.zeros(()), heading), T[:3, 3])
+            for placed in (T, level):
+                yield {**truth, **{name: float(value[0]) for name, value in six_of(placed[None], "target").items()}}

@@ -1,0 +1,178 @@
+"""Boards drawn flat and seen in perspective: every kind is found, named, and told from what cannot be told apart."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.cli import main
+from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.writing import save
+from robolaser.errors import DataError, ImageError
+from robolaser.geometry.rigid_motion import from_angles, pose
+from robolaser.model.sensors.camera import CameraOptions
+from robolaser.vision.target_corners import points_of_target
+
+SIZE = (960, 720)
+K = np.array([[1100.0, 0.0, 479.5], [0.0, 1100.0, 359.5], [0.0, 0.0, 1.0]])
+PX = 40  # of the flat drawing, to a square
+MARGIN = 1.5  # squares of paper around the pattern's first point
+BOARDS = {
+    "checkerboard": Board(7, 6, 0.03),
+    "charuco": Board(6, 4, 0.03, "charuco", 0.022, "DICT_4X4_50"),
+    "circles": Board(7, 5, 0.03, "circles"),
+    "staggered circles": Board(4, 7, 0.02, "circles"),
+    "square circles": Board(5, 5, 0.03, "circles"),
+}
+
+
+def drawn(name: str) -> tuple[np.ndarray, float]:
+    """The board from straight above, and how far its first point is from the drawing's corner [squares]."""
+    board = BOARDS[name]
+    columns, rows = board.columns, board.rows
+    if board.kind == "charuco":
+        markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+        printed = cv2.aruco.CharucoBoard((columns + 1, rows + 1), 0.03, 0.022, markers)
+        flat = printed.generateImage(((columns + 1) * PX, (rows + 1) * PX))
+    elif board.kind == "checkerboard":
+        light = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2
+        flat = np.kron(255 * light, np.ones((PX, PX))).astype(np.uint8)
+    else:
+        staggered = name.startswith("staggered")
+        flat = np.full(((rows + 1) * PX, (columns * (2 if staggered else 1) + 1) * PX), 255, np.uint8)
+        for row in range(rows):
+            for column in range(columns):
+                x = 2 * column + row % 2 if staggered else column
+                cv2.circle(flat, ((x + 1) * PX, (row + 1) * PX), int(0.3 * PX), 0, -1, cv2.LINE_AA)
+    edge = int(MARGIN * PX)
+    return np.pad(flat, edge, constant_values=255), 1.0 + MARGIN
+
+
+def looked_at(name: str, T_camera_board: np.ndarray) -> np.ndarray:
+    """The board before a pinhole camera, on grey ground."""
+    flat, first = drawn(name)
+    square = BOARDS[name].square_m
+    H = K @ T_camera_board[:3, [0, 1, 3]]
+    to_board = np.array([[square / PX, 0, -first * square], [0, square / PX, -first * square], [0, 0, 1]])
+    half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])  # between pixels' middles and edges
+    # circles are drawn about pixels' middles, squares between pixels' edges
+    flat_half = np.eye(3) if BOARDS[name].kind == "circles" else half
+    H = np.linalg.inv(half) @ np.diag([2.0, 2.0, 1.0]) @ half @ H @ to_board @ flat_half
+    fine = cv2.warpPerspective(flat, H, (2 * SIZE[0], 2 * SIZE[1]), flags=cv2.INTER_LINEAR, borderValue=120)
+    return cv2.resize(fine, SIZE, interpolation=cv2.INTER_AREA)
+
+
+def poses(count: int = 8) -> np.ndarray:
+    """T_camera_board: tilted, turned, near and far."""
+    rng = np.random.default_rng(0)
+    R = from_angles(*rng.uniform(-0.45, 0.45, (3, count)))
+    middle = rng.uniform((-0.03, -0.02, 0.48), (0.03, 0.02, 0.65), (count, 3))
+    return pose(R, middle - R @ [0.085, 0.07, 0.0])
+
+
+def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None] | None = None) -> Dataset:
+    """A camera in the cell whose own frame is the base's, the board's frame the flange's."""
+    T = poses()
+    (folder / "images").mkdir(parents=True)
+    files = tuple(f"images/{i}.png" for i in range(len(T)))
+    for file, one in zip(files, T, strict=True):
+        (write or (lambda path, image: cv2.imwrite(str(path), image)))(folder / file, looked_at(name, one))
+    described = Dataset(
+        name="recording",
+        kind="camera",
+        poses=Poses(tuple(map(str, range(len(T)))), T_base_flange=T, image=files),
+        points=Points(np.empty(0, dtype=np.int64), ()),
+        image_px=SIZE,
+        board=BOARDS[name],
+        options=CameraOptions("base"),
+        placed=False,
+    )
+    save(described, folder)
+    return robolaser.load(folder)
+
+
+@pytest.mark.parametrize("name", ["checkerboard", "charuco", "circles", "staggered circles"])
+def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str) -> None:
+    made = recording(tmp_path, name)
+    seen, dataset = points_of_target(made)
+    assert sum(one.points > 0 for one in seen) > len(seen) / 2
+    T, points = made.poses.T_base_flange, dataset.points
+    assert T is not None
+    places = [points.xyz]
+    board = BOARDS[name]
+    if name in ("circles", "checkerboard"):  # colours leave two ways to lay the frame, of which one is kept
+        far = board.square_m * np.array([board.columns - 1, board.rows - 1, 0])
+        places.append((far - points.xyz) * [1, 1, 0])
+    off = []
+    for place in places:
+        there = T[points.pose, :3, :3] @ place[..., None]
+        shown = (there[..., 0] + T[points.pose, :3, 3]) @ K.T
+        off.append(np.linalg.norm(shown[:, :2] / shown[:, 2:] - points.pixel, axis=1))
+    assert min(np.sqrt(np.mean(one**2)) for one in off) < 0.35
+
+
+def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    recording(tmp_path, "charuco")
+    assert main(["extract", str(tmp_path)]) in (None, 0)
+    assert "images, 0 without the target" in capsys.readouterr().out
+    result = robolaser.calibrate(robolaser.load(tmp_path))
+    assert result.row_errors[0].rms < 0.35
+    assert result.value("fx") == pytest.approx(1100.0, rel=0.01)
+    np.testing.assert_allclose([result.value(f"hand_eye.{part}") for part in "xyz"], 0.0, atol=3e-3)
+
+
+def test_a_board_seen_in_part_still_gives_its_corners_by_name(tmp_path: Path) -> None:
+    def covered(path: Path, image: np.ndarray) -> None:
+        image = image.copy()
+        image[:, : SIZE[0] // 3] = 120
+        cv2.imwrite(str(path), image)
+
+    whole = points_of_target(recording(tmp_path / "whole", "charuco"))[1].points
+    part = points_of_target(recording(tmp_path / "part", "charuco", covered))[1].points
+    assert 0 < len(part) < len(whole)
+    pixel = {(pose, name): at for pose, name, at in zip(whole.pose, whole.names, whole.pixel, strict=True)}
+    for pose_, name, at in zip(part.pose, part.names, part.pixel, strict=True):
+        np.testing.assert_allclose(at, pixel[pose_, name], atol=0.3)
+
+
+@pytest.mark.parametrize("depth", ["colour", "twelve bits"])
+def test_colour_and_deeper_grey_show_the_same(tmp_path: Path, depth: str) -> None:
+    def deeper(path: Path, image: np.ndarray) -> None:
+        other = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if depth == "colour" else image.astype(np.uint16) * 16
+        cv2.imwrite(str(path), other)
+
+    grey = points_of_target(recording(tmp_path / "grey", "charuco"))[1].points
+    other = points_of_target(recording(tmp_path / "other", "charuco", deeper))[1].points
+    np.testing.assert_allclose(other.pixel, grey.pixel, atol=0.05)
+
+
+def test_columns_and_rows_that_are_exchanged_are_told(tmp_path: Path) -> None:
+    made = recording(tmp_path, "charuco")
+    assert made.board is not None
+    with pytest.raises(ImageError, match="show one of 6 x 4: exchange columns and rows"):
+        points_of_target(replace(made, board=replace(made.board, columns=4, rows=6)))
+
+
+def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    recording(tmp_path, "charuco", lambda path, image: cv2.imwrite(str(path), np.full_like(image, 90)))
+    assert main(["extract", str(tmp_path)]) == 1
+    assert "None of 8 images shows a ChArUco board of 6 x 4" in capsys.readouterr().err
+    assert not (tmp_path / "points.csv").exists()
+
+
+def test_a_target_that_looks_the_same_after_every_quarter_turn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ImageError, match="the same after every quarter turn"):
+        points_of_target(recording(tmp_path, "square circles"))
+
+
+def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path: Path) -> None:
+    made = recording(tmp_path, "charuco")
+    assert made.board is not None
+    with pytest.raises(DataError, match="Did you mean 'DICT_4X4_50'"):
+        points_of_target(replace(made, board=replace(made.board, dictionary="DICT_4x4_50")))
