@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from robolaser.commands.calibrate import calibrate
 from robolaser.commands.challenge import challenge
+from robolaser.commands.check import check
 from robolaser.commands.compare import compare
 from robolaser.commands.diagnose import diagnose
 from robolaser.commands.emulate import emulate
@@ -59,6 +60,7 @@ app.command(plan, group=data)
 app.command(extract, group=data)
 app.command(record, group=data)
 app.command(import_files, name="import", group=data)
+app.command(check, group=data)
 app.command(scan, group=use)
 app.command(view, group=use)
 app.command(compare, group=methods)

@@ -1,6 +1,7 @@
 """Export of a calibration: URDFs with the sensor at its calibrated place, and the camera for ROS."""
 
 import json
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from robolaser.parameters import Values
 
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
 """The robot of a data set with measured flange poses."""
+BASE_ONLY = FLANGE_ONLY.replace('"flange"', '"base"')
+"""The same where the sensor stands in the cell: what joins base and flange is not known."""
 GRID = 41  # lines across the image, edges included, on which the distortion is converted
 
 
@@ -23,7 +26,8 @@ def robot_urdf(calibration: Calibration) -> str:
 
     A stripe scanner becomes `scanner_camera` (the camera frame of the data set's conventions), `scanner_camera_optical`
     (ROS: z along the view, x along image u, y along image v) and `scanner_laser` (origin where the laser plane
-    meets the camera's x axis, x its normal, z in the plane, as near to the view as possible). Reflectors and balls
+    meets the camera's x axis, x its normal, z in the plane, as near to the view as possible). A camera becomes
+    `camera_optical`, on the flange or on the base, and a target on the flange `target`. Reflectors and balls
     become `tool_<name>`, oriented like the flange. A name that is taken gets a number. A bracket or laser plane that
     drifts is placed as at the first pose.
     """
@@ -54,23 +58,28 @@ def corrected_urdf(calibration: Calibration) -> str | None:
 
 
 def camera_yaml(calibration: Calibration) -> str | None:
-    """The camera as ROS camera_info in YAML, for images in the frame `scanner_camera_optical`.
+    """The camera as ROS camera_info in YAML, for images in `scanner_camera_optical` or a camera's `camera_optical`.
 
-    Our radial term maps distorted pixels to rays, plumb_bob's maps rays to distorted pixels: the coefficients are those
-    that agree best over the image, and a comment states the largest disagreement. None where the sensor has no camera
-    or the image size is unknown.
+    A camera's own parameters are plumb_bob's. A scanner's radial term maps distorted pixels to rays, plumb_bob's maps
+    rays to distorted pixels: the coefficients are those that agree best over the image, and a comment states the
+    largest disagreement. None where the sensor has no camera or the image size is unknown.
     """
     dataset = calibration.model.dataset
     camera = calibration.model.sensor.camera(_values(calibration), _perturbation(calibration))
     if camera is None or dataset.image_px is None:
         return None
-    decentred = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
-    distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=decentred)
+    if camera.distortion is not None:
+        distortion, remark = camera.distortion, "# plumb_bob is the calibrated camera's own model."
+    else:
+        own = "tangential" in calibration.model.sensor.lens_terms(dataset)
+        bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in calibration.model.effects)
+        distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=own or bent)
+        remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."
     K = camera.K
     width, height = dataset.image_px
     P = np.column_stack([K, np.zeros(3)])
     lines = [
-        f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image.",
+        remark,
         f"image_width: {width}",
         f"image_height: {height}",
         f"camera_name: {json.dumps(_one_line(dataset.name), ensure_ascii=False)}",
@@ -122,9 +131,19 @@ def _perturbation(calibration: Calibration) -> Perturbation:
 def _with_sensor(text: str, calibration: Calibration) -> str:
     robot = calibration.model.dataset.robot
     flange = robot.flange if robot else "flange"
-    frames = calibration.model.sensor.flange_frames(_values(calibration), _perturbation(calibration))
-    for name, T_flange_frame in frames.items():
-        text = _with_frame(text, flange, name, T_flange_frame)
+    values, perturb = _values(calibration), _perturbation(calibration)
+    sensor = calibration.model.sensor
+    if robot is not None:
+        base = urdf.parse(text).root
+    elif sensor.base_frames(values, perturb):
+        return _with_frames(BASE_ONLY, "base", sensor.base_frames(values, perturb))
+    text = _with_frames(text, flange, sensor.flange_frames(values, perturb))
+    return text if robot is None else _with_frames(text, base, sensor.base_frames(values, perturb))
+
+
+def _with_frames(text: str, parent: str, frames: Mapping[str, Array]) -> str:
+    for name, T_parent_frame in frames.items():
+        text = _with_frame(text, parent, name, T_parent_frame)
     return text
 
 

@@ -57,7 +57,7 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
 
     Args:
         model: Data and effects.
-        rms_m: Root-mean-square error of the fitted points.
+        rms_m: Root-mean-square error of the fitted points; infinite where there is no fit.
     """
     if rms_m < SETUP_RMS_M or model.dataset.robot is None or model.dataset.poses.q is None:
         return None
@@ -71,9 +71,10 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
     best, second = errors[order[0]], errors[order[1:2]].min(initial=np.inf)
     if best * FALLS > as_read or best * BEST > second:
         return None
+    instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
     return (
-        f"{readings[int(order[0])].said}: read otherwise, fitted points are {_millimetres(best)} off instead of"
-        f" {_millimetres(as_read)}. Correct poses.csv, or the file that it was made from."
+        f"{readings[int(order[0])].said}: read otherwise, fitted points are {_millimetres(best)} off{instead}."
+        " Correct poses.csv, or the file that it was made from."
     )
 
 

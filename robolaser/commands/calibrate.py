@@ -9,7 +9,8 @@ from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
 
-FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml")
+ROS = ("static_transform.sh", "easy_handeye2.calib")
+FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml", *ROS)
 
 
 def calibrate(
@@ -57,6 +58,7 @@ def calibrate(
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
+    from robolaser.calibration.ros_export import easy_handeye2, static_transform
     from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
@@ -95,6 +97,7 @@ def calibrate(
                 "robot.urdf": robot_urdf(found),
                 "robot_corrected.urdf": corrected_urdf(found),
                 "camera.yaml": camera_yaml(found),
+                **dict(zip(ROS, (static_transform(found), easy_handeye2(found)), strict=True)),
                 "report.html": page(found, command=typed),
                 "calibration.json": result,
             }

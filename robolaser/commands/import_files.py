@@ -68,15 +68,14 @@ def import_files(
         header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
         euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
         point: Name of the measured point, where no column names it.
-        further: An option of an importer from another package; may be given again.
+        further: An option of the importer's own, see `robolaser list importers`; may be given again.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """
     from robolaser.data.importers import ImportOptions, importer_for
-    from robolaser.data.importers.writing import check_output, checked, preview
+    from robolaser.data.importers.writing import check_output, checked, preview, write
     from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import FOLDER, save
-    from robolaser.errors import near
+    from robolaser.data.writing import FOLDER
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
@@ -87,12 +86,6 @@ def import_files(
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_output(output, (*sources, *urdf), overwrite=force)
     importer = importer_for(sources, kind)
-    own = _pairs("--set", further)
-    for name in own:
-        if name not in importer.further:
-            raise UsageError(
-                f"--set {name}: the importer {importer.name} has no such option.{near(name, importer.further)}"
-            )
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange, options=described),
@@ -105,8 +98,9 @@ def import_files(
         header_row=header_row,
         euler=euler,
         point=point,
-        further=own,
+        further=_pairs("--set", further),
     )
+    importer.check(options)
     imported = importer.read(sources, options)
     read_back = checked(imported)
     shown = preview(imported)
@@ -114,8 +108,8 @@ def import_files(
     for warning in read_back.warnings:
         terminal.warn(warning)
     if not dry_run:
-        with results_in(output, command="import", files=FOLDER, force=force):
-            save(imported.dataset, output, overwrite=force)
+        with results_in(output, command="import", files=(*FOLDER, *imported.images), force=force):
+            write(imported, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -155,8 +149,11 @@ def _text(imported: "Imported", shown: Mapping[str, Mapping[str, Sequence[str]]]
         rows += [[f"  {name}", sources.get((table, name), ""), _line(cells)] for name, cells in columns.items()]
     widths = [max(len(row[i]) for row in rows) for i in range(2)]
     lines = [f"{row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}".rstrip() for row in rows]
-    if imported.left_out:
-        lines.append(f"not read: {', '.join(imported.left_out)}")
+    for reading in imported.readings:
+        if reading.table not in shown:
+            unit = f" [{reading.unit}]" if reading.unit else ""
+            lines.append(f"{reading.table}: {reading.column} from {reading.file}, {reading.read_from}{unit}")
+    lines += [f"not taken: {what}" for what in imported.left_out]
     return "\n".join(lines)
 
 

@@ -75,7 +75,7 @@ def _importers() -> Iterable[tuple[str, ...]]:
     from robolaser.data.importers import importers
 
     for name, importer in importers().items():
-        yield name, importer.title
+        yield name, importer.title, ", ".join(importer.further)
 
 
 FAMILIES = {
@@ -84,6 +84,6 @@ FAMILIES = {
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
     "solvers": (("solver", "title"), _solvers),
     "sensors": (("sensor", "title"), _sensors),
-    "importers": (("importer", "title"), _importers),
+    "importers": (("importer", "title", "options"), _importers),
 }
 """The columns of each family, and what gives its rows."""

@@ -12,7 +12,7 @@ from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, 
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
-from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin, estimated_noise, known_sizes
+from robolaser.model.noise.covariance import FLOOR, Known, NoiseModel, Origin, estimated_noise, known_sizes
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
@@ -79,7 +79,7 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
-    noise = _within_reach(estimated_noise(data.dataset, sources, residuals, J, known))
+    noise = _within_reach(data.dataset, sources, residuals, J, known)
     numbers = int(model.sensor.row_numbers.sum())
     if not row_excess(noise, _left(noise, residuals, J), numbers - J.shape[1]).is_above:
         return noise
@@ -89,17 +89,31 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
         for source in sources
     )
     still = {source.name: known[source.name] for source in opened if source.name in known and not source.least}
-    return _within_reach(estimated_noise(data.dataset, opened, residuals, J, still))
+    return _within_reach(data.dataset, opened, residuals, J, still)
 
 
-def _within_reach(noise: NoiseModel) -> NoiseModel:
-    """The same without scatter of whole poses beyond that of any arm: more of it is a cause that the model lacks."""
-    sizes = {
-        source.name: min(noise.sigmas[source.name], LARGEST_SCATTER[source.unit])
-        for source in noise.sources
-        if source.level == "pose" and source.name in noise.estimated
+def _within_reach(
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
+) -> NoiseModel:
+    """Estimated noise without scatter of whole poses beyond that of any arm: more is a cause that the model lacks.
+
+    The other sources are estimated beside the scatter that is left. Where each pose has one row, the row's errors are
+    the pose's.
+    """
+    alone = np.bincount(dataset.points.pose).max() == 1
+    limited = {
+        source.name: LARGEST_SCATTER[source.unit]
+        for source in sources
+        if source.level == "pose" or (alone and source.unit in LARGEST_SCATTER)
     }
-    return noise.at(sizes)
+    while True:
+        noise = estimated_noise(dataset, sources, residuals, J, known)
+        beyond = [
+            name for name in noise.estimated if noise.sigmas[name] > limited.get(name, np.inf) and name not in known
+        ]
+        if not beyond:
+            return noise
+        known = {**known, **{name: (limited[name], "estimated") for name in beyond}}
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:

@@ -16,6 +16,8 @@ ROUNDS = 30
 """Of the scatter given what is explained, and what is explained given the scatter."""
 MIN_RESIDUALS = 2
 """Independent motions of poses for each parameter, below which effects are not tried."""
+BY_DATA = 0.5
+"""Share of what is known of a direction of the parameters, above which it is from the data."""
 MOTIONS = 6
 """Independent motions of a pose."""
 
@@ -57,10 +59,16 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
 def explained(fit: Fit, *, smooth: bool) -> Array:
     """Directions of the plain residuals that a model's parameters explain, those that can move, (K, n).
 
+    A direction of which known distances and priors tell more than the data do explains nothing: an arm that shrinks
+    with all its sockets would leave no residuals at all.
+
     Args:
         fit: The model.
         smooth: Whether smooth functions at sites that the residuals speak for explain, too.
     """
-    own = (Linearization(fit.problem.with_noise(None), fit.x).slopes / fit.problem.scale)[:, fit.at.free]
-    rest = smooth_remainder(fit) if smooth else np.zeros((0, 0))
-    return np.hstack([own, fit.noise.correlate(rest.T).T]) if rest.size else own
+    own = fit.at.Q[: len(fit.at.white)]
+    shares, turned = np.linalg.eigh(own.T @ own)
+    parts = [own @ turned[:, shares > BY_DATA]]
+    if smooth:
+        parts.append(smooth_remainder(fit))
+    return fit.noise.correlate(np.hstack(parts).T).T

@@ -4,12 +4,18 @@ import cv2
 import numpy as np
 import pinocchio
 import pytest
+import yaml
 from calibrated import KINDS, arm, point, socket, stripe
 
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
+from robolaser.calibration.ros_export import easy_handeye2, static_transform
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
+from robolaser.geometry.robots import find_robot
+from robolaser.model.sensors.placements import motion
+from robolaser.simulation import simulate
 
 BENT = ("joint_offset", "link_geometry", "laser_roll")
 
@@ -146,3 +152,40 @@ def test_the_camera_file_is_what_ros_reads():
 
 def test_a_tracker_has_no_camera():
     assert camera_yaml(point()) is None
+
+
+@pytest.fixture(scope="module", params=["flange", "base"])
+def camera(request):
+    made = simulate(find_robot("ur5"), kind="camera", mount=request.param, placed=False, poses=8, points=12, seed=3)
+    return calibrate(made.dataset)
+
+
+def test_a_cameras_frame_in_the_urdf_is_where_the_model_has_it(camera):
+    values = values_of(camera)
+    T = motion(values, "hand_eye")[0]
+    at = frames(robot_urdf(camera))
+    rides = camera.model.dataset.options.mount == "flange"
+    carrier = camera.model.dataset.robot.flange if rides else "world"
+    np.testing.assert_allclose(inverse(at[carrier]) @ at["camera_optical"], T, atol=1e-9)
+
+
+def test_camera_info_has_a_cameras_own_lens(camera):
+    info = yaml.safe_load(camera_yaml(camera))
+    names = ("k1", "k2", "p1", "p2", "k3")
+    assert info["distortion_coefficients"]["data"] == pytest.approx([camera.value(name) for name in names], rel=1e-9)
+    assert info["camera_matrix"]["data"][::4] == pytest.approx([camera.value("fx"), camera.value("fy"), 1.0])
+
+
+def test_a_published_transform_and_easy_handeye2s_file_are_the_hand_eye(camera):
+    T = motion(values_of(camera), "hand_eye")[0]
+    words = static_transform(camera).split()
+    told = dict(zip(words[4::2], words[5::2], strict=True))
+    numbers = [float(told[f"--{name}"]) for name in ("x", "y", "z", "qx", "qy", "qz", "qw")]
+    np.testing.assert_allclose(pose(from_quaternion(np.array(numbers[3:])), np.array(numbers[:3])), T, atol=1e-8)
+    file = yaml.safe_load(easy_handeye2(camera))
+    rides = camera.model.dataset.options.mount == "flange"
+    assert file["parameters"]["calibration_type"] == ("eye_in_hand" if rides else "eye_on_base")
+    assert told["--frame-id"] == file["parameters"]["robot_effector_frame" if rides else "robot_base_frame"]
+    assert list(file["transform"]["translation"].values()) == pytest.approx(numbers[:3])
+    assert list(file["transform"]["rotation"].values()) == pytest.approx(numbers[3:])
+    assert static_transform(stripe()) is None

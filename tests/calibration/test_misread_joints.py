@@ -10,11 +10,11 @@ from robolaser import calibrate
 from robolaser.arrays import Array
 from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
-from robolaser.errors import DataError
+from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -64,6 +64,17 @@ def test_millimetres_are_no_sign_of_it_and_nothing_is_tried() -> None:
 def test_a_calibration_warns_of_it_first() -> None:
     wrong, said = misread(simulate(find_robot("ur5e"), kind="socket", poses=20).dataset, "exchanged")
     assert said in calibrate(wrong, Plan()).warnings[0]
+
+
+def test_it_is_said_where_no_fit_is_found_at_all() -> None:
+    noise = Noise(pixel_px=0.1, joint_rad=1e-5)
+    wrong, said = misread(
+        simulate(find_robot("ur5e"), kind="camera", poses=25, noise=noise, seed=2).dataset, "exchanged"
+    )
+    with pytest.raises(EstimationError) as refusal:
+        calibrate(wrong, Plan())
+    assert str(refusal.value).startswith(said)
+    assert "instead of" not in str(refusal.value)
 
 
 def test_a_diagnosis_says_it_first() -> None:

@@ -6,11 +6,17 @@ from functools import cache
 import numpy as np
 import pytest
 
+from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import Diagnosis, examine
+from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.noise_estimate import Excess
+from robolaser.diagnosis.pose_noise import explained
+from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.profile_likelihood import profile
+from robolaser.diagnosis.score_tests import library
 from robolaser.geometry.robots import find_robot
+from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.simulation import simulate
 
 STATED = {"stripe": Noise(pixel_px=0.1, target_m=3e-5), "point": Noise(point_m=2e-5)}
@@ -110,3 +116,26 @@ def test_noise_is_contradicted_by_a_quarter_and_four_standard_deviations():
 
 def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
     assert Excess.of(chi2_quantile := 149.449, 100.0).sigma == pytest.approx(3.09, abs=0.02), chi2_quantile
+
+
+def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter() -> None:
+    effects = {"link_geometry:joint_3": 0.004}
+    dataset = simulate(
+        find_robot("scorbot_er7"), kind="socket", effects=effects, noise=Noise(joint_rad=1e-4), stated=Noise(), seed=4
+    ).dataset
+    preparation, outliers = Preparation.of(dataset, 1)
+    _, start = preparation.fit(outliers, [])
+    arm = start.model.with_effects(tuple(library([LinkGeometry], dataset)))
+    problem = problem_of(arm, start.noise, start.sensor)
+    fit = Fit(problem, np.r_[start.x, np.zeros(len(problem.parameters) - len(start.x))])
+    every = fit.noise.correlate(fit.at.Q[: len(fit.at.white)].T).T
+    assert left_by(every, fit.at.plain) < 1e-6
+    assert left_by(explained(fit, smooth=False), fit.at.plain) > 1e-2
+
+
+def left_by(columns: Array, residuals: Array) -> float:
+    """Share of residuals that columns do not explain."""
+    e = residuals.ravel()
+    U, s, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    U = U[:, s > 1e-9 * s[0]]
+    return float(np.linalg.norm(e - U @ (U.T @ e)) / np.linalg.norm(e))

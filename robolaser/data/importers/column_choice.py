@@ -87,12 +87,7 @@ def choose(poses: Table, points: Table, options: ImportOptions, declared: Sensor
         owners, column = _owners(name, known)
         for owner in owners:
             if source not in files[owner]:
-                raise DataError(
-                    f"{files[owner].file} has no column '{source}', which --column {name}={source} names."
-                    f"{near(source, files[owner].header)}",
-                    file=files[owner].file,
-                    column=source,
-                )
+                raise _no_column(files[owner], name, source)
             chosen[owner][column] = source
     for owner, other in ((POSES, POINTS), (POINTS, POSES)):
         for column in known[owner]:
@@ -105,6 +100,40 @@ def choose(poses: Table, points: Table, options: ImportOptions, declared: Sensor
     tables = [poses] if poses is points else [poses, points]
     left_out = [f"{table.file}: {name}" for table in tables for name in table.header if (table.file, name) not in used]
     return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
+
+
+def choose_poses(file: Table, options: ImportOptions, further: Quantities) -> Choice:
+    """Choose the columns of poses alone, as `choose` does.
+
+    Args:
+        file: The file with the poses.
+        options: Whose `columns` count.
+        further: Columns beyond those of readings, and the quantity of each.
+
+    Raises:
+        UsageError: A column is not known, or missing.
+        DataError: The file has no column of that name.
+    """
+    known = {**pose_quantities(options), **further}
+    chosen = {column: column for column in known if column in file}
+    for name, source in options.columns.items():
+        column = name.removeprefix(f"{POSES}.")
+        if column == name and name not in known:
+            raise UsageError(f"--column {name}: no such column.{near(name, known)} A further column is poses.NAME.")
+        if source not in file:
+            raise _no_column(file, name, source)
+        chosen[column] = source
+    _check_poses(file, chosen, options)
+    used = set(chosen.values())
+    return Choice(chosen, {}, tuple(f"{file.file}: {name}" for name in file.header if name not in used))
+
+
+def _no_column(file: Table, name: str, source: str) -> DataError:
+    return DataError(
+        f"{file.file} has no column '{source}', which --column {name}={source} names.{near(source, file.header)}",
+        file=file.file,
+        column=source,
+    )
 
 
 def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]:

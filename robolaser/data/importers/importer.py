@@ -1,13 +1,27 @@
 """The abstract importer: what reads files of some kind that people have, and says how it reads them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 from robolaser.data.dataset import Dataset
+from robolaser.errors import UsageError, near
 from robolaser.geometry.kinematics import Robot
+
+TYPED: Final = {
+    "robot": "--robot",
+    "sensor": "--sensor",
+    "columns": "--column",
+    "units": "--units",
+    "separator": "--separator",
+    "decimal": "--decimal",
+    "header_row": "--header-row",
+    "euler": "--euler",
+    "point": "--point",
+}
+"""What is typed for the options that not every importer has a use for."""
 
 
 @final
@@ -50,8 +64,8 @@ class Reading:
     """How a column of the data set comes about.
 
     Attributes:
-        table: "poses.csv" or "points.csv".
-        column: Of that table.
+        table: "poses.csv" or "points.csv"; or "dataset.toml".
+        column: Of that table; or parameters or a table of dataset.toml.
         file: Where it is read from.
         read_from: Which column or field there, or in words what is done instead.
         unit: The unit that it has there; "" for texts and pure numbers.
@@ -72,12 +86,14 @@ class Imported:
     Attributes:
         dataset: In SI units.
         readings: How each column was read.
-        left_out: Columns of the files that were not read.
+        left_out: Columns, fields and rows of the files that were not taken, and why where that is not plain.
+        images: What gives the bytes of each image, by its path in the data set.
     """
 
     dataset: Dataset
     readings: tuple[Reading, ...] = ()
     left_out: tuple[str, ...] = ()
+    images: Mapping[str, Callable[[], bytes]] = field(default_factory=dict)
 
 
 class Importer(ABC):
@@ -90,11 +106,30 @@ class Importer(ABC):
         name: By which it is chosen.
         title: One line for a person.
         further: Options of its own that it takes, typed as `--set NAME=VALUE`.
+        takes: Fields of `ImportOptions` that it has a use for, of those that say how files are read; None: of all.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     further: ClassVar[tuple[str, ...]] = ()
+    takes: ClassVar[tuple[str, ...] | None] = None
+
+    @final
+    def check(self, options: ImportOptions) -> None:
+        """Refuse options that would change nothing.
+
+        Raises:
+            UsageError: The importer has no use for one of them.
+        """
+        for name in options.further:
+            if name not in self.further:
+                raise UsageError(
+                    f"--set {name}: the importer {self.name} has no such option.{near(name, self.further)}"
+                )
+        default = ImportOptions()
+        for name, option in TYPED.items():
+            if self.takes is not None and name not in self.takes and getattr(options, name) != getattr(default, name):
+                raise UsageError(f"{option}: the importer {self.name} has no use for it. Leave it out.")
 
     @abstractmethod
     def recognises(self, path: Path) -> bool:

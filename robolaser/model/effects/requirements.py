@@ -31,6 +31,40 @@ class SensorLacks(str):
         return super().__new__(cls, f"a sensor of kind '{dataset.kind}' has no {part}")
 
 
+@final
+class DataLack(str):
+    """A reason that goes away with other data; `remedy` says with which."""
+
+    remedy: str
+
+    def __new__(cls, reason: str, remedy: str) -> "DataLack":
+        """Say what is missing, and what would have to be recorded or stated."""
+        made = super().__new__(cls, reason)
+        made.remedy = remedy
+        return made
+
+
+NO_JOINTS = DataLack(
+    "no joint angles in the data, only poses of the flange",
+    "joint readings (columns q_<joint> of poses.csv, with [robot] in dataset.toml) instead of flange poses",
+)
+NO_MASSES = DataLack(
+    "no masses in the URDF", "masses of the links in the URDF, or of what the flange carries (column payload_kg)"
+)
+NO_ORDER = DataLack("the order of the poses is not known", "when each pose was measured (column time_s)")
+NO_PATH = DataLack(
+    "the path between the poses is not known",
+    'poses between which the arm went straight, joint by joint ([robot] path = "consecutive")',
+)
+NO_VELOCITIES = DataLack(
+    "no joint velocities in the data", "the velocity of each joint at the exposure (columns qd_<joint>)"
+)
+AT_REST = DataLack("the arm stood still at every exposure", "exposures while the arm moves, with its velocities")
+NOT_FLAT = DataLack(
+    "the target points do not lie in one plane, nor in parallel ones", "a flat target, or one with flat steps"
+)
+
+
 def passes(stage: Stage, dataset: Dataset) -> str:
     """Values of this robot and sensor pass the stage."""
     if stage in (Stage.JOINTS, Stage.LINKS):
@@ -61,7 +95,7 @@ def centred_lens(dataset: Dataset) -> str:
 
 def joint_angles(dataset: Dataset) -> str:
     """Joint angles were read."""
-    return "" if dataset.robot is not None else "no joint angles in the data, only poses of the flange"
+    return "" if dataset.robot is not None else NO_JOINTS
 
 
 def turning_joint(dataset: Dataset) -> str:
@@ -73,7 +107,7 @@ def masses(dataset: Dataset) -> str:
     """It is known what the joints bear."""
     payload = dataset.poses.payload_kg
     known = dataset.robot is not None and (dataset.robot.has_masses or (payload is not None and payload.any()))
-    return joint_angles(dataset) or ("" if known else "no masses in the URDF")
+    return joint_angles(dataset) or ("" if known else NO_MASSES)
 
 
 def weight(dataset: Dataset) -> str:
@@ -90,13 +124,12 @@ def own_lengths(dataset: Dataset) -> str:
 
 def pose_order(dataset: Dataset) -> str:
     """It is known which pose came first."""
-    return "" if dataset.poses.time_s is not None else "the order of the poses is not known"
+    return "" if dataset.poses.time_s is not None else NO_ORDER
 
 
 def path(dataset: Dataset) -> str:
     """It is known from where the arm came to each pose."""
-    known = "" if dataset.path_known else "the path between the poses is not known"
-    return joint_angles(dataset) or pose_order(dataset) or known
+    return joint_angles(dataset) or pose_order(dataset) or ("" if dataset.path_known else NO_PATH)
 
 
 def warm_up(dataset: Dataset) -> str:
@@ -109,13 +142,13 @@ def velocities(dataset: Dataset) -> str:
     if dataset.robot is None:
         return joint_angles(dataset)
     if dataset.poses.qd is None:
-        return "no joint velocities in the data"
-    return "" if dataset.poses.qd.any() else "the arm stood still at every exposure"
+        return NO_VELOCITIES
+    return "" if dataset.poses.qd.any() else AT_REST
 
 
 def flat_target(dataset: Dataset) -> str:
     """A camera sees points of a flat target, or of one with flat steps; a target without points may be flat."""
     if reason := passes(Stage.PIXELS, dataset):
         return reason
-    flat = dataset.points.xyz is None or plane_of(dataset.points.xyz).flatness < THIN
-    return "" if flat else "the target points do not lie in one plane, nor in parallel ones"
+    flat = not len(dataset.points) or dataset.points.xyz is None or plane_of(dataset.points.xyz).flatness < THIN
+    return "" if flat else NOT_FLAT

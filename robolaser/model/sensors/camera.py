@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.errors import DataError
-from robolaser.geometry.board_views import INTRINSICS, camera_matrix
+from robolaser.geometry.board_views import INTRINSICS, camera_matrix, distortion
 from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.camera_projection import (
@@ -35,6 +35,7 @@ SENSOR_WIDTH_M = 4.8e-3
 """Width of an image sensor of 1/3", the commonest: what pixels are in metres, where effects of the lens ask for it."""
 MARGIN = 0.03  # of the image, left free around points that would be seen
 SHARE_SEEN = 0.6  # of the target's points that a pose worth taking shows
+OPTICAL = "camera_optical"
 LENS_ROUNDS = 8  # of a fixed point that settles by a factor of ten or more each
 HAND_EYE, TARGET = (tuple(f"{prefix}.{part}" for part in SIX) for prefix in ("hand_eye", "target"))
 UNIT = np.eye(4)[None, None]
@@ -258,13 +259,19 @@ class Camera(Sensor):
                 there = there + straight - perturb(Stage.IMAGE, there * metres) / metres
             return np.asarray(there[0])
 
-        return CameraView(camera_matrix({name: float(value[0]) for name, value in one.items()}), slopes)
+        numbers = {name: float(value[0]) for name, value in one.items()}
+        exact = None if perturb.touches(Stage.IMAGE) else distortion(numbers)
+        return CameraView(camera_matrix(numbers), slopes, exact)
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
-        if self._rides:
-            return {"camera_optical": self._hand_eye(values, perturb)[0, 0]}
-        return {"target": self._target(values)[0, 0]}
+        return (
+            {OPTICAL: self._hand_eye(values, perturb)[0, 0]} if self._rides else {"target": self._target(values)[0, 0]}
+        )
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """`camera_optical` of a camera in the cell."""
+        return {} if self._rides else {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """Every point of the target once at each pose; poses that show most of them are good."""

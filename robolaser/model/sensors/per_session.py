@@ -77,6 +77,15 @@ class PerSession(Sensor):
         """The kind's; what sessions share is found in the one with the most rows."""
         return self._names(lambda sensor: sensor.conditionally_linear)
 
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """The kind's, in each session."""
+        found: dict[str, float] = {}
+        for one in self._every:
+            named = {name: self._sessions.named(name, one.name) for name in one.parameters}
+            own = one.sensor.spans({name: values[whole] for name, whole in named.items() if whole in values})
+            found |= {named[name]: span for name, span in own.items() if name in named}
+        return found
+
     def _names(self, of: Callable[[Sensor], Sequence[str]]) -> tuple[str, ...]:
         named = (self._sessions.named(name, one.name) for one in self._every for name in of(one.sensor))
         return tuple(dict.fromkeys(named))
@@ -121,7 +130,8 @@ class PerSession(Sensor):
         """From each session's rows; what sessions share, from the one with the most rows."""
         found: dict[str, Array] = {}
         for one in self._largest_first:
-            own = one.sensor.initialize(self._values(one, values), T_base_flange, self._perturbed(one, perturb))
+            known = self._values(one, {**values, **found})
+            own = one.sensor.initialize(known, T_base_flange, self._perturbed(one, perturb))
             found = {**self._of_whole(one, own), **found}
         return found
 
@@ -237,9 +247,16 @@ class PerSession(Sensor):
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Those of all sessions; with the session's name where one differs from the first's of that name."""
+        return self._frames(lambda sensor, own: sensor.flange_frames(own, perturb), values)
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Likewise."""
+        return self._frames(lambda sensor, own: sensor.base_frames(own, perturb), values)
+
+    def _frames(self, of: Callable[[Sensor, Values], dict[str, Array]], values: Values) -> dict[str, Array]:
         frames: dict[str, Array] = {}
         for one in self._every:
-            for name, T in one.sensor.flange_frames(self._values(one, values), perturb).items():
+            for name, T in of(one.sensor, self._values(one, values)).items():
                 if not np.array_equal(frames.setdefault(name, T), T):
                     frames[f"{name}_{one.name}"] = T
         return frames
@@ -269,6 +286,11 @@ class PerSession(Sensor):
         """What would be measured with things as they are in the last session."""
         last = self._every[-1]
         return last.sensor.seen_from(self._values(last, values), T_base_flange)
+
+    def undetermined(self, T_base_flange: Array) -> str:
+        """Sessions share the sensor: one that tells where it sits is enough for all."""
+        reasons = [one.sensor.undetermined(T_base_flange) for one in self._every]
+        return reasons[0] if all(reasons) else ""
 
     @property
     def description(self) -> dict[str, Any]:

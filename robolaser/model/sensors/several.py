@@ -273,9 +273,18 @@ class Several(Sensor):
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Those of all sensors; with the sensor's name where one differs from an earlier one of that name."""
+        return self._frames(lambda sensor, *at: sensor.flange_frames(*at), values, perturb)
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Likewise."""
+        return self._frames(lambda sensor, *at: sensor.base_frames(*at), values, perturb)
+
+    def _frames(
+        self, of: Callable[[Sensor, Values, Perturbation], dict[str, Array]], values: Values, perturb: Perturbation
+    ) -> dict[str, Array]:
         frames: dict[str, Array] = {}
         for part in self._parts:
-            own = part.sensor.flange_frames(part.values(values), self._perturbed(part, perturb))
+            own = of(part.sensor, part.values(values), self._perturbed(part, perturb))
             for name, T in own.items():
                 if not np.array_equal(frames.setdefault(name, T), T):
                     frames[f"{part.name}_{name}"] = T

@@ -43,6 +43,9 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
     if alone:
         out.print(Text(f"These data hardly determine: {', '.join(alone)}", style="dim"))
     if folder is not None:
+        if (folder / "static_transform.sh").exists():
+            files = "camera.yaml, robot.urdf, static_transform.sh and easy_handeye2.calib"
+            out.print(Text(f"For ROS: {files} in {folder}", style="dim"))
         out.print(Text(f"Look at {folder / 'report.html'}"))
 
 

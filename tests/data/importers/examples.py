@@ -3,10 +3,16 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import cv2
+import hand_eye
 import numpy as np
+import pytest
+from hand_eye import HandEyeCell, cell
 
 from robolaser import find_robot
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import sensor_kinds
+from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.simulation import simulate
 
 Example = Callable[[Path], tuple[list[Path], list[str]]]
@@ -54,4 +60,80 @@ def csv(folder: Path) -> tuple[list[Path], list[str]]:
     return [file], [*said, *options(MAPPED)]
 
 
-EXAMPLES: Mapping[str, Example] = {"csv": csv}
+def needs_sensor(kind: str) -> None:
+    if kind not in sensor_kinds():
+        pytest.skip(f"no sensor of kind {kind}")
+
+
+def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *said: str) -> Example:
+    def example(folder: Path) -> tuple[list[Path], list[str]]:
+        needs_sensor("pose")
+        return write(folder, cell("base")), list(said)
+
+    return example
+
+
+def rosbag(folder: Path) -> tuple[list[Path], list[str]]:
+    needs_sensor("pose")
+    bags = pytest.importorskip("bags")
+    made = cell("base")
+    with bags.recorder(folder, "mcap") as (path, record):
+        for i, (flange, seen) in enumerate(zip(made.T_base_flange, made.T_camera_target, strict=True)):
+            record.frame(bags.START_S + i, "base", "tool0", flange)
+            record.frame(bags.START_S + i, "camera", "tag", seen)
+    frames = [f"--set={name}" for name in ("base=base", "flange=tool0", "camera=camera", "marker=tag")]
+    return [next(path.glob("*.mcap"))], ["--set", "mount=base", "--set", "tolerance_s=0.01", *frames]
+
+
+def images(folder: Path) -> tuple[list[Path], list[str]]:
+    T = cell("base").T_base_flange[:3]
+    q = to_quaternion(T[:, :3, :3])
+    names = ["3.png", "10.png", "20.png"]
+    header = ["image", "x", "y", "z", "qx", "qy", "qz", "qw"]
+    rows = [[name, *t.tolist(), *one.tolist()] for name, t, one in zip(names, T[:, :3, 3] * 1e3, q, strict=True)]
+    written(folder / "poses.csv", [header, *rows], separator=",", decimal=".")
+    for name in names:
+        cv2.imwrite(str(folder / name), np.full((30, 40), 99, dtype=np.uint8))
+    mapped = {f"poses.{axis}_m": axis for axis in "xyz"}
+    board = "board=charuco,4x6,36mm,18mm,DICT_6X6_250"
+    return [folder], ["--units", "mm", "--set", "mount=base", "--set", board, *options(mapped)]
+
+
+def industrial_calibration(folder: Path) -> tuple[list[Path], list[str]]:
+    lines = ["data:"]
+    (folder / "poses").mkdir()
+    (folder / "images").mkdir()
+    for i, T in enumerate(cell("base").T_base_flange[:3]):
+        values = dict(zip(("x", "y", "z", "qx", "qy", "qz", "qw"), [*T[:3, 3], *to_quaternion(T[:3, :3])], strict=True))
+        text = "\n".join(f"{key}: {float(value)!r}" for key, value in values.items())
+        (folder / "poses" / f"{i}.yaml").write_text(text, "utf-8")
+        cv2.imwrite(str(folder / "images" / f"{i}.png"), np.full((30, 40), 99, dtype=np.uint8))
+        lines.append(f"  - pose: poses/{i}.yaml\n    image: images/{i}.png")
+    (folder / "cal_data.yaml").write_text("\n".join(lines) + CAL_DATA, "utf-8")
+    return [folder], []
+
+
+CAL_DATA = """
+target_finder:
+  type: CharucoGridTargetFinder
+  rows: 7
+  cols: 5
+  chessboard_dim: 0.036195
+  aruco_marker_dim: 0.018256
+  dictionary: 10
+intrinsics: {fx: 1352.0, fy: 1356.1, cx: 789.7, cy: 627.3}
+camera_mount_to_camera_guess: {x: -0.02, y: 1.28, z: 0.28, qx: -0.048080, qy: -0.558686, qz: 0.827604, qw: -0.025104}
+static_camera: true
+use_opencv: true
+"""
+
+EXAMPLES: Mapping[str, Example] = {
+    "csv": csv,
+    "easy_handeye": pairs(hand_eye.easy_handeye2),
+    "moveit": pairs(hand_eye.moveit, "--set", "mount=base"),
+    "opencv": pairs(hand_eye.opencv, "--set", "mount=base", "--units", "mm"),
+    "tum": pairs(hand_eye.tum, "--set", "tolerance_s=0.02"),
+    "rosbag": rosbag,
+    "images": images,
+    "industrial_calibration": industrial_calibration,
+}

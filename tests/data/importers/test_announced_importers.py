@@ -91,7 +91,8 @@ def test_it_is_listed_beside_ours(install: Callable[[str], None], capsys: pytest
     install(WORKING)
     assert main(["list", "importers", "--json"]) == 0
     listed = [entry["importer"] for entry in json.loads(capsys.readouterr().out)["importers"]]
-    assert listed == ["csv", "records"]
+    assert "csv" in listed
+    assert listed[-1] == "records"
 
 
 def test_where_several_recognise_a_file_one_has_to_be_named(

@@ -22,7 +22,14 @@ class Case:
 
     def run(self, *more: str) -> int:
         sources = [str(path) for path in self.sources]
-        return main(["import", *sources, "--output", str(self.output), *self.options, *more])
+        named = ["--kind", self.kind]
+        return main(["import", *sources, *named, "--output", str(self.output), *self.options, *more])
+
+    @property
+    def files(self) -> list[Path]:
+        """All that is read: of a folder every file."""
+        inside = [file for path in self.sources if path.is_dir() for file in path.rglob("*") if file.is_file()]
+        return inside + [path for path in self.sources if path.is_file()]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -51,12 +58,13 @@ def test_it_says_what_it_is_in_one_line(case: Case) -> None:
 
 
 def test_what_it_reads_can_be_loaded_and_the_files_stay_as_they_were(case: Case) -> None:
-    before = contents(case.sources[0].parent)
+    before = contents(case.output.parent / "raw")
     assert case.run() == 0
     dataset = load(case.output)
     assert len(dataset.poses) > 0
     assert dataset.name == "cell"
-    assert contents(case.sources[0].parent) == before
+    assert all((case.output / image).is_file() for image in dataset.poses.image or ())
+    assert contents(case.output.parent / "raw") == before
 
 
 def test_it_reads_the_same_each_time(case: Case) -> None:
@@ -86,7 +94,7 @@ def test_every_column_is_shown_with_its_source_before_anything_is_written(
 def test_a_damaged_file_ends_with_its_name_and_nothing_is_written(
     case: Case, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for source in case.sources:
+    for source in case.files:
         whole = source.read_bytes()
         for damaged in (b"", b"\x00\xff\xfe" * 50):
             source.write_bytes(damaged)
@@ -102,8 +110,8 @@ def test_a_damaged_file_ends_with_its_name_and_nothing_is_written(
 
 def test_a_file_that_is_not_there_ends_with_a_sentence(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
     for source in case.sources:
-        source.unlink()
-    assert case.run() == 1
+        shutil.rmtree(source) if source.is_dir() else source.unlink()
+    assert case.run() in (1, 2)
     assert case.sources[0].name in capsys.readouterr().err
     assert not case.output.exists()
 
@@ -129,8 +137,10 @@ def test_a_file_that_is_of_no_data_set_is_never_overwritten(case: Case, file: st
 
 
 def test_nothing_is_written_into_the_folder_that_is_read(case: Case) -> None:
-    case.output = case.sources[0].parent
-    before = contents(case.output)
-    assert case.run() == 2
-    assert case.run("--force") == 2
-    assert contents(case.output) == before
+    raw = case.output.parent / "raw"
+    before = contents(raw)
+    inside = [raw, *(source / "cell" for source in case.sources if source.is_dir())]
+    for case.output in inside:
+        assert case.run() == 2
+        assert case.run("--force") == 2
+        assert contents(raw) == before

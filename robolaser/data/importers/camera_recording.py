@@ -1,0 +1,121 @@
+"""Images of a board with the arm's readings, as a raw recording of a camera: `extract` finds the board in them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import final
+
+import numpy as np
+
+from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.importers.board_option import BOARD, FORM
+from robolaser.data.importers.hand_eye_pairs import Mount
+from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.sensor_format import sensor_format
+from robolaser.errors import DataError, UsageError
+from robolaser.geometry.kinematics import Robot
+from robolaser.parameters import Parameter
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
+
+
+@final
+@dataclass(frozen=True)
+class ImageFiles:
+    """The images of a recording.
+
+    Attributes:
+        paths: Of each pose, within the data set; "" where there is none.
+        contents: What gives the bytes of each, by path.
+        size_px: Width and height of all of them [px].
+    """
+
+    paths: tuple[str, ...]
+    contents: Mapping[str, Callable[[], bytes]]
+    size_px: tuple[int, int]
+
+
+def camera_recording(
+    poses: Poses,
+    images: ImageFiles,
+    board: Board | None,
+    mount: Mount,
+    options: ImportOptions,
+    *,
+    source: str,
+    parameters: Mapping[str, Parameter],
+    robot: Robot | None = None,
+) -> Dataset:
+    """The recording, without points.
+
+    Raises:
+        UsageError: The board is not stated.
+    """
+    if board is None:
+        raise UsageError(f"{source}: what is printed on the board? Say it with {FORM}.")
+    declared = sensor_format("camera")
+    assert declared.options is not None  # where it is mounted
+    return Dataset(
+        options.name,
+        poses,
+        Points(np.empty(0, dtype=np.int64), ()),
+        kind="camera",
+        robot=robot,
+        parameters=parameters,
+        options=declared.options(mount=mount),
+        image_px=images.size_px,
+        board=board,
+        placed=False,
+        path_known=options.path_known,
+        source=source,
+    )
+
+
+def image_files(files: Sequence[Path | None]) -> ImageFiles:
+    """Images on disk, under their own names in the data set's folder `images`.
+
+    Raises:
+        DataError: One cannot be read, has another size than the first, or shares its name with another.
+    """
+    paths: list[str] = []
+    contents: dict[str, Callable[[], bytes]] = {}
+    origin: dict[str, Path] = {}
+    size: tuple[int, int] | None = None
+    for file in files:
+        if file is None:
+            paths.append("")
+            continue
+        path = str(PurePosixPath("images") / file.name)
+        if origin.setdefault(path, file) != file:
+            raise DataError(f"{origin[path]} and {file} have the same name: rename one.", file=file)
+        paths.append(path)
+        here = _size(file) if path not in contents else size
+        size = size or here
+        if here != size:
+            raise DataError(
+                f"{file.name} has {here[0]} x {here[1]} pixels, but the image before it {size[0]} x {size[1]}."
+                if here and size
+                else f"{file.name} is empty.",
+                file=file,
+            )
+        contents[path] = file.read_bytes
+    if size is None:
+        raise DataError("There is no image.")
+    return ImageFiles(tuple(paths), contents, size)
+
+
+def _size(file: Path) -> tuple[int, int]:
+    import cv2  # noqa: PLC0415 - slow to import
+
+    try:
+        data = np.fromfile(file, dtype=np.uint8)
+    except OSError as error:
+        raise DataError(f"Cannot read {file}: {error.strerror or error}.", file=file) from None
+    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+    if image is None:
+        raise DataError(f"{file.name} is no image that OpenCV reads. Is it complete?", file=file)
+    height, width = image.shape[:2]
+    return width, height
+
+
+__all__ = ["BOARD", "ImageFiles", "camera_recording", "image_files"]

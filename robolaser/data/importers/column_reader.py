@@ -1,0 +1,90 @@
+"""The columns of one table of a data set, read from a file of another form."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import Table, bad_cell, finite
+from robolaser.data.importers.column_choice import (
+    EULER,
+    POINTS,
+    QUATERNION,
+    ROTATION_VECTOR,
+    TEXT,
+    Chosen,
+    Quantities,
+)
+from robolaser.data.importers.importer import ImportOptions, Reading
+from robolaser.data.importers.orientation import turned_by
+from robolaser.data.importers.units import ANGLE, Units
+
+
+@final
+@dataclass(frozen=True)
+class ColumnReader:
+    """The columns of one table of the data set, and how they are read from a file."""
+
+    name: str
+    file: Table
+    chosen: Chosen
+    quantities: Quantities
+    options: ImportOptions
+
+    def table(self, *, number_poses: bool) -> Table:
+        """The columns by their names in the data set, numbers in SI units."""
+        units = Units.of(self.options.units)
+        texts: dict[str, tuple[str, ...]] = {}
+        known: dict[str, Array] = {}
+        for column, source in self.chosen.items():
+            quantity = self.quantities.get(column, TEXT)
+            if quantity is TEXT:
+                texts[column] = self._texts(column, source)
+            else:
+                known[column] = units.factor(quantity, source) * self._numbers(source)
+        if number_poses and "pose" not in self.chosen:
+            texts["pose"] = tuple(map(str, self.file.lines))
+        if self.name == POINTS and "point" not in self.chosen:
+            texts["point"] = (self.options.point or "",) * len(self.file)
+        return Table(self.file.file, [*texts, *known], texts, self.file.lines, known)
+
+    def readings(self, *, number_poses: bool) -> list[Reading]:
+        """How each column is read."""
+        units, table, file = Units.of(self.options.units), f"{self.name}.csv", self.file.file
+        found = []
+        for column, source in self.chosen.items():
+            quantity = self.quantities.get(column, TEXT)
+            unit = "" if quantity is TEXT else units.unit(quantity, source)
+            if column not in (*EULER, *ROTATION_VECTOR):
+                found.append(Reading(table, column, file, source, f"{unit}/s" if column.startswith("qd_") else unit))
+        words, first = turned_by(self.chosen, self.options.euler)
+        if words:
+            found += [Reading(table, column, file, words, units.unit(ANGLE, first)) for column in QUATERNION]
+        if number_poses and "pose" not in self.chosen:
+            found.insert(0, Reading(table, "pose", file, "(number of the row)"))
+        if self.name == POINTS and "point" not in self.chosen:
+            found.append(Reading(table, "point", file, "(--point)"))
+        return found
+
+    def _texts(self, column: str, source: str) -> tuple[str, ...]:
+        cells = self.file.columns[source]
+        if column in self.quantities:
+            return cells
+        plain = tuple(self._plain(cell) for cell in cells)  # a further column, perhaps of numbers
+        return plain if np.isfinite([finite(cell) for cell in plain]).all() else cells
+
+    def _numbers(self, source: str) -> Array:
+        cells = self.file.columns[source]
+        values = np.array([finite(self._plain(cell)) for cell in cells], dtype=np.float64)
+        for i in np.flatnonzero(~np.isfinite(values))[:1]:
+            sign = self.options.decimal
+            other = "," if sign == "." else "."
+            hint = f" with the decimal sign {sign!r} (--decimal says another)" if other in cells[i] else ""
+            raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
+        return values
+
+    def _plain(self, cell: str) -> str:
+        """A cell with a decimal point; one that had a point beside another sign is no number."""
+        sign = self.options.decimal
+        return cell if sign == "." else f"'{cell}'" if "." in cell else cell.replace(sign, ".")

@@ -1,0 +1,145 @@
+"""Pairs of a flange's pose and of what a camera saw then, as a data set of 6-D poses: A X = X B and A X = Z B alike."""
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal, cast, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.importers.importer import Imported, ImportOptions, Reading
+from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.errors import DataError, UsageError
+from robolaser.geometry.rigid_motion import inverse, to_angles, to_quaternion
+from robolaser.parameters import Parameter
+
+Mount = Literal["flange", "base"]
+MOUNTS: tuple[Mount, ...] = ("flange", "base")
+MOUNT: Final = "mount"
+"""Option that says what carries the camera."""
+BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}
+"""What the flange carries: the body whose poses are measured."""
+SIX = ("x", "y", "z", "w", "phi", "psi")
+SPAN = (1.0, np.pi)
+"""How far a start value may be off, m and rad."""
+
+
+@final
+@dataclass(frozen=True)
+class Pairs:
+    """What was read, one entry a pose (n).
+
+    Attributes:
+        file: Where from.
+        names: Of the poses.
+        T_base_flange: (n, 4, 4), or None: `q` is there.
+        T_camera_target: The target as the camera saw it, (n, 4, 4).
+        flange_from: The field that the flange's pose or the joint readings are from.
+        target_from: The field that the target's pose is from.
+        q: Joint readings in the order of the robot's, (n, j).
+        qd: Joint velocities, (n, j).
+        time_s: (n,) [s].
+        guess: T_flange_camera or T_base_camera as another tool found it, (4, 4).
+    """
+
+    file: str
+    names: tuple[str, ...]
+    T_base_flange: Array | None
+    T_camera_target: Array
+    flange_from: str
+    target_from: str
+    q: Array | None = None
+    qd: Array | None = None
+    time_s: Array | None = None
+    guess: Array | None = None
+
+
+def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:
+    """What carries the camera: as the file says, or as a person does.
+
+    Raises:
+        UsageError: Neither does, or they contradict each other.
+    """
+    stated = options.further.get(MOUNT)
+    if stated is not None and stated not in MOUNTS:
+        raise UsageError(f"--set mount={stated}: expected flange (eye in hand) or base (eye to hand).")
+    if stated is not None and known is not None and stated != known:
+        raise UsageError(f"--set mount={stated}: {file} says that the camera is mounted on the {known}.")
+    if known is None and stated is None:
+        raise UsageError(
+            f"{file}: is the camera on the flange or does it stand in the cell? Say it with --set mount=flange (eye in"
+            " hand) or --set mount=base (eye to hand)."
+        )
+    return known or cast("Mount", stated)
+
+
+def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: tuple[str, ...] = ()) -> Imported:
+    """The data set of pairs.
+
+    A camera on the flange is a body that is seen from the target; a target on the flange one that is seen from the
+    camera.
+
+    Raises:
+        DataError: There are no pairs.
+    """
+    if not pairs.names:
+        raise DataError(f"{pairs.file} has no samples.", file=pairs.file)
+    body = BODIES[mount]
+    T = inverse(pairs.T_camera_target) if mount == "flange" else pairs.T_camera_target
+    n = len(pairs.names)
+    points = Points(np.arange(n), (body,) * n, xyz=T[:, :3, 3], columns={"quaternion": to_quaternion(T[:, :3, :3])})
+    poses = Poses(pairs.names, pairs.time_s, q=pairs.q, qd=pairs.qd, T_base_flange=pairs.T_base_flange)
+    dataset = Dataset(
+        options.name,
+        poses,
+        points,
+        kind="pose",
+        robot=options.robot if pairs.q is not None else None,
+        path_known=options.path_known,
+        source=pairs.file,
+    )
+    if pairs.guess is not None:
+        placed = ("tool.camera", pairs.guess) if mount == "flange" else ("base", inverse(pairs.guess))
+        dataset = replace(dataset, parameters=placed_camera(placed[1], placed[0]))
+    return Imported(dataset, tuple(_readings(pairs, mount, dataset)), left_out)
+
+
+def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
+    """Nominal values of the six parameters of a motion (4, 4) that another tool found, within wide bounds."""
+    values = [*T[:3, 3].tolist(), *map(float, to_angles(T[:3, :3]))]
+    found = {}
+    for part, value in zip(SIX, values, strict=True):
+        unit, span = ("m", SPAN[0]) if part in "xyz" else ("rad", SPAN[1])
+        found[f"{prefix}.{part}"] = Parameter(f"{prefix}.{part}", unit, value, value - span, value + span)
+    return found
+
+
+def pose_readings(dataset: Dataset, file: str, said: str, named: str) -> list[Reading]:
+    """How the columns of poses.csv came about, of readings that are all from one field."""
+    poses, found = dataset.poses, [Reading("poses.csv", "pose", file, f"({named})")]
+    if poses.time_s is not None:
+        found.append(Reading("poses.csv", "time_s", file, "time", "s"))
+    if dataset.robot is None:
+        return found + [Reading("poses.csv", column, file, said, _unit(column)) for column in FLANGE_COLUMNS]
+    units = ["m" if slides else "rad" for slides in dataset.robot.prismatic]
+    for prefix, values, per in (("q", poses.q, ""), ("qd", poses.qd, "/s")):
+        if values is not None:
+            found += [
+                Reading("poses.csv", f"{prefix}_{joint}", file, said, unit + per)
+                for joint, unit in zip(dataset.robot.joints, units, strict=True)
+            ]
+    return found
+
+
+def _unit(column: str) -> str:
+    return "m" if column.endswith("_m") else ""
+
+
+def _readings(pairs: Pairs, mount: Mount, dataset: Dataset) -> list[Reading]:
+    seen = f"{pairs.target_from}, inverted: the camera seen from the target" if mount == "flange" else pairs.target_from
+    return [
+        *pose_readings(dataset, pairs.file, pairs.flange_from, "number of the sample"),
+        Reading("points.csv", "pose", pairs.file, "(number of the sample)"),
+        Reading("points.csv", "point", pairs.file, f"({MOUNT}={mount})"),
+        *(Reading("points.csv", column, pairs.file, seen, _unit(column)) for column in FLANGE_COLUMNS),
+    ]

@@ -1,0 +1,143 @@
+"""A folder of images of a board and a table with the arm's pose at each of them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar, Final, final
+
+from robolaser.data.csv_tables import Table
+from robolaser.data.dataset import Poses
+from robolaser.data.importers.board_option import BOARD, board_of
+from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
+from robolaser.data.importers.column_choice import POSES, TEXT, choose_poses, pose_quantities
+from robolaser.data.importers.column_reader import ColumnReader
+from robolaser.data.importers.delimited_text import read_delimited
+from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.industrial_calibration import FILE as CAL_DATA
+from robolaser.data.importers.intrinsics import HOLD, INTRINSICS, intrinsic_parameters, intrinsics_of_file
+from robolaser.data.importers.orientation import with_quaternions
+from robolaser.data.importers.tables import SUFFIXES as TABLES
+from robolaser.data.pose_table import poses_of
+from robolaser.errors import DataError, UsageError, near
+
+IMAGE: Final = "image"
+ORDER: Final = "order"
+"""Option that says that images belong to rows in the order of their names."""
+
+
+@final
+class ImageFolder(Importer):
+    """A folder with images and one table, or the folder of images and then the table.
+
+    A row of the table is a pose: joint readings, with a robot, or a flange pose. Its column `image` names the file; or
+    `--set order=sorted` says that the images belong to the rows in the order of their names, numbers as numbers.
+    """
+
+    name: ClassVar[str] = "images"
+    title: ClassVar[str] = "a folder of images of a board, and a table with the arm's pose at each"
+    further: ClassVar[tuple[str, ...]] = (MOUNT, BOARD, ORDER, INTRINSICS, HOLD)
+    takes: ClassVar[tuple[str, ...]] = ("robot", "columns", "units", "separator", "decimal", "header_row", "euler")
+
+    def recognises(self, path: Path) -> bool:
+        """A folder with images and one table."""
+        return path.is_dir() and not (path / CAL_DATA).exists() and bool(_images(path)) and len(_tables(path)) == 1
+
+    def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
+        """Read the table, and see that every image is one."""
+        for path in paths:
+            if not path.exists():
+                raise DataError(f"Cannot read {path}: no such file or folder.", file=path)
+        if len(paths) > 2 or not paths[0].is_dir() or (len(paths) == 1 and len(_tables(paths[0])) != 1):
+            raise UsageError("Name a folder with images and one table, or the folder of images and then the table.")
+        folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]
+        table = read_delimited(file, options)
+        mount, board = mount_of(options, file.name), board_of(options.further)
+        further = {IMAGE: TEXT}
+        choice = choose_poses(table, options, further)
+        reader = ColumnReader(POSES, table, choice.poses, {**pose_quantities(options), **further}, options)
+        read, warnings = poses_of(
+            _without(with_quaternions(reader.table(number_poses=True), options.euler), IMAGE), Path(), options.robot
+        )
+        files, words = _files(table, choice.poses.get(IMAGE), folder, options)
+        found = image_files(files)
+        poses: Poses = replace(read, image=found.paths)
+        stated = options.further.get(INTRINSICS)
+        if stated is None and HOLD in options.further:
+            raise UsageError(f"--set {HOLD}: which values? Name their file with --set {INTRINSICS}=FILE.")
+        parameters = {} if stated is None else intrinsic_parameters(intrinsics_of_file(Path(stated)), options.further)
+        dataset = camera_recording(
+            poses, found, board, mount, options, source=file.name, parameters=parameters, robot=options.robot
+        )
+        readings = [one for one in reader.readings(number_poses=True) if one.column != IMAGE]
+        readings.append(Reading("poses.csv", IMAGE, file.name, words))
+        if stated is not None:
+            readings.append(Reading("dataset.toml", " ".join(parameters), Path(stated).name, "intrinsics", "px"))
+        spare = sorted({image.name for image in _images(folder)} - {one.name for one in files if one is not None})
+        left_out = (*choice.left_out, *(f"{name}: no row names it" for name in spare))
+        return Imported(replace(dataset, warnings=tuple(warnings)), tuple(readings), left_out, found.contents)
+
+
+def _without(table: Table, column: str) -> Table:
+    return replace(
+        table,
+        header=[name for name in table.header if name != column],
+        columns={name: cells for name, cells in table.columns.items() if name != column},
+    )
+
+
+def _files(table: Table, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
+    """The image of each row, and what it is read from.
+
+    Raises:
+        UsageError: Nothing says which image belongs to which row.
+        DataError: An image is not there, or there are not as many as rows.
+    """
+    images = _images(folder)
+    if column is None:
+        if options.further.get(ORDER) != "sorted":
+            raise UsageError(
+                f"{table.file}: which image belongs to which row? Name the column with --column image=NAME or, if they"
+                f" follow each other in the order of their names, say --set {ORDER}=sorted."
+            )
+        if len(images) != len(table):
+            raise DataError(
+                f"{table.file} has {len(table)} rows, but {folder.name} has {len(images)} images.", file=folder
+            )
+        return list(images), "(order of the names)"
+    if ORDER in options.further:
+        raise UsageError(f"--set {ORDER}: the column {column} names the images. Leave one of them out.")
+    known = {image.name: image for image in images}
+    files: list[Path | None] = []
+    for line, cell in zip(table.lines, table.columns[column], strict=True):
+        name = Path(cell).name
+        if cell and name not in known:
+            raise DataError(
+                f"{table.file}, row {line}, column {column}: no image {name} in {folder.name}.{near(name, known, 5)}",
+                file=table.file,
+                row=line,
+                column=column,
+            )
+        files.append(known[name] if cell else None)
+    return files, column
+
+
+def _images(folder: Path) -> list[Path]:
+    """The images of a folder, those with numbers in their names by the numbers."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+    return sorted(found, key=lambda path: [(not part.isdigit(), part.zfill(20)) for part in _parts(path.stem)])
+
+
+def _parts(stem: str) -> list[str]:
+    """Digits and other letters of a name, apart."""
+    parts: list[str] = []
+    for letter in stem:
+        if parts and parts[-1][-1].isdigit() == letter.isdigit():
+            parts[-1] += letter
+        else:
+            parts.append(letter)
+    return parts
+
+
+def _tables(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in TABLES)

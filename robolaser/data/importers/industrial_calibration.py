@@ -1,0 +1,167 @@
+"""Data of ROS-Industrial's industrial_calibration: cal_data.yaml, images, the poses of the wrist, the target finder."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Final, final
+
+import numpy as np
+
+from robolaser.data.dataset import Board, Poses
+from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.intrinsics import HOLD, INTRINSICS, intrinsic_parameters, intrinsics_of_file, pinhole
+from robolaser.data.importers.yaml_file import motion, numbers, peek, read_yaml, under
+from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.errors import DataError, UsageError
+from robolaser.parameters import Parameter
+
+FILE = "cal_data.yaml"
+KEYS = ("target_finder:", "camera_mount_to_camera_guess:", "homography_threshold:", "static_camera:")
+SUFFIX: Final = (".yaml", ".yml")
+GUESS = "camera_mount_to_camera_guess"
+USED = ("data", "target_finder", "intrinsics", GUESS, "static_camera")
+
+
+@final
+class IndustrialCalibration(Importer):
+    """The folder with cal_data.yaml, or that file and beside it files with the target finder and the intrinsics.
+
+    The poses are those of the wrist in the base frame. Of a ChArUco board the file counts squares, of which there are
+    one more each way than inner corners. The guess of the target is left out: it is of another frame on the board.
+    """
+
+    name: ClassVar[str] = "industrial_calibration"
+    title: ClassVar[str] = "industrial_calibration's cal_data.yaml with its images and poses"
+    further: ClassVar[tuple[str, ...]] = (MOUNT, HOLD)
+    takes: ClassVar[tuple[str, ...]] = ()
+
+    def recognises(self, path: Path) -> bool:
+        """A folder with cal_data.yaml, or a YAML file with its keys."""
+        file = path / FILE if path.is_dir() else path
+        text = peek(file)
+        return file.suffix in SUFFIX and any(text.startswith(key) or f"\n{key}" in text for key in KEYS)
+
+    def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
+        """Read the listed images and poses."""
+        first, *others = [path / FILE if path.is_dir() else path for path in paths]
+        contents = read_yaml(first)
+        for path in others:
+            more = read_yaml(path)
+            contents = {**contents, **({"target_finder": more} if "type" in more else more)}
+        file, folder = first.name, first.parent
+        static = contents.get("static_camera")
+        known: Mount | None = None if not isinstance(static, bool) else "base" if static else "flange"
+        mount = mount_of(options, file, known)
+        board = _board(under(contents, "target_finder", file), file)
+        entries = under(contents, "data", file)
+        if not isinstance(entries, list) or not entries:
+            raise DataError(f"{file}, data: expected a list of images and poses.", file=file, column="data")
+        T, images, renamed = [], [], []
+        for i, entry in enumerate(entries, 1):
+            pose_file = _beside(folder, under(entry, "pose", file, f"data, entry {i}"), file)
+            T.append(motion(read_yaml(pose_file), f"{pose_file.parent.name}/{pose_file.name}", "pose"))
+            stated = _beside(folder, under(entry, "image", file, f"data, entry {i}"), file)
+            images.append(_image(stated, file))
+            if images[-1] != stated:
+                renamed.append(f"{stated.name} is {images[-1].name}")
+        found = image_files(images)
+        poses = Poses(tuple(image.stem for image in images), T_base_flange=np.array(T), image=found.paths)
+        if len(set(poses.names)) < len(images):
+            poses = Poses(tuple(map(str, range(1, len(images) + 1))), T_base_flange=np.array(T), image=found.paths)
+        parameters, settings = _parameters(contents, folder, file, options)
+        if GUESS in contents:
+            parameters |= placed_camera(motion(contents[GUESS], file, GUESS), "hand_eye")
+            settings.append(Reading("dataset.toml", "hand_eye.*", file, GUESS, "m, rad"))
+        settings.append(Reading("dataset.toml", "[board]", file, "target_finder", "m"))
+        dataset = camera_recording(poses, found, board, mount, options, source=file, parameters=parameters)
+        left_out = [f"{file}: {key}" for key in contents if key not in USED]
+        if renamed:
+            more = f" and so on, {len(renamed)} in all" if len(renamed) > 1 else ""
+            left_out.append(f"{file}: names of images that are there with another suffix ({renamed[0]}{more})")
+        return Imported(dataset, (*_readings(file), *settings), tuple(left_out), found.contents)
+
+
+def _parameters(
+    contents: Mapping[str, Any], folder: Path, file: str, options: ImportOptions
+) -> tuple[dict[str, Parameter], list[Reading]]:
+    """The intrinsics, of the file or of camera_intr.yaml beside it."""
+    beside = folder / "camera_intr.yaml"
+    if INTRINSICS in contents:
+        found = intrinsic_parameters(pinhole(contents[INTRINSICS], file), options.further)
+    elif beside.is_file():
+        found, file = intrinsic_parameters(intrinsics_of_file(beside), options.further), beside.name
+    elif HOLD in options.further:
+        raise UsageError(f"--set {HOLD}={options.further[HOLD]}: {file} has no intrinsics. Add their file.")
+    else:
+        return {}, []
+    return found, [Reading("dataset.toml", " ".join(found), file, INTRINSICS, "px")]
+
+
+def _board(finder: Any, file: str) -> Board:
+    """The board of a target finder.
+
+    Raises:
+        DataError: It is of a kind that `extract` does not find, or a number is missing.
+    """
+    kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
+
+    def count(key: str) -> int:
+        return int(numbers(under(finder, key, file, "target_finder"), 1, file, f"target_finder.{key}")[0])
+
+    def length(key: str) -> float:
+        return float(numbers(under(finder, key, file, "target_finder"), 1, file, f"target_finder.{key}")[0])
+
+    if kind.startswith("CharucoGrid"):
+        dictionary = _dictionary(count("dictionary"), file)
+        square, marker = length("chessboard_dim"), length("aruco_marker_dim")
+        return Board(count("cols") - 1, count("rows") - 1, square, "charuco", marker, dictionary)
+    if kind.startswith("ModifiedCircleGrid"):
+        return Board(count("cols"), count("rows"), length("spacing"), "circles")
+    raise DataError(
+        f"{file}, target_finder.type: {kind} is a board that robolaser does not find in images; it finds ChArUco boards"
+        " and grids of circles.",
+        file=file,
+        column="target_finder",
+    )
+
+
+def _dictionary(number: int, file: str) -> str:
+    """OpenCV's name of a dictionary that the file gives as a number."""
+    from cv2 import aruco  # noqa: PLC0415 - slow to import
+
+    names = [name for name in dir(aruco) if name.startswith("DICT_") and getattr(aruco, name) == number]
+    if not names:
+        raise DataError(f"{file}, target_finder.dictionary: OpenCV has no dictionary {number}.", file=file)
+    return min(names, key=len)
+
+
+def _beside(folder: Path, name: Any, file: str) -> Path:
+    path = folder / str(name)
+    if "\0" in str(name) or not path.resolve().is_relative_to(folder.resolve()):
+        raise DataError(f"{file}: {name} leaves the folder of {file}.", file=file)
+    return path
+
+
+def _image(stated: Path, file: str) -> Path:
+    """The image of that name, or the only one of that name with another suffix.
+
+    Raises:
+        DataError: There is none, or there are several.
+    """
+    if stated.is_file():
+        return stated
+    others = [stated.with_suffix(suffix) for suffix in SUFFIXES if stated.with_suffix(suffix).is_file()]
+    if len(others) != 1:
+        why = "is not there" if not others else f"is there as {' and '.join(one.name for one in others)}"
+        raise DataError(f"{file}: {stated.parent.name}/{stated.name} {why}.", file=stated)
+    return others[0]
+
+
+def _readings(file: str) -> tuple[Reading, ...]:
+    parts = zip(FLANGE_COLUMNS, ("x", "y", "z", "qx", "qy", "qz", "qw"), strict=True)
+    return (
+        Reading("poses.csv", "pose", file, "(name of the image)"),
+        *(Reading("poses.csv", column, file, f"pose, {key}", "" if "q" in key else "m") for column, key in parts),
+        Reading("poses.csv", "image", file, "image"),
+    )

@@ -1,0 +1,167 @@
+"""OpenCV's FileStorage (YAML, XML, JSON) with lists of rotations and translations, as calibrateHandEye takes them."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import read_text
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
+from robolaser.data.importers.units import LENGTH, Units
+from robolaser.data.importers.yaml_file import motion_of_matrix, peek
+from robolaser.errors import DataError, UsageError, near
+from robolaser.geometry.rigid_motion import exp_so3, inverse
+
+SUFFIXES = (".yaml", ".yml", ".xml", ".json")
+MARKS = ("%YAML:1.0", "%YAML 1.0", "<opencv_storage>", "opencv-matrix")
+WAYS: Final = {"gripper2base": False, "base2gripper": True, "target2cam": False, "cam2target": True}
+"""Ways a list may go, by OpenCV's words; whether it is inverted to become T_base_flange or T_camera_target."""
+ALSO: Final = {"world2cam": "target2cam"}
+"""Other words of OpenCV for the same: those of calibrateRobotWorldHandEye."""
+_NUMBERED = re.compile(r"(.*?)_?(\d+)")
+
+
+@final
+class OpenCVStorage(Importer):
+    """Lists that are named as the arguments of `cv2.calibrateHandEye` and `calibrateRobotWorldHandEye` are.
+
+    A rotation is a matrix or a Rodrigues vector. Other names are stated with `--set gripper2base=R,t`, or with one name
+    where 4 x 4 matrices are stored; the word says which way the motions go.
+    """
+
+    name: ClassVar[str] = "opencv"
+    title: ClassVar[str] = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
+    further: ClassVar[tuple[str, ...]] = (MOUNT, *WAYS)
+    takes: ClassVar[tuple[str, ...]] = ("units",)
+
+    def recognises(self, path: Path) -> bool:
+        """By its suffix and its first bytes."""
+        return path.suffix.lower() in SUFFIXES and any(mark in peek(path) for mark in MARKS)
+
+    def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
+        """Read one file, or several whose lists belong together."""
+        nodes: dict[str, list[Array]] = {}
+        for path in paths:
+            for key, values in read_storage(path).items():
+                if nodes.setdefault(key, values) is not values:
+                    raise DataError(f"{path.name}: {key} is in another of the files too.", file=path, column=key)
+        file = ", ".join(path.name for path in paths)
+        gripper_from, gripper = _motions(nodes, ("gripper2base", "base2gripper"), options, file)
+        target_from, target = _motions(nodes, ("target2cam", "cam2target"), options, file)
+        if len(gripper) != len(target):
+            raise DataError(
+                f"{file}: {gripper_from} has {len(gripper)} entries, {target_from} has {len(target)}.", file=file
+            )
+        mount = mount_of(options, file)
+        used = {key for text in (gripper_from, target_from) for key in re.split(r"[ ,]+", text)}
+        left_out = tuple(f"{file}: {key}" for key in nodes if key not in used)
+        names = tuple(str(i) for i in range(1, len(gripper) + 1))
+        return pairs_dataset(Pairs(file, names, gripper, target, gripper_from, target_from), mount, options, left_out)
+
+
+def read_storage(path: Path) -> dict[str, list[Array]]:
+    """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
+
+    Raises:
+        DataError: The file is not there, or OpenCV does not read it.
+    """
+    import cv2  # noqa: PLC0415 - slow to import
+
+    text = read_text(path)
+    try:
+        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+        root = storage.root()
+        found = {key: _arrays(root.getNode(key)) for key in root.keys()}  # noqa: SIM118 - no mapping
+    except (cv2.error, SystemError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise DataError(f"{path.name}: OpenCV does not read it: {reason}", file=path) from None
+    numbered: dict[str, list[tuple[int, Array]]] = {}
+    for key, arrays in found.items():
+        parts = _NUMBERED.fullmatch(key)
+        if parts and len(arrays) == 1:
+            numbered.setdefault(parts[1], []).append((int(parts[2]), arrays[0]))
+    lists = {
+        name: [array for _, array in sorted(entries, key=lambda entry: entry[0])] for name, entries in numbered.items()
+    }
+    kept = {key: arrays for key, arrays in found.items() if not (_NUMBERED.fullmatch(key) and len(arrays) == 1)}
+    return lists | kept
+
+
+def _arrays(node: Any) -> list[Array]:
+    if node.isSeq():
+        parts = [node.at(i) for i in range(node.size())]
+        if parts and all(part.isReal() or part.isInt() for part in parts):
+            return [np.array([part.real() for part in parts])]
+        return [array for part in parts for array in _arrays(part)]
+    if node.isMap():
+        matrix = node.mat()
+        if matrix is not None and matrix.ndim == 2:
+            return [np.asarray(matrix, dtype=np.float64)]
+        if matrix is not None:  # a vector of vectors has channels
+            return [np.asarray(matrix, dtype=np.float64).reshape(len(matrix), -1)]
+        return []
+    return [np.array([node.real()])] if node.isReal() or node.isInt() else []
+
+
+def _motions(
+    nodes: Mapping[str, list[Array]], ways: tuple[str, str], options: ImportOptions, file: str
+) -> tuple[str, Array]:
+    """The motions of one of two ways, as the first of them says, and the keys that they are from."""
+    for way in ways:
+        words = (way, *(word for word, meant in ALSO.items() if meant == way))
+        keys = options.further[way].split(",") if way in options.further else None
+        for word in words:
+            if keys is None and {f"R_{word}", f"t_{word}"} <= nodes.keys():
+                keys = [f"R_{word}", f"t_{word}"]
+        if keys is not None:
+            T = _of_keys(nodes, [key.strip() for key in keys], way, options, file)
+            return (f"{', '.join(keys)} (inverted)", inverse(T)) if WAYS[way] else (", ".join(keys), T)
+    raise UsageError(
+        f"{file} has no R_{ways[0]} and t_{ways[0]}. Name the lists with --set {ways[0]}=R,t or, if they go the other"
+        f" way, --set {ways[1]}=R,t; or name one list of 4 x 4 matrices.{near(f'R_{ways[0]}', nodes)}"
+    )
+
+
+def _of_keys(
+    nodes: Mapping[str, list[Array]], keys: Sequence[str], way: str, options: ImportOptions, file: str
+) -> Array:
+    for key in keys:
+        if key not in nodes:
+            raise DataError(f"{file} has no {key}, which --set {way} names.{near(key, nodes)}", file=file, column=key)
+    factor = Units.of(options.units).factor(LENGTH, keys[-1])
+    if len(keys) == 1:
+        matrices = _entries(nodes[keys[0]], (16, 12), keys[0], file)
+        T = [motion_of_matrix(flat.reshape(-1, 4), file, f"{keys[0]}, entry {i}") for i, flat in enumerate(matrices, 1)]
+    elif len(keys) == 2:
+        turns, shifts = _entries(nodes[keys[0]], (9, 3), keys[0], file), _entries(nodes[keys[1]], (3,), keys[1], file)
+        if len(turns) != len(shifts):
+            raise DataError(f"{file}: {keys[0]} has {len(turns)} entries, {keys[1]} has {len(shifts)}.", file=file)
+        T = []
+        for i, (turn, shift) in enumerate(zip(turns, shifts, strict=True), 1):
+            R = exp_so3(turn) if len(turn) == 3 else turn.reshape(3, 3)
+            T.append(motion_of_matrix(np.column_stack([R, shift]), file, f"{keys[0]}, entry {i}"))
+    else:
+        raise UsageError(
+            f"--set {way}={','.join(keys)}: expected the names of rotations and translations, or one name."
+        )
+    found = np.array(T).reshape(-1, 4, 4)
+    found[:, :3, 3] *= factor
+    return found
+
+
+def _entries(arrays: Sequence[Array], sizes: tuple[int, ...], key: str, file: str) -> list[Array]:
+    """Matrices or vectors of one of the sizes, flat; a single matrix with many rows is one entry a row."""
+    if len(arrays) == 1 and arrays[0].size not in sizes and arrays[0].ndim == 2 and arrays[0].shape[1] in sizes:
+        arrays = list(arrays[0])
+    flat = [array.reshape(-1) for array in arrays]
+    wrong = [i for i, array in enumerate(flat, 1) if array.size != flat[0].size or array.size not in sizes]
+    if not flat or wrong or not all(np.isfinite(array).all() for array in flat):
+        numbers = " or ".join(map(str, sizes))
+        raise DataError(
+            f"{file}, {key}: expected a list of entries of {numbers} finite numbers each.", file=file, column=key
+        )
+    return flat

@@ -1,0 +1,248 @@
+"""Recordings of ROS 1 and ROS 2: the arm's readings, and images of a board or poses of a marker or body."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar, Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.csv_tables import finite
+from robolaser.data.dataset import Poses
+from robolaser.data.importers.board_option import BOARD, board_of
+from robolaser.data.importers.camera_recording import ImageFiles, camera_recording
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset, pose_readings
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.intrinsics import HOLD, intrinsic_parameters, intrinsics_of
+from robolaser.data.importers.ros_images import image_file
+from robolaser.data.importers.ros_messages import CAMERA_INFO, IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
+from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of
+from robolaser.errors import DataError, UsageError
+from robolaser.parameters import Parameter
+
+SUFFIXES = (".bag", ".db3", ".mcap")
+METADATA = "metadata.yaml"
+JOINT_TOPIC: Final = "joints"
+IMAGE_TOPIC: Final = "images"
+POSE_TOPIC: Final = "poses"
+CAMERA: Final = "camera"
+MARKER: Final = "marker"
+BASE: Final = "base"
+FLANGE: Final = "flange"
+EVERY: Final = "every_s"
+MOST_IMAGES = 5000
+
+
+@final
+@dataclass(frozen=True)
+class Readings:
+    """The arm at the times of m measurements.
+
+    Attributes:
+        said: Topic or frames that they are from.
+        kept: Numbers of the measurements that have readings within the tolerance, (k,).
+        poses: Times and joint readings or flange poses, (k,).
+        left_out: What to say of the others.
+    """
+
+    said: str
+    kept: Ints
+    poses: Poses
+    left_out: tuple[str, ...]
+
+
+@final
+class RosBag(Importer):
+    """A bag with joint states, or tf with the flange, and images of a board, a marker in tf, or a topic of poses.
+
+    Measurements are kept, each with the arm's readings at its time, interpolated between those before and after it,
+    which must be within the stated tolerance. Velocities of the joint states become `qd_` columns.
+    """
+
+    name: ClassVar[str] = "rosbag"
+    title: ClassVar[str] = "ROS 1 bags, ROS 2 bags and MCAP files: joint states or tf, and images, markers or poses"
+    further: ClassVar[tuple[str, ...]] = (
+        MOUNT, TOLERANCE, EVERY, STAMPS, JOINT_TOPIC, BASE, FLANGE, IMAGE_TOPIC, BOARD, HOLD, CAMERA, MARKER,
+        POSE_TOPIC,
+    )  # fmt: skip
+    takes: ClassVar[tuple[str, ...]] = ("robot",)
+
+    def recognises(self, path: Path) -> bool:
+        """By its suffix, or as a folder with a file of one of those suffixes."""
+        if path.is_dir():
+            return any(file.suffix in SUFFIXES for file in path.iterdir())
+        return path.suffix in SUFFIXES
+
+    def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
+        """Read what was measured, and the arm's readings at those times."""
+        for path in paths:
+            if not path.exists():
+                raise DataError(f"Cannot read {path}: no such file.", file=path)
+        with Bag.opened(paths, options.further.get(STAMPS)) as bag:
+            stated = [name for name in (IMAGE_TOPIC, MARKER, POSE_TOPIC) if name in options.further]
+            images, poses = bag.topics(*IMAGES), bag.topics(*POSES, ODOMETRY)
+            if len(stated) > 1:
+                raise UsageError(f"--set {stated[0]} and --set {stated[1]}: import one measurement after the other.")
+            if not stated and (len(images) != 1 or poses):
+                raise UsageError(
+                    f"{bag.file}: what was measured? Say it with --set {IMAGE_TOPIC}=TOPIC"
+                    f" ({', '.join(images) or 'there are none'}), --set {POSE_TOPIC}=TOPIC"
+                    f" ({', '.join(poses) or 'there are none'}), or --set {CAMERA}=FRAME --set {MARKER}=FRAME of tf."
+                )
+            if not stated or stated == [IMAGE_TOPIC]:
+                return _images(bag, options)
+            return _pairs(bag, options)
+
+
+def _pairs(bag: Bag, options: ImportOptions) -> Imported:
+    """Poses of a marker in tf, or of a topic."""
+    mount, tolerance = mount_of(options, bag.file), tolerance_of(options.further, bag.file)
+    if POSE_TOPIC in options.further:
+        said = options.further[POSE_TOPIC]
+        times, T = bag.poses(bag.topic(POSE_TOPIC, said, *POSES, ODOMETRY))
+        seen = np.ones(len(times), dtype=bool)
+    else:
+        marker, camera = options.further[MARKER], _frame(CAMERA, options, bag, "that the marker is seen from")
+        tree = bag.transforms()
+        times = tree.times(camera, marker)
+        T, seen, _ = tree.lookup(camera, marker, times, tolerance)
+        said = f"tf, {camera} to {marker}"
+    picked = np.flatnonzero(seen)[_thinned(times[seen], options)]
+    readings = _readings(bag, options, times[picked], tolerance, "pose")
+    of_arm = readings.poses
+    pairs = Pairs(
+        bag.file,
+        of_arm.names,
+        of_arm.T_base_flange,
+        T[picked][readings.kept],
+        readings.said,
+        said,
+        q=of_arm.q,
+        qd=of_arm.qd,
+        time_s=of_arm.time_s,
+    )
+    return pairs_dataset(pairs, mount, options, readings.left_out)
+
+
+def _images(bag: Bag, options: ImportOptions) -> Imported:
+    """Images of a board."""
+    topic = bag.topic(IMAGE_TOPIC, options.further.get(IMAGE_TOPIC), *IMAGES)
+    mount, board = mount_of(options, bag.file), board_of(options.further)
+    tolerance = tolerance_of(options.further, bag.file)
+    times = bag.image_times(topic)
+    order = np.argsort(times, kind="stable")
+    picked = order[_thinned(times[order], options)]
+    readings = _readings(bag, options, times[picked], tolerance, "image")
+    wanted = dict(zip(picked[readings.kept].tolist(), readings.poses.names, strict=True))
+    if len(wanted) > MOST_IMAGES:
+        raise UsageError(f"{bag.file} has {len(wanted)} images. Take fewer with --set {EVERY}=SECONDS.")
+    paths: dict[str, str] = {}
+    contents: dict[str, bytes] = {}
+    sizes = set()
+    for number, (_, _, message) in enumerate(bag.messages([topic])):
+        if number in wanted:
+            suffix, data, size = image_file(message, bag.file, topic)
+            paths[wanted[number]] = path = f"images/{wanted[number]}{suffix}"
+            contents[path] = data
+            sizes.add(size)
+    if len(sizes) != 1:
+        raise DataError(f"{bag.file}, topic {topic}: images of several sizes: {sizes}.", file=bag.file)
+    parameters, said, words = _intrinsics(bag, topic, options)
+    named = tuple(paths[name] for name in readings.poses.names)
+    files = ImageFiles(named, {path: data.__bytes__ for path, data in contents.items()}, sizes.pop())
+    poses = replace(readings.poses, image=named)
+    dataset = camera_recording(
+        poses, files, board, mount, options, source=bag.file, parameters=parameters, robot=options.robot
+    )
+    shown = [*pose_readings(dataset, bag.file, readings.said, "number of the image")]
+    shown.append(Reading("poses.csv", "image", bag.file, topic))
+    if parameters:
+        shown.append(Reading("dataset.toml", " ".join(parameters), bag.file, said, "px"))
+    return Imported(dataset, tuple(shown), (*readings.left_out, *words), files.contents)
+
+
+def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> Readings:
+    """The arm at times, from joint states where there is a robot, else from tf.
+
+    Raises:
+        DataError: It is not known at any of them.
+        UsageError: A frame or a topic is not stated.
+    """
+    qd = T = q = None
+    left_out: list[str] = []
+    if options.robot is not None:
+        said = bag.topic(JOINT_TOPIC, options.further.get(JOINT_TOPIC), JOINTS)
+        track = bag.joints(said, options.robot.joints)
+        found = match(track.time_s, at_s, tolerance)
+        known, away = found.near, found.away_s
+        q, qd = found.values(track.q), None if track.qd is None else found.values(track.qd)
+        if track.partial:
+            left_out.append(f"{bag.file}: {track.partial} messages of {said} that lack a joint of the robot")
+        if qd is None:
+            left_out.append(f"{bag.file}: velocities of {said} (not all messages have them)")
+    else:
+        base = _frame(BASE, options, bag, "of the robot's base (or name the robot with --robot)")
+        flange = _frame(FLANGE, options, bag, "of the flange")
+        said = f"tf, {base} to {flange}"
+        T, known, away = bag.transforms().lookup(base, flange, at_s, tolerance)
+    if not known.any():
+        nearest = f"{away.min():.3g} s away" if len(away) else f"none: there is no {what}"
+        raise DataError(
+            f"{bag.file}: no {what} has readings of the arm ({said}) within {tolerance:g} s before and after it; the"
+            f" nearest is {nearest}. Are the clocks different?",
+            file=bag.file,
+        )
+    kept = np.flatnonzero(known)
+    if len(kept) < len(at_s):
+        left_out.append(
+            f"{bag.file}: {len(at_s) - len(kept)} of {len(at_s)} {what}s, without readings of the arm within"
+            f" {tolerance:g} s before and after"
+        )
+    names = tuple(f"{i:05d}" for i in range(1, len(kept) + 1))
+
+    def some(values: Array | None) -> Array | None:
+        return None if values is None else values[kept]
+
+    return Readings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), tuple(left_out))
+
+
+def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
+    if option not in options.further:
+        raise UsageError(f"{bag.file}: which frame of tf is the one {which}? Say it with --set {option}=FRAME.")
+    return options.further[option]
+
+
+def _thinned(times: Array, options: ImportOptions) -> Ints:
+    """Numbers of the times that are at least `every_s` apart.
+
+    Raises:
+        UsageError: `every_s` is no number of seconds.
+    """
+    step = finite(options.further.get(EVERY, "0"))
+    if not step >= 0:
+        raise UsageError(f"--set {EVERY}={options.further[EVERY]}: expected seconds.")
+    kept, last = [], -np.inf
+    for number, time in enumerate(times.tolist()):
+        if time - last >= step:
+            kept.append(number)
+            last = time
+    return np.array(kept, dtype=np.int64)
+
+
+def _intrinsics(bag: Bag, topic: str, options: ImportOptions) -> tuple[dict[str, Parameter], str, tuple[str, ...]]:
+    """What the camera_info beside a topic of images says, and that topic; or what is left out and why."""
+    beside = [info for info in bag.topics(CAMERA_INFO) if info.rpartition("/")[0] in topic]
+    if len(beside) != 1 or "rect" in topic:
+        why = "the images are rectified" if "rect" in topic else "not beside the images"
+        left_out = tuple(f"{bag.file}: {info} ({why})" for info in bag.topics(CAMERA_INFO))
+        if HOLD in options.further:
+            raise UsageError(f"--set {HOLD}: {bag.file} has no intrinsics of {topic}, so there is nothing to hold.")
+        return {}, "", left_out
+    _, _, message = next(iter(bag.messages(beside)))
+    K, D = (getattr(message, letter, getattr(message, letter.upper(), None)) for letter in "kd")
+    if K is None or not np.asarray(K)[0] > 0:
+        return {}, "", (f"{bag.file}: {beside[0]} (the camera is not calibrated)",)
+    where = f"{bag.file}, topic {beside[0]}"
+    values = intrinsics_of(np.asarray(K).tolist(), np.asarray(D).tolist(), where, message.distortion_model)
+    return intrinsic_parameters(values, options.further), beside[0], ()

@@ -1,0 +1,195 @@
+"""A ROS bag's messages, as numbers: joint states, transforms, poses, images and what is known of their camera."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.importers.ros_transforms import Transforms
+from robolaser.data.importers.yaml_file import motion_of_seven
+from robolaser.errors import DataError, DependencyMissing, RobolaserError, UsageError, near
+
+JOINTS, TF = "sensor_msgs/msg/JointState", ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+POSES = tuple(f"geometry_msgs/msg/{kind}" for kind in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
+ODOMETRY = "nav_msgs/msg/Odometry"
+STATIC = "/tf_static"
+STAMPS: Final = "stamps"
+"""Option that says which of a message's two times counts."""
+RECEIVED: Final = "received"
+
+
+@final
+@dataclass(frozen=True)
+class JointTrack:
+    """Joint readings over time.
+
+    Attributes:
+        time_s: Sorted, (n,) [s].
+        q: (n, j) [rad] or [m].
+        qd: (n, j), or None where a message has none.
+        partial: Messages that lack a joint and were passed over.
+    """
+
+    time_s: Array
+    q: Array
+    qd: Array | None
+    partial: int
+
+
+@final
+@dataclass(frozen=True)
+class Bag:
+    """An open recording.
+
+    Attributes:
+        file: Its name, for messages.
+        reader: Of rosbags.
+        received: Whether times are those of the recorder, not of the messages' headers.
+    """
+
+    file: str
+    reader: Any
+    received: bool
+
+    @classmethod
+    @contextmanager
+    def opened(cls, paths: Sequence[Path], stamps: str | None) -> Iterator[Self]:
+        """Open a ROS 1 bag or several, or a ROS 2 bag: a folder, or a .db3 or .mcap file alone.
+
+        Raises:
+            DependencyMissing: The package rosbags is not installed.
+            DataError: The recording cannot be read.
+            UsageError: `stamps` is something else than "received".
+        """
+        if stamps not in (None, RECEIVED):
+            raise UsageError(f"--set {STAMPS}={stamps}: expected {RECEIVED}; otherwise the messages' own times count.")
+        try:
+            from rosbags.highlevel import AnyReader  # noqa: PLC0415 - an extra
+            from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+        except ImportError:
+            raise DependencyMissing("A ROS bag needs the package rosbags: pip install 'robolaser[ros]'") from None
+        file = ", ".join(path.name for path in paths)
+        try:
+            with AnyReader(paths, default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+                yield cls(file, reader, stamps == RECEIVED)
+        except RobolaserError:
+            raise
+        except Exception as error:  # whatever a damaged file makes rosbags do
+            reason = " ".join(str(error).split())[:300] or type(error).__name__
+            raise DataError(f"{file}: the recording cannot be read: {reason}", file=file) from None
+
+    def topics(self, *types: str) -> list[str]:
+        """Topics of these types."""
+        return sorted({str(one.topic) for one in self.reader.connections if one.msgtype in types})
+
+    def topic(self, option: str, stated: str | None, *types: str) -> str:
+        """The stated topic, or the only one of these types.
+
+        Raises:
+            DataError: There is none.
+            UsageError: There are several.
+        """
+        there = self.topics(*types)
+        kind = types[0].rpartition("/")[2]
+        if stated is not None and stated not in there:
+            raise DataError(f"{self.file} has no topic {stated} of type {kind}.{near(stated, there)}", file=self.file)
+        if stated is None and len(there) > 1:
+            raise UsageError(f"{self.file}: which topic? Say it with --set {option}=TOPIC: {', '.join(there)}.")
+        if not there:
+            every = ", ".join(sorted({str(one.topic) for one in self.reader.connections})) or "none"
+            raise DataError(f"{self.file} has no topic of type {kind}. There are: {every}.", file=self.file)
+        return stated or there[0]
+
+    def messages(self, topics: Sequence[str]) -> Iterator[tuple[str, float, Any]]:
+        """Topic, time it was received [s], and message."""
+        connections = [one for one in self.reader.connections if one.topic in topics]
+        for connection, received, raw in self.reader.messages(connections=connections):
+            yield connection.topic, received * 1e-9, self.reader.deserialize(raw, connection.msgtype)
+
+    def time_of(self, header: Any, received_s: float, topic: str) -> float:
+        """Time of a message [s].
+
+        Raises:
+            DataError: Its header has none.
+        """
+        time = header.stamp.sec + header.stamp.nanosec * 1e-9
+        if self.received:
+            return received_s
+        if time <= 0:
+            raise DataError(
+                f"{self.file}, topic {topic}: its messages have no time stamps. Take the times at which they were"
+                f" recorded with --set {STAMPS}={RECEIVED}.",
+                file=self.file,
+            )
+        return float(time)
+
+    def joints(self, topic: str, names: Sequence[str]) -> JointTrack:
+        """Readings of joints, in the order of the names.
+
+        Raises:
+            DataError: No message has all of them.
+        """
+        rows: dict[float, tuple[Array, Array | None]] = {}
+        seen: dict[str, None] = {}
+        partial = 0
+        for _, received, message in self.messages([topic]):
+            there = list(message.name)
+            seen |= dict.fromkeys(there)
+            if not set(names) <= set(there):
+                partial += 1
+                continue
+            picked = [there.index(name) for name in names]
+            q = np.asarray(message.position, dtype=np.float64)[picked]
+            velocity = np.asarray(message.velocity, dtype=np.float64)
+            qd = velocity[picked] if len(velocity) == len(there) else None
+            if np.isfinite(q).all():
+                rows[self.time_of(message.header, received, topic)] = q, qd
+        if not rows:
+            missing = [name for name in names if name not in seen]
+            what = f"lacks the joint {missing[0]}" if missing else "has no message with all joints of the robot"
+            raise DataError(f"{self.file}, topic {topic} {what}.{near((missing or [''])[0], seen)}", file=self.file)
+        times = sorted(rows)
+        velocities = [rows[time][1] for time in times]
+        whole = [qd for qd in velocities if qd is not None and np.isfinite(qd).all()]
+        qd = np.array(whole) if len(whole) == len(times) else None
+        return JointTrack(np.array(times), np.array([rows[time][0] for time in times]), qd, partial)
+
+    def transforms(self) -> Transforms:
+        """All frames of the topics of tf."""
+
+        def stamped() -> Iterator[tuple[str, str, float | None, Array]]:
+            for topic, received, message in self.messages(self.topics(*TF)):
+                for one in message.transforms:
+                    parent, frame = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+                    static = topic.endswith(STATIC)
+                    time = None if static else self.time_of(one.header, received, topic)
+                    yield parent, frame, time, self._motion(one.transform.translation, one.transform.rotation, topic)
+
+        return Transforms.of(self.file, stamped())
+
+    def poses(self, topic: str) -> tuple[Array, Array]:
+        """Times (n,) [s], sorted, and motions (n, 4, 4) of a topic of poses."""
+        found: dict[float, Array] = {}
+        for _, received, message in self.messages([topic]):
+            if hasattr(message, "transform"):
+                place, turn = message.transform.translation, message.transform.rotation
+            else:
+                stated = message.pose.pose if hasattr(message.pose, "pose") else message.pose
+                place, turn = stated.position, stated.orientation
+            found[self.time_of(message.header, received, topic)] = self._motion(place, turn, topic)
+        times = sorted(found)
+        return np.array(times), np.array([found[time] for time in times]).reshape(-1, 4, 4)
+
+    def image_times(self, topic: str) -> Array:
+        """Times of a topic of images, in the order in which they were recorded, (n,) [s]."""
+        return np.array([self.time_of(one.header, received, topic) for _, received, one in self.messages([topic])])
+
+    def _motion(self, place: Any, turn: Any, topic: str) -> Array:
+        seven = np.array([place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w], dtype=np.float64)
+        return motion_of_seven(seven, self.file, f"topic {topic}")

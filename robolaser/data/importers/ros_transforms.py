@@ -1,0 +1,128 @@
+"""The tree of frames that ROS calls tf, over time."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.importers.time_matching import match
+from robolaser.errors import DataError, near
+from robolaser.geometry.rigid_motion import inverse
+
+
+@final
+@dataclass(frozen=True)
+class Edge:
+    """A frame on its parent.
+
+    Attributes:
+        parent: The parent's name.
+        time_s: Times of the motions, sorted, (n,) [s]; empty where it never changes.
+        T: T_parent_frame, (n, 4, 4); one motion where it never changes.
+    """
+
+    parent: str
+    time_s: Array
+    T: Array
+
+    @property
+    def moves(self) -> bool:
+        """Whether it was published over time."""
+        return len(self.time_s) > 0
+
+
+@final
+@dataclass(frozen=True)
+class Transforms:
+    """All frames of a recording.
+
+    Attributes:
+        file: Where they are from.
+        edges: By the name of the frame that is placed.
+    """
+
+    file: str
+    edges: Mapping[str, Edge]
+
+    @classmethod
+    def of(cls, file: str, stamped: Iterable[tuple[str, str, float | None, Array]]) -> Self:
+        """Build the tree.
+
+        Args:
+            file: Where it is from.
+            stamped: Parent, frame, time (None: static) and T_parent_frame of each message.
+
+        Raises:
+            DataError: A frame has two parents.
+        """
+        parents: dict[str, str] = {}
+        rows: dict[str, list[tuple[float | None, Array]]] = {}
+        for parent, frame, time, T in stamped:
+            if parents.setdefault(frame, parent) != parent:
+                raise DataError(f"{file}: the frame {frame} is placed on {parents[frame]} and on {parent}.", file=file)
+            rows.setdefault(frame, []).append((time, T))
+        return cls(file, {frame: _edge(parents[frame], entries) for frame, entries in rows.items()})
+
+    def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
+        """T_target_source at times (m,): (m, 4, 4), whether all that moves was known then, (m,), and how far off, (m,).
+
+        Raises:
+            DataError: There is no such frame, or the two are in trees apart.
+        """
+        known, away = np.ones(len(at_s), dtype=bool), np.zeros(len(at_s))
+        motions = []
+        for chain in self._chains(target, source):
+            T = np.broadcast_to(np.eye(4), (len(at_s), 4, 4))
+            for frame in chain:
+                edge = self.edges[frame]
+                if edge.moves:
+                    found = match(edge.time_s, at_s, tolerance_s)
+                    known &= found.near
+                    away = np.maximum(away, found.away_s)
+                    T = found.motions(edge.T) @ T
+                else:
+                    T = edge.T[0] @ T
+            motions.append(T)
+        return inverse(motions[0]) @ motions[1], known, away
+
+    def times(self, target: str, source: str) -> Array:
+        """Times at which the source was seen from the target: those of the moving frame nearest to the source.
+
+        Raises:
+            DataError: There is no such frame, the two are in trees apart, or nothing moves between them.
+        """
+        up, down = self._chains(target, source)
+        for frame in (*down, *reversed(up)):
+            if self.edges[frame].moves:
+                return self.edges[frame].time_s
+        raise DataError(f"{self.file}: nothing moves between the frames {target} and {source}.", file=self.file)
+
+    def _chains(self, target: str, source: str) -> tuple[list[str], list[str]]:
+        """Frames from each of the two up to below the first that they share."""
+        up, down = self._above(target), self._above(source)
+        shared = [frame for frame in up if frame in down]
+        if not shared:
+            raise DataError(f"{self.file}: the frames {target} and {source} are in trees apart.", file=self.file)
+        return up[: up.index(shared[0])], down[: down.index(shared[0])]
+
+    def _above(self, frame: str) -> list[str]:
+        """The frame and all above it, up to the root."""
+        known = {*self.edges, *(edge.parent for edge in self.edges.values())}
+        if frame not in known:
+            raise DataError(f"{self.file} has no frame {frame} in tf.{near(frame, sorted(known), 12)}", file=self.file)
+        found = [frame]
+        while found[-1] in self.edges:
+            found.append(self.edges[found[-1]].parent)
+            if len(found) > len(self.edges) + 1:
+                raise DataError(f"{self.file}: the frames above {frame} run in a circle.", file=self.file)
+        return found
+
+
+def _edge(parent: str, entries: Sequence[tuple[float | None, Array]]) -> Edge:
+    timed = {time: T for time, T in entries if time is not None}
+    if not timed:
+        return Edge(parent, np.empty(0), entries[-1][1][None])
+    order = sorted(timed)
+    return Edge(parent, np.array(order), np.array([timed[time] for time in order]))

@@ -1,0 +1,123 @@
+"""YAML and JSON files as other tools write them: numbers and rigid motions under known keys."""
+
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import read_text
+from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
+from robolaser.errors import DataError, near
+from robolaser.geometry.rigid_motion import from_quaternion, nearest_rotation, pose
+
+PEEKED = 65_536  # letters by which a file is recognised
+LARGEST_BYTES = 50_000_000
+MOTION = ("x", "y", "z", "qx", "qy", "qz", "qw")
+STRETCH = 0.01  # files round their digits
+
+
+def peek(path: Path) -> str:
+    """The beginning of a file as text; "" where there is none."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return file.read(PEEKED)
+    except (OSError, ValueError):
+        return ""
+
+
+def read_yaml(path: Path) -> Any:
+    """What a YAML or JSON file holds: mappings, lists, texts and numbers, and no objects of any other kind.
+
+    Raises:
+        DataError: It is not there, not text, not YAML, empty, or larger than any such file.
+    """
+    import yaml  # noqa: PLC0415 - loaded when needed
+
+    text = read_text(path)
+    if len(text) > LARGEST_BYTES:
+        raise DataError(f"{path.name} has {len(text)} letters: too many. Is it the right file?", file=path)
+    try:
+        contents = yaml.safe_load(text)
+    except RecursionError:
+        raise DataError(f"{path.name} is not valid YAML: it is nested too deeply.", file=path) from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise DataError(f"{path.name} is not valid YAML: {' '.join(str(error).split())}.", file=path) from None
+    if not isinstance(contents, Mapping | list):
+        raise DataError(f"{path.name} is empty, or no YAML of named values.", file=path)
+    return contents
+
+
+def under(values: Any, key: str, file: str, where: str = "") -> Any:
+    """What stands under a key.
+
+    Raises:
+        DataError: Nothing does.
+    """
+    if not isinstance(values, Mapping) or key not in values:
+        there = map(str, islice(values, 20)) if isinstance(values, Mapping) else ()
+        place = f", {where}" if where else ""
+        raise DataError(f"{file}{place} lacks {key}.{near(key, there)}", file=file, column=key)
+    return values[key]
+
+
+def numbers(values: Any, count: int, file: str, where: str) -> Array:
+    """A list of finite numbers, (count,); a list of lists is one after the other.
+
+    Raises:
+        DataError: It is something else.
+    """
+    flat: list[Any] = []
+    for value in values if isinstance(values, Sequence) and not isinstance(values, str) else [values]:
+        flat += value if isinstance(value, list) else [value]
+    right = len(flat) == count and all(isinstance(value, int | float) and not isinstance(value, bool) for value in flat)
+    found = np.array(flat, dtype=np.float64) if right else np.full(count, np.nan)
+    if not np.isfinite(found).all():
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise DataError(f"{file}, {where}: {str(values)[:80]}, expected {what}.", file=file, column=where)
+    return found
+
+
+def motion(values: Any, file: str, where: str) -> Array:
+    """A rigid motion of the keys x y z qx qy qz qw, or ROS's translation and rotation, (4, 4).
+
+    Raises:
+        DataError: A key is missing, or the quaternion's length is not one.
+    """
+    if isinstance(values, Mapping) and "translation" in values:
+        parts = [(under(values, "translation", file, where), "xyz"), (under(values, "rotation", file, where), "xyzw")]
+        seven = [
+            numbers(under(part, key, file, where), 1, file, f"{where}.{key}")[0] for part, keys in parts for key in keys
+        ]
+    else:
+        seven = [numbers(under(values, key, file, where), 1, file, f"{where}.{key}")[0] for key in MOTION]
+    return motion_of_seven(np.array(seven), file, where)
+
+
+def motion_of_seven(seven: Array, file: str, where: str) -> Array:
+    """A rigid motion of (x, y, z, qx, qy, qz, qw), (4, 4).
+
+    Raises:
+        DataError: A number is not finite, or the quaternion's length is not one.
+    """
+    if not np.isfinite(seven).all():
+        raise DataError(f"{file}, {where}: its numbers are not all finite: {seven.tolist()}.", file=file)
+    length = float(np.linalg.norm(seven[3:]))
+    if abs(length - 1) > QUATERNION_SLACK:
+        raise no_rotation(f"{file}, {where}", length, file)
+    return pose(from_quaternion(seven[3:]), seven[:3])
+
+
+def motion_of_matrix(matrix: Array, file: str, where: str) -> Array:
+    """A rigid motion of a 4 x 4 or 3 x 4 matrix whose digits were rounded, (4, 4).
+
+    Raises:
+        DataError: It is none.
+    """
+    R, stretch = nearest_rotation(matrix[:3, :3])
+    last = matrix[3] if len(matrix) == 4 else np.array([0.0, 0.0, 0.0, 1.0])
+    if np.abs(stretch - 1).max() > STRETCH or np.abs(last - [0, 0, 0, 1]).max() > STRETCH:
+        raise DataError(f"{file}, {where}: the matrix is no rigid motion. Is it the transpose of one?", file=file)
+    return pose(R, matrix[:3, 3])

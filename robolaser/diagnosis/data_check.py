@@ -1,0 +1,146 @@
+"""What a data set allows, before anything is fitted: a calibration, which effects, and what is missing for the rest."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.calibration.checks import check_poses, check_target
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.thresholds import MIN_POSES
+from robolaser.errors import RobolaserError
+from robolaser.estimation.identifiability import null_directions
+from robolaser.estimation.problem import Problem
+from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import Effect
+from robolaser.model.effects.requirements import DataLack, SensorLacks
+from robolaser.model.forward_model import Model
+
+MOST_POINTS = 3000
+"""Points that parameters are checked with."""
+ASIDE = 0.02
+"""Of the bounds' width: parameters are checked a little aside of their start values, which are often special (a right
+angle, a lens without distortion), so that less can be told there than at the parameters to be found. A judgement."""
+EXTRACT = "There are no points yet: `robolaser extract` finds them in the images."
+NO_POINTS = "There are no points: points.csv says what was measured in each pose."
+
+
+@final
+@dataclass(frozen=True)
+class Testability:
+    """Whether an effect can be tested.
+
+    Attributes:
+        effect: Its name.
+        locations: Where it can be; empty where it cannot be tested.
+        reason: Why it cannot be tested; "" where it can.
+        remedy: What would have to be recorded or stated; "" where nothing helps with this kind of sensor.
+    """
+
+    effect: str
+    locations: tuple[str, ...]
+    reason: str = ""
+    remedy: str = ""
+
+
+@final
+@dataclass(frozen=True)
+class DataCheck:
+    """What a data set allows.
+
+    Attributes:
+        dataset: It.
+        hindrance: Why it cannot be calibrated; "" where nothing speaks against it.
+        parameters: That a calibration finds.
+        inseparable: Groups of them that these data cannot tell apart near the start values.
+        effects: Every effect.
+        missing: What would have to be recorded or stated, and the effects that need it; see `not_known` for the rest.
+    """
+
+    dataset: Dataset
+    hindrance: str
+    parameters: tuple[str, ...]
+    inseparable: tuple[tuple[str, ...], ...]
+    effects: tuple[Testability, ...]
+    missing: Mapping[str, tuple[str, ...]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        points, poses = self.dataset.points, self.dataset.poses
+        return {
+            "dataset": self.dataset.name,
+            "sensor": self.dataset.kind,
+            "poses": len(poses),
+            "poses_with_points": len(np.unique(points.pose)),
+            "points": len(points),
+            "calibration": {
+                "possible": not self.hindrance,
+                "reason": self.hindrance or None,
+                "parameters": list(self.parameters),
+                "inseparable": [list(names) for names in self.inseparable],
+            },
+            "effects": [
+                {
+                    "effect": one.effect,
+                    "testable": not one.reason,
+                    "locations": list(one.locations),
+                    "reason": one.reason or None,
+                }
+                for one in self.effects
+            ],
+            "missing": [{"add": remedy, "for": list(names)} for remedy, names in self.missing.items()],
+            "warnings": list(self.dataset.warnings),
+        }
+
+
+def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> DataCheck:
+    """Say what a data set allows; nothing is fitted, so a second is enough."""
+    hindrance, parameters, inseparable = _calibration(dataset)
+    images = sum(map(bool, dataset.poses.image or ()))
+    poses = len(np.unique(dataset.points.pose)) if len(dataset.points) else images
+    tested = tuple(_testability(kind, dataset, poses) for kind in effects)
+    missing: dict[str, tuple[str, ...]] = {}
+    for one in tested:
+        if one.remedy:
+            missing[one.remedy] = (*missing.get(one.remedy, ()), one.effect)
+    if dataset.points.repeat is None and not any(vars(dataset.noise).values()):
+        told = "shots repeated at unmoved poses (column repeat), or the noise that is known ([noise])"
+        missing[told] = ("noise_floor",)
+    return DataCheck(dataset, hindrance, parameters, inseparable, tested, missing)
+
+
+def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testability:
+    reason = kind.missing(dataset)
+    if not reason and poses < MIN_POSES:
+        return Testability(
+            kind.name, (), f"fewer than {MIN_POSES} poses have points", f"at least {MIN_POSES} poses with points"
+        )
+    locations = kind.locations(dataset)
+    if not reason and not locations:
+        reason = "the poses show it at no joint"
+    remedy = reason.remedy if isinstance(reason, DataLack) else ""
+    return Testability(kind.name, locations, reason, "" if isinstance(reason, SensorLacks) else remedy)
+
+
+def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """Why it cannot be calibrated, the parameters, and those that cannot be told apart."""
+    if not len(dataset.points):
+        return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
+    try:
+        model = Model(dataset.subsampled(MOST_POINTS), ())
+        problem = Problem.of(model)
+        check_target(model)
+        check_poses(problem)
+    except RobolaserError as error:
+        return str(error), (), ()
+    free = np.flatnonzero(~problem.fixed)
+    names = np.array(model.parameters.names)
+    draw = np.random.default_rng(0).uniform(-ASIDE, ASIDE, len(names))
+    aside = model.parameters.nominal + np.where(problem.fixed, 0.0, draw * model.parameters.width)
+    J = np.nan_to_num(jacobian_matrix(model, np.clip(aside, model.parameters.lower, model.parameters.upper)))[:, free]
+    moved = (J != 0.0).any(axis=0)  # a column of zeros is a parameter that nothing sees
+    groups = [tuple(names[free[moved]][direction != 0.0].tolist()) for direction in null_directions(J[:, moved])]
+    groups += [(name,) for name in names[free[~moved]].tolist()]
+    return "", tuple(names.tolist()), tuple(groups)

@@ -1,0 +1,227 @@
+"""Files of hand-eye tools become data sets whose calibration finds where the camera is."""
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import hand_eye
+import numpy as np
+import pytest
+from hand_eye import HandEyeCell, cell
+
+import robolaser
+from robolaser.cli import main
+from robolaser.data.importers import ImportOptions, importer_for
+from robolaser.data.importers.writing import checked
+from robolaser.data.sensor_format import sensor_kinds
+from robolaser.errors import DataError, UsageError
+from robolaser.geometry.rigid_motion import from_angles, inverse, pose
+
+pytestmark = pytest.mark.skipif("pose" not in sensor_kinds(), reason="no sensor of kind pose")
+
+Writer = Callable[[Path, HandEyeCell], list[Path]]
+WRITERS: list[tuple[Writer, dict[str, str], tuple[str, ...]]] = [
+    (hand_eye.easy_handeye2, {}, ()),
+    (hand_eye.easy_handeye, {}, ()),
+    (hand_eye.moveit, {"mount": "?"}, ()),
+    (hand_eye.opencv, {"mount": "?"}, ("mm",)),
+]
+
+
+def read(paths: Sequence[Path], options: ImportOptions, kind: str | None = None) -> robolaser.Dataset:
+    importer = importer_for(paths, kind)
+    importer.check(options)
+    return checked(importer.read(paths, options))
+
+
+def said(mount: str, further: dict[str, str], units: tuple[str, ...] = ()) -> ImportOptions:
+    return ImportOptions(further={key: mount if value == "?" else value for key, value in further.items()}, units=units)
+
+
+def calibrated(dataset: robolaser.Dataset) -> dict[str, float]:
+    found = robolaser.calibrate(dataset)
+    return dict(zip(found.model.parameters.names, found.x.tolist(), strict=True))
+
+
+def motion(values: dict[str, float], prefix: str) -> np.ndarray:
+    x, y, z, w, phi, psi = (np.array(values[f"{prefix}.{part}"]) for part in ("x", "y", "z", "w", "phi", "psi"))
+    return pose(from_angles(w, phi, psi), np.stack([x, y, z]))
+
+
+def assert_near(T: np.ndarray, expected: np.ndarray) -> None:
+    apart = inverse(T) @ expected
+    assert np.linalg.norm(apart[:3, 3]) < 1e-3
+    assert np.arccos(min(1.0, (np.trace(apart[:3, :3]) - 1) / 2)) < 1e-3
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+@pytest.mark.parametrize(("write", "further", "units"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
+def test_the_camera_is_found_where_it_is(
+    write: Writer, further: dict[str, str], units: tuple[str, ...], mount: str, tmp_path: Path
+) -> None:
+    made = cell(mount)
+    dataset = read(write(tmp_path, made), said(mount, further, units))
+    assert dataset.kind == "pose"
+    found = calibrated(dataset)
+    body = "camera" if mount == "flange" else "target"
+    assert_near(motion(found, f"tool.{body}"), made.T_carried)
+    assert_near(motion(found, "base"), inverse(made.T_standing))
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_a_result_of_the_tool_is_where_the_calibration_starts(mount: str, tmp_path: Path) -> None:
+    made = cell(mount)
+    dataset = read(hand_eye.easy_handeye2(tmp_path, made), ImportOptions())
+    values = {name: parameter.nominal for name, parameter in dataset.parameters.items()}
+    if mount == "flange":
+        assert_near(motion(values, "tool.camera"), made.T_carried)
+    else:
+        assert_near(motion(values, "base"), inverse(made.T_standing))
+
+
+def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path: Path) -> None:
+    samples = hand_eye.easy_handeye2(tmp_path, cell("base"))[:1]
+    with pytest.raises(UsageError, match=r"Say it with --set mount=flange \(eye in hand\) or --set mount=base"):
+        read(samples, ImportOptions())
+    assert len(read(samples, said("base", {"mount": "?"})).poses) == 20
+    with pytest.raises(UsageError, match="expected flange"):
+        read(samples, said("hand", {"mount": "?"}))
+
+
+def test_a_mount_against_the_files_word_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="says that the camera is mounted on the base"):
+        read(hand_eye.easy_handeye2(tmp_path, cell("base")), said("flange", {"mount": "?"}))
+
+
+def test_a_result_alone_is_no_data(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"cell\.calib is a result"):
+        read(hand_eye.easy_handeye2(tmp_path, cell("base"))[1:], ImportOptions())
+
+
+def test_joint_states_saved_with_the_samples_take_the_place_of_flange_poses(tmp_path: Path) -> None:
+    robot = robolaser.find_robot("scorbot_er7")
+    q = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 5))
+    paths = hand_eye.moveit(tmp_path, cell("flange"))
+    names = ["gripper", *robot.joints[::-1]]
+    rows = "\n".join(f"- [0, {', '.join(map(repr, row[::-1].tolist()))}]" for row in q)
+    states = tmp_path / "joints.yaml"
+    states.write_text(f"joint_names: [{', '.join(names)}]\njoint_values:\n{rows}\n", "utf-8")
+    stated = ImportOptions(robot=robot, further={"mount": "flange"})
+    dataset = read([*paths, states], stated)
+    np.testing.assert_array_equal(dataset.poses.q, q)
+    assert dataset.poses.T_base_flange is None
+    with pytest.raises(UsageError, match="of which robot"):
+        read([*paths, states], ImportOptions(further={"mount": "flange"}))
+    with pytest.raises(UsageError, match="Save joint states"):
+        read(paths, stated)
+    states.write_text(states.read_text("utf-8").replace(robot.joints[2], "joint_x"), "utf-8")
+    with pytest.raises(DataError, match=rf"lacks the joint {robot.joints[2]} of the robot"):
+        read([*paths, states], stated)
+    states.write_text("joint_names: [a]\njoint_values: [[1]]\n", "utf-8")
+    with pytest.raises(DataError, match="has 1 joint states, but there are 20 samples"):
+        read([*paths, states], stated)
+
+
+@pytest.mark.parametrize("name", ["pairs.yml", "pairs.xml", "pairs.json"])
+@pytest.mark.parametrize("vectors", [False, True])
+def test_opencv_storage_reads_the_same_in_every_format(name: str, vectors: bool, tmp_path: Path) -> None:
+    made = cell("flange")
+    dataset = read(hand_eye.opencv(tmp_path, made, name, vectors=vectors), said("flange", {"mount": "?"}, ("mm",)))
+    np.testing.assert_allclose(dataset.poses.T_base_flange, made.T_base_flange, atol=1e-9)
+    np.testing.assert_allclose(dataset.points.xyz, inverse(made.T_camera_target)[:, :3, 3], atol=1e-9)
+
+
+def test_opencv_lists_go_the_way_that_is_said(tmp_path: Path) -> None:
+    made = cell("base")
+    storage = cv2.FileStorage(str(tmp_path / "pairs.yml"), cv2.FILE_STORAGE_WRITE)
+    for i, flange in enumerate(made.T_base_flange):
+        storage.write(f"H_{i}", inverse(flange))
+    storage.write("rvecs", np.array([cv2.Rodrigues(T[:3, :3].copy())[0].ravel() for T in made.T_camera_target]))
+    storage.write("tvecs", made.T_camera_target[:, :3, 3].copy())
+    storage.release()
+    stated = {"mount": "base", "base2gripper": "H", "target2cam": "rvecs,tvecs"}
+    dataset = read([tmp_path / "pairs.yml"], ImportOptions(further=stated, units=("m",)))
+    np.testing.assert_allclose(dataset.poses.T_base_flange, made.T_base_flange, atol=1e-9)
+    np.testing.assert_allclose(dataset.points.xyz, made.T_camera_target[:, :3, 3], atol=1e-9)
+    with pytest.raises(UsageError, match="In which unit are lengths, such as H"):
+        read([tmp_path / "pairs.yml"], ImportOptions(further=stated))
+    with pytest.raises(UsageError, match=r"has no R_gripper2base and t_gripper2base\. Name the lists with --set"):
+        read([tmp_path / "pairs.yml"], ImportOptions(further={"mount": "base"}, units=("m",)))
+    with pytest.raises(DataError, match="has no Q, which --set base2gripper names"):
+        read([tmp_path / "pairs.yml"], ImportOptions(further={**stated, "base2gripper": "Q"}, units=("m",)))
+
+
+def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_path: Path) -> None:
+    made = cell("base")
+    paths = hand_eye.tum(tmp_path, made)
+    with pytest.raises(UsageError, match="Say it in seconds with --set tolerance_s"):
+        read(paths, ImportOptions())
+    dataset = read(paths, ImportOptions(further={"tolerance_s": "0.02"}, point="marker"))
+    assert dataset.points.names == ("marker",) * 20
+    found = calibrated(dataset)
+    assert_near(motion(found, "tool.marker"), made.T_carried)
+    with pytest.raises(DataError, match=r"within 0\.005 s before and after it; the nearest is 0\.007 s away"):
+        read(paths, ImportOptions(further={"tolerance_s": "0.005"}))
+    with pytest.raises(UsageError, match="expected seconds"):
+        read(paths, ImportOptions(further={"tolerance_s": "soon"}))
+
+
+def test_one_trajectory_is_the_flanges(tmp_path: Path) -> None:
+    dataset = read(hand_eye.tum(tmp_path, cell("base"))[:1], ImportOptions())
+    assert len(dataset.poses) == 40
+    assert len(dataset.points) == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1 2 3\n", "row 1: expected eight numbers"),
+        ("1 0 0 0 0 0 0 1\n\n# x\n2 0 0 0 0 0 0 2\n", "row 4: the quaternion"),
+        ("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "row 2: its time is not after"),
+        ("1 0 0 0 0 0 0 nan\n", "row 1: expected eight numbers"),
+        ("# nothing\n", "no line of numbers"),
+    ],
+)
+def test_a_wrong_line_of_a_trajectory_is_named(text: str, expected: str, tmp_path: Path) -> None:
+    (tmp_path / "flange.tum").write_text(text, "utf-8")
+    with pytest.raises(DataError, match=expected):
+        read([tmp_path / "flange.tum"], ImportOptions(), "tum")
+
+
+SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "expected"),
+    [
+        ("easy_handeye", SAMPLE, "sample 1 lacks tracking"),
+        ("easy_handeye", SAMPLE.replace("w: 1", "w: 2") + "  tracking: 1\n", "sample 1, robot: the quaternion"),
+        ("easy_handeye", SAMPLE.replace("x: 0, y", "y") + "  tracking: 1\n", "sample 1, robot lacks x"),
+        ("easy_handeye", SAMPLE.replace("x: 0", "x: far") + "  tracking: 1\n", "robot.x: far, expected a finite"),
+        ("easy_handeye", SAMPLE.replace("x: 0", "x: .inf") + "  tracking: 1\n", "robot.x: inf, expected a finite"),
+        ("easy_handeye", "samples: []\n", "has no samples"),
+        ("easy_handeye", "{samples: {hand_world_samples: [1], camera_marker_samples: []}}", "two lists of one length"),
+        ("easy_handeye", "a: &a [*a]\n", "holds neither samples nor a result"),
+        ("easy_handeye", "[" * 1500, "not valid YAML"),
+        ("easy_handeye", "samples: !!python/object:os.system {}", "not valid YAML"),
+        ("moveit", "- effector_wrt_world: [1, 2]\n", "sample 1, effector_wrt_world: .*expected 16 finite numbers"),
+        ("moveit", f"- effector_wrt_world: [{', '.join('1' * 16)}]\n", "no rigid motion"),
+        ("moveit", "- 3\n", "sample 1 lacks effector_wrt_world"),
+        ("opencv", "%YAML:1.0\n---\nR_gripper2base: [1\n", "OpenCV does not read it"),
+        ("opencv", "<opencv_storage><a>", "OpenCV does not read it"),
+        ("opencv", "%YAML:1.0\n---\nR_gripper2base: 3\nt_gripper2base: 3\n", "expected a list of entries"),
+    ],
+)
+def test_a_wrong_entry_is_named_and_nothing_is_written(
+    kind: str, text: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "raw").mkdir()
+    path = tmp_path / "raw" / "samples.yaml"
+    path.write_text(text, "utf-8")
+    words = ["import", str(path), "--kind", kind, "--set", "mount=base", "--output", str(tmp_path / "cell")]
+    assert main([*words, *(["--units", "m"] if kind == "opencv" else [])]) == 1
+    shown = capsys.readouterr().err
+    assert "samples.yaml" in shown
+    assert re.search(expected, shown), shown
+    assert not (tmp_path / "cell").exists()
