@@ -9,7 +9,7 @@ from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe import Stripe
@@ -102,6 +102,21 @@ def point(*, names=("left", "right"), name="tracked"):
     return finished(model, model.parameters.nominal)
 
 
+def body(*, name="body"):
+    rng = np.random.default_rng(5)
+    robot = arm()
+    where = poses(rng, robot)
+    T = robot.forward(where.q[None])[0]
+    points = Points(
+        pose=np.arange(POSES),
+        names=("0",) * POSES,
+        xyz=T[:, :3, 3] + 1e-3 * rng.normal(size=(POSES, 3)),
+        columns={"quaternion": to_quaternion(T[:, :3, :3])},
+    )
+    model = Model(Dataset(name, where, points, kind="pose", robot=robot, noise=Noise(point_m=1e-3, angle_rad=1e-4)))
+    return finished(model, model.parameters.nominal)
+
+
 def socket(*, name="seated"):
     rng = np.random.default_rng(5)
     robot = arm()
@@ -117,7 +132,11 @@ def finished(model, x):
     held = np.isin(parameters.names, model.sensor.fixed)
     std[held] = np.nan
     residuals = model.residuals(x[None])[0]
-    noise = {"stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5}, "point": {"point": 2e-5, "joint": 1e-5}}
+    noise = {
+        "stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5},
+        "point": {"point": 2e-5, "joint": 1e-5},
+        "pose": {"point": 1e-3, "angle": 1e-4},
+    }
     own = tuple(model.sensor.free)
     history = None
     if own:
@@ -144,4 +163,4 @@ def finished(model, x):
     )
 
 
-KINDS = {"stripe": lambda: stripe(robot=arm()), "point": point, "socket": socket}
+KINDS = {"stripe": lambda: stripe(robot=arm()), "point": point, "pose": body, "socket": socket}

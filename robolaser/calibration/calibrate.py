@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools, Progress
-from robolaser.calibration.checks import check_poses, check_target, setup_warning
+from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
@@ -67,6 +67,7 @@ def calibrate(
     problem = Problem.of(model)
     check_target(model)
     check_poses(problem)
+    check_orientations(model)
 
     start = find_start(model, plan, state=state, resume=resume, progress=tell)
     x, evaluations = start.x, start.evaluations

@@ -50,6 +50,16 @@ def check_poses(problem: Problem) -> None:
         )
 
 
+def check_orientations(model: Model) -> None:
+    """Check that the flange turns as much as its sensor needs.
+
+    Raises:
+        EstimationError: It does not.
+    """
+    if reason := model.sensor.undetermined(model.dataset.flange()):
+        raise EstimationError(reason)
+
+
 def check_target(model: Model) -> None:
     """Check that a placed target lies in front of the camera, with the nominal parameters, for most rows.
 

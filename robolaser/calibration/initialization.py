@@ -10,6 +10,7 @@ import numpy as np
 
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array, Progress
+from robolaser.calibration.given_placements import start_of_data
 from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
@@ -104,24 +105,8 @@ def _downhill(model: Model, plan: Plan) -> Start:
     nominal = model.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
-    return Start(POLISH_ONLY, *_descended(subsampled(model), np.vstack([nominal[None], *_closed_form(model)])))
-
-
-def _closed_form(model: Model) -> Sequence[Array]:
-    """What the data say where the data set gives other nominal values, (d,), within the bounds; [] else."""
-    parameters, sensor = model.parameters, model.sensor
-    stated = [item for item in parameters.items if item.name in sensor.derived and item.given and not item.fixed]
-    if not stated:
-        return []
-    values = {item.name: np.array([item.nominal]) for item in parameters.items if item.name not in sensor.derived}
-    try:
-        found = model.completed(values)
-    except EstimationError:
-        return []
-    x = np.array([found[item.name][0] if item.name in found else item.nominal for item in parameters.items])
-    turns = 2.0 * np.pi * np.round(((parameters.lower + parameters.upper) / 2.0 - x) / (2.0 * np.pi))
-    x = np.where([item.unit == "rad" for item in parameters.items], x + turns, x)
-    return [np.clip(x, parameters.lower, parameters.upper)]
+    of_data, warnings = start_of_data(model)
+    return Start(POLISH_ONLY, *_descended(subsampled(model), np.vstack([nominal[None], *of_data])), warnings)
 
 
 def _multistart(model: Model, seed: int, tell: Progress) -> Start:

@@ -1,7 +1,7 @@
 """The result of a calibration, and calibration.json."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, final
@@ -87,8 +87,9 @@ class Calibration:
 
     @cached_property
     def objective_m2(self) -> float:
-        """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit."""
-        return float((self.residuals**2).sum())
+        """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit; without angles."""
+        row_format = self.model.sensor.format
+        return float((self.residuals[:, : row_format.numbers - row_format.angles] ** 2).sum())
 
     @cached_property
     def errors_m(self) -> Array:
@@ -112,21 +113,29 @@ class Calibration:
 
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
-        """The errors of the sensor's rows, then of the known distances, where any are stated."""
+        """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
         sensor, known = self.model.sensor, self.model.known_distances
-        of_sensors = [self._of_rows(name, rows, unit) for name, (rows, unit) in sensor.kinds_of_rows.items()]
+        of_sensors = [
+            errors for name, (rows, unit) in sensor.kinds_of_rows.items() for errors in self._of_rows(name, rows, unit)
+        ]
         if known is None:
             return tuple(of_sensors)
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
         return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
-    def _of_rows(self, name: str, rows: Ints, unit: str) -> RowErrors:
-        """The errors of one sensor's rows."""
-        sensor, held_out = self.model.sensor, self.held_out_rows
+    def _of_rows(self, name: str, rows: Ints, unit: str) -> Iterator[RowErrors]:
+        """The errors of one sensor's rows, and of their angles."""
+        sensor, angles = self.model.sensor, self.model.sensor.format.angles
+        held_out = self.held_out_rows
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
-            held_out = self.held_out
-        unseen = None if held_out is None else rms(sensor.own_rows(held_out, name))
-        return RowErrors(name, len(rows), rms(sensor.own_rows(self.residuals, name)), unseen, unit)
+            held_out = None if angles else self.held_out
+        fitted = sensor.own_rows(self.residuals, name)
+        unseen = None if held_out is None else sensor.own_rows(held_out, name)
+        lengths = slice(fitted.shape[1] - angles)
+        for part, of_part in ((lengths, unit), (slice(lengths.stop, None), "rad")):
+            if fitted[:, part].size:
+                rms_unseen = None if unseen is None else rms(unseen[:, part])
+                yield RowErrors(name, len(rows), rms(fitted[:, part]), rms_unseen, of_part)
 
     def value(self, name: str) -> float:
         """The estimated value of a parameter.
@@ -152,7 +161,7 @@ def _number(value: float) -> float | None:
 def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"value": float(value), "std": _number(std), "unit": parameter.unit}
     given = (parameter.nominal, parameter.lower, parameter.upper) if parameter.given else (None, None, None)
-    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True))
+    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True)) | {"start": float(parameter.nominal)}
 
 
 def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:

@@ -18,7 +18,7 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "camera", "point", "socket"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile"] = "stripe",
     mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
@@ -28,6 +28,7 @@ def simulate(
     target_m: Deviation = None,
     joint_rad: Deviation = None,
     point_m: Deviation = None,
+    angle_rad: Deviation = None,
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     paper: bool = False,
@@ -47,15 +48,17 @@ def simulate(
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: Kind of sensor.
-        mount: What carries a camera; its board is at the other end.
+        mount: What carries a camera or a profile sensor; its board, or the balls, are at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors or sockets.
+        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors, sockets or balls, 1
+            body.
         repeats: Number of shots in each pose.
         sessions: Number of sessions; base, target or sockets stand elsewhere in each.
         pixel_px: Of a pixel coordinate.
         target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a coordinate that a tracker measures.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
         unplaced: Do not state where the target is.
         effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
@@ -70,7 +73,13 @@ def simulate(
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of
 
-    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    deviations = {
+        "pixel_px": pixel_px,
+        "target_m": target_m,
+        "joint_rad": joint_rad,
+        "point_m": point_m,
+        "angle_rad": angle_rad,
+    }
     stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
     fixed = {
         "--sensor": sensor != "stripe",

@@ -192,7 +192,8 @@ class Noise:
         pixel_px: Of a pixel.
         target_m: Of a target point; its repeats share one error.
         joint_rad: Of a joint reading.
-        point_m: Of a tracker's point.
+        point_m: Of a tracker's point, of a 6-D pose's place, of a profile's point.
+        angle_rad: Of a 6-D pose's rotation, about each axis.
         distance_m: Of the known distances.
     """
 
@@ -200,6 +201,7 @@ class Noise:
     target_m: Positive | None = None
     joint_rad: Positive | None = None
     point_m: Positive | None = None
+    angle_rad: Positive | None = None
     distance_m: Positive | None = None
 
 
@@ -232,8 +234,8 @@ class Dataset:
     """A data set of the format `robolaser-dataset/1`, checked.
 
     Attributes:
-        kind: Of the sensor: "stripe", "point", "socket", or a further one that is registered; of several sensors the
-            first one's, and so all that is said of a sensor here.
+        kind: Of the sensor: "stripe", "camera", "point", "pose", "socket", "profile", or a further one that is
+            registered; of several sensors the first one's, and so all that is said of a sensor here.
         options: The sensor's own keys of `[sensor]`, an instance of its format's `options`; None where it has none.
         parameters: The sim: nominal values and bounds as given, by name.
         bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
@@ -241,6 +243,7 @@ class Dataset:
         image_px: Width and height of the images [px].
         placed: Whether target points are given in the base frame.
         distances_m: Known distances between named points: (point, point, distance).
+        radius_m: Radius of each ball that profiles show, by name [m].
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the robot went straight from each pose to the next.
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
@@ -262,6 +265,7 @@ class Dataset:
     board: Board | None = None
     placed: bool = True
     distances_m: tuple[tuple[str, str, float], ...] = ()
+    radius_m: Mapping[str, float] = field(default_factory=dict)
     noise: Noise = field(default_factory=Noise)
     time_is_order: bool = False
     path_known: bool = True

@@ -24,8 +24,6 @@ FORMAT = "robolaser-dataset/1"
 GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
-PLANNED = ("target.radius_m", "noise.angle_rad")
-"""Keys of the format that this version does not read."""
 
 Text = Annotated[str, Meta(min_length=1)]
 Pixels = Annotated[int, Meta(ge=1, le=100_000)]
@@ -77,6 +75,7 @@ class TargetTable:
 
     placed: bool = True
     distances_m: tuple[tuple[str, str, Positive], ...] = ()
+    radius_m: dict[str, Positive] = field(default_factory=dict)
 
 
 @final
@@ -148,7 +147,7 @@ def describe(folder: str | Path) -> Dataset:
 
 def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     """A data set of one sensor."""
-    read = typed(contents, DatasetFile, file=FILE, planned=PLANNED)
+    read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(_kind(read))
     _check(read, declared)
     said = {key: value for key, value in read.sensor.items() if key != "kind"}
@@ -171,6 +170,7 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         board=read.board,
         placed=read.target.placed,
         distances_m=read.target.distances_m,
+        radius_m=read.target.radius_m,
         noise=read.noise,
         time_is_order=read.robot is not None and read.robot.time == "order",
         path_known=read.robot is None or read.robot.path == "consecutive",

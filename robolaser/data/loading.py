@@ -50,7 +50,9 @@ def load(folder: str | Path) -> Dataset:
 def _points(folder: Path, dataset: Dataset, file: str) -> Points:
     """The points that one sensor saw."""
     points = read_points(folder, dataset, file)
-    _check_distances(dataset, sorted(set(points.names)))
+    names = sorted(set(points.names))
+    _check_distances(dataset, names)
+    _check_radii(dataset, names, file)
     return points
 
 
@@ -59,6 +61,18 @@ def _check_distances(dataset: Dataset, known: list[str]) -> None:
         if one == other or not {one, other} <= set(known):
             expected = f"[point, another point, distance in m], points among: {', '.join(known)}"
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
+
+
+def _check_radii(dataset: Dataset, balls: list[str], file: str) -> None:
+    missing = [ball for ball in balls if ball not in dataset.radius_m]
+    if dataset.format.balls and missing:
+        raise DataError(
+            f"{FILE}, [target] radius_m lacks {', '.join(missing)}: {file} has points on"
+            f" {'balls of these names' if len(missing) > 1 else 'a ball of this name'}. State the radius"
+            f" of each ball in metres, as in radius_m = {{ {missing[0]} = 0.0127 }}.",
+            file=FILE,
+            column="[target] radius_m",
+        )
 
 
 def _sessions(described: Dataset, poses: Poses) -> Sessions | None:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.csv_tables import Table, bad_cell, read_table
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.pose_table import not_too_far, row_twice
+from robolaser.data.pose_table import check_quaternions, not_too_far, row_twice
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError, meant
 
@@ -39,13 +39,16 @@ def points_of(table: Table, described: Dataset) -> Points:
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))
     if "repeat" in table:
         points = replace(points, repeat=_repeats(table))
-    _no_point_twice(table, points, in_pose)
+    if not declared.many_rows:
+        _no_point_twice(table, points, in_pose)
     for column, why in declared.absent.items():
         if column in table:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
     arrays = {name: table.numbers(columns) for name, columns in declared.columns.items()}
     if "xyz" in arrays:
         not_too_far(table, arrays["xyz"])
+    if "quaternion" in arrays:
+        check_quaternions(table, arrays["quaternion"])
     if "pixel" in arrays and described.image_px is not None:
         _in_the_image(table, arrays["pixel"], described.image_px)
     pixel, xyz = arrays.pop("pixel", None), arrays.pop("xyz", None)

@@ -112,6 +112,17 @@ def not_too_far(table: Table, xyz: Array) -> None:
         )
 
 
+def check_quaternions(table: Table, quaternions: Array) -> None:
+    """See that quaternions (rows, 4) are rotations.
+
+    Raises:
+        DataError: The length of one is not one.
+    """
+    lengths = np.linalg.norm(quaternions, axis=1)
+    for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
+        raise no_rotation(f"{table.file}, row {table.lines[i]}", float(lengths[i]), table.file, table.lines[i])
+
+
 def some(names: list[str]) -> str:
     """The first few of many names."""
     return ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
@@ -132,9 +143,7 @@ def _stated(table: Table, column: str) -> Array | None:
 def _flange(table: Table) -> Array:
     numbers = table.numbers(FLANGE_COLUMNS)
     not_too_far(table, numbers[:, :3])
-    lengths = np.linalg.norm(numbers[:, 3:], axis=1)
-    for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
-        raise no_rotation(f"{table.file}, row {table.lines[i]}", float(lengths[i]), table.file, table.lines[i])
+    check_quaternions(table, numbers[:, 3:])
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
 
 

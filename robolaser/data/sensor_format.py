@@ -11,6 +11,7 @@ POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "ra
 """Units of the six parameters of a rigid motion, by the last part of their names."""
 PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
+QUATERNION = ("qx", "qy", "qz", "qw")
 SENSORS = "robolaser.model.sensors"
 """Importing it registers the formats of the sensors that robolaser and installed packages bring."""
 
@@ -24,10 +25,12 @@ class SensorFormat:
         kind: What `[sensor] kind` calls it.
         title: What messages and reports call it, without an article: "laser stripe scanner".
         columns: The arrays of `Points` that every row has, by name, and the columns of points.csv they are read from.
-            `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`.
+            `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`. What is called
+            `quaternion` holds rotations.
         absent: Columns of points.csv that must not be there, and why not.
         numbers: How many numbers the residual of a row has.
         unit: Their unit.
+        angles: How many of them, the last ones, are angles instead [rad].
         tables: Tables of dataset.toml that it reads, beyond those that every data set may have: some of "scanner",
             "image", "board". Others are reported as unused.
         required: Tables, or keys such as "sensor.axis", that must be there.
@@ -36,6 +39,8 @@ class SensorFormat:
         units: Units of its parameters, by name or by the last part of a dotted name; the six of a rigid motion are
             known.
         positive: Parameters whose lower bound must be above zero.
+        many_rows: Whether a point has many rows in a pose, which are places along it: those of a profile on a ball.
+        balls: Whether names are those of balls, whose radii `[target] radius_m` must state.
         named_points: Whether a point's name means the same point at every pose: `[target] distances_m` may be stated.
         needs_robot: Whether it needs joint angles.
     """
@@ -46,11 +51,14 @@ class SensorFormat:
     absent: Mapping[str, str] = field(default_factory=dict)
     numbers: int = 3
     unit: str = "m"
+    angles: int = 0
     tables: tuple[str, ...] = ()
     required: tuple[str, ...] = ()
     options: type | None = None
     units: Mapping[str, str] = field(default_factory=dict)
     positive: tuple[str, ...] = ()
+    many_rows: bool = False
+    balls: bool = False
     named_points: bool = False
     needs_robot: bool = False
 

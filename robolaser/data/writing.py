@@ -138,7 +138,9 @@ def _settings(dataset: Dataset) -> Iterator[str]:
 
 def _lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
     """A table; nothing where it says nothing."""
-    lines = [f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", ())]
+    lines = [
+        f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", (), {})
+    ]
     if lines:
         yield from ("", header, *lines) if header else lines
 
@@ -156,7 +158,7 @@ def _tables(dataset: Dataset) -> dict[str, Mapping[str, object]]:
         "scanner": scanner if _has_scanner(dataset) else {},
         "image": dict(zip(("width_px", "height_px"), dataset.image_px or (), strict=False)),
         "board": {} if dataset.board is None else asdict(dataset.board),
-        "target": {"placed": dataset.placed, "distances_m": dataset.distances_m},
+        "target": {"placed": dataset.placed, "distances_m": dataset.distances_m, "radius_m": dict(dataset.radius_m)},
         "noise": asdict(dataset.noise),
     }
 
@@ -193,6 +195,8 @@ def _value(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value)
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{_key(key)} = {_value(entry)}' for key, entry in value.items())} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_value, value))}]"
     return repr(value) if isinstance(value, int) else repr(float(value))  # type: ignore[arg-type]

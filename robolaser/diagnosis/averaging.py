@@ -32,7 +32,7 @@ class AveragedData:
         """Average the repeats of each point, without the rows that are marked as gross errors."""
         points = dataset.points
         kept = np.flatnonzero(~outliers) if outliers is not None else np.arange(len(points))
-        if points.repeat is None:
+        if points.repeat is None or dataset.format.many_rows:
             names: Sequence[object] = kept.tolist()
         else:
             names = list(zip(points.pose[kept].tolist(), (points.names[i] for i in kept), strict=True))
@@ -49,7 +49,10 @@ class AveragedData:
             repeat=None,
             pixel=None if points.pixel is None else mean(points.pixel),
             xyz=None if points.xyz is None else mean(points.xyz),
-            columns={name: mean(values) for name, values in points.columns.items()},
+            columns={
+                name: mean(_of_one_sign(values, points.place) if name == "quaternion" else values)
+                for name, values in points.columns.items()
+            },
         )
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
@@ -71,3 +74,10 @@ class AveragedData:
         if dataset.poses.time_s is None or not dataset.path_known:
             dataset = dataset.of_poses(kept_poses(dataset))
         return AveragedData(dataset, self.shots[kept], number[self.group])
+
+
+def _of_one_sign(quaternions: Array, place: Ints) -> Array:
+    """Quaternions (m, 4), at one place all near its first, where q and −q are one rotation."""
+    first = np.unique(place, return_index=True)[1][place]
+    along = (quaternions * quaternions[first]).sum(axis=1, keepdims=True)
+    return np.asarray(np.where(along < 0.0, -quaternions, quaternions))

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.calibration.checks import check_orientations
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
@@ -15,7 +16,7 @@ from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
-from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MIN_POSES, SCATTER_CHANGE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -45,8 +46,13 @@ class Preparation:
         """Fit robustly to single shots; and mark those that look like gross errors, (rows of points.csv,).
 
         The fit starts where that of `calibrate` does.
+
+        Raises:
+            EstimationError: The poses cannot say where the sensor sits.
         """
         model = Model(dataset)
+        if len(np.unique(dataset.points.pose)) >= MIN_POSES:
+            check_orientations(model)
         sensor = model.parameters
         some = AveragedData.single(dataset).subsampled()
         small = Model(some.dataset).sharing(sensor)

@@ -17,10 +17,10 @@ MIN_ROWS = 3
 def chosen_rows(dataset: Dataset) -> Bools:
     """Mark rows of poses chosen by chance, the same each time, (m,).
 
-    Where names mean the same point at every pose, whole poses are kept, some of each name; else rows evenly taken along
-    those of each pose.
+    Where names mean the same point at every pose, with one row in each, whole poses are kept, some of each name; else
+    rows evenly taken along those of each pose.
     """
-    points, named = dataset.points, dataset.format.named_points
+    points, named = dataset.points, dataset.format.named_points and not dataset.format.many_rows
     poses, first = np.unique(points.pose, return_index=True)
     chosen = _some(poses, points.number[first] if named else np.zeros(len(poses), dtype=np.int64))
     kept = np.zeros(len(points), dtype=bool)

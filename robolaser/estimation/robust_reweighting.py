@@ -10,7 +10,7 @@ from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import TOLERANCE, solve
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
+from robolaser.model.noise import comparable, noise_of
 from robolaser.model.pose_blocks import with_rows
 
 ROUNDS = 3  # weights depend on the estimate; a fourth round changes nothing any more
@@ -37,7 +37,8 @@ def fit(
     Args:
         model: All rows.
         start: (d,).
-        weights: "plain", or "noise" to whiten by the covariance of the noise.
+        weights: "plain", which weighs rows alike, and numbers of two units within them by their sizes; or "noise" to
+            whiten by the covariance of the noise.
         loss: "square", or one that lets gross errors count for less, by a scale from the residuals.
         solver: What descends; a sample of large data, and no more, is fitted by ours first.
 
@@ -49,7 +50,8 @@ def fit(
         EstimationError: The solver gave no answer.
     """
     Loss(loss)
-    problem = Problem.of(model)
+    plain = comparable(model, start)
+    problem = Problem.of(model, plain)
     evaluations = 0
     if problem.rows > CROWD * FEWER:
         start, evaluations = _by_sample(problem, start)
@@ -60,7 +62,7 @@ def fit(
         x, evaluated = minimized(solver, problem, x, tol=TOLERANCE)
         evaluations += evaluated
     for _ in range(ROUNDS if weights == "noise" or loss != "square" else 0):
-        noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else None
+        noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else plain
         white = problem.with_noise(noise)
         problem = problem.with_noise(noise, Loss.fitting(loss, white.residuals(x[None])[0], problem.starts))
         problem = problem.with_rows_of_size(x)

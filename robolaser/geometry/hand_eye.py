@@ -28,6 +28,8 @@ def turn_about_second_axis(R: Array) -> float:
 
     Zero where all turns are about one axis, and where there is none: then no hand-eye can be found from them.
     """
+    if len(R) < 2:
+        return 0.0
     M, _ = nearest_rotation(R.sum(axis=0))
     turns = log_so3(M.T @ R)
     return float(np.linalg.svd(turns - turns.mean(axis=0), compute_uv=False)[1] / np.sqrt(len(R)))

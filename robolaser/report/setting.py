@@ -10,6 +10,7 @@ SOURCES: Mapping[str, str] = {
     "pixel": "line centre in the image",
     "target": "target points",
     "point": "tracked points",
+    "angle": "rotation of tracked bodies",
     "seat": "seat of the ball",
     "joint": "joint readings",
     "probe": "tracker's probe, position",

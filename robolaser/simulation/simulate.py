@@ -70,10 +70,11 @@ def simulate(
 
     Args:
         robot: The nominal arm.
-        kind: "stripe", "camera", "point" (a tracker) or "socket".
+        kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket" or "profile".
         poses: How many, in each session.
-        points: Of a stripe in each pose (12 when absent); corners of a camera's board (35);
-            reflectors on the flange, or sockets in the cell (3).
+        points: Of a stripe in each pose (12 when absent); corners of a camera's board (35); reflectors on the flange,
+            or sockets in the cell (3); bodies on the flange (1); balls of a profile sensor (3), 24 points on one of
+            them in each pose.
         repeats: Images at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
         stated: What the data set says of it; all of `noise` when absent.
@@ -83,7 +84,7 @@ def simulate(
         level: Height of the target in the base frame [m]; when absent, one that the arm can look at.
         stripe_axis: Image axis the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange; when absent it looks away from the arm.
-        mount: Where a camera sits, "flange" or "base".
+        mount: What carries a camera or a profile sensor, "flange" or "base".
         pause_s: Time spent at each pose.
         speed: Joints' typical speed at the exposure [rad/s or m/s]. When absent the arm rests and no speed is
             recorded, save where an effect of the timing is asked for.

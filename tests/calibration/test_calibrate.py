@@ -174,16 +174,19 @@ def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:
         calibrate(one, Plan(algorithm="gauss-newton"))
 
 
-@pytest.mark.parametrize("kind", ["point", "socket"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket"])
 def test_trackers_and_sockets_start_from_a_closed_form(kind: str) -> None:
-    noise = Noise(point_m=2e-5, joint_rad=1e-5)
+    noise = Noise(point_m=2e-5, angle_rad=1e-4, joint_rad=1e-5)
     made = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1)
     found = calibrate(made.dataset)
     assert found.algorithm == "gauss-newton"
     assert found.rms_m < 1e-4
     for name, value, std in zip(found.model.parameters.names, found.x, found.std, strict=True):
         assert value == pytest.approx(made.truth[name], abs=6 * std), name
-    assert as_json(found)["parameters"]["tool.ball.x" if kind == "socket" else "base.x"]["nominal"] is None
+    assert (
+        as_json(found)["parameters"][{"socket": "tool.ball.x", "profile": "hand_eye.x"}.get(kind, "base.x")]["nominal"]
+        is None
+    )
 
 
 def test_poles_among_the_members_do_not_stop_the_descents(experiment: Simulated) -> None:

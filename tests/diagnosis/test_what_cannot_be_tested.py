@@ -56,7 +56,7 @@ def only(dataset, poses):
     return dataset.of_poses(chosen)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 @pytest.mark.parametrize("poses", [1, 2, 4])
 def test_too_few_poses_speak_for_no_effect(kind, poses):
     found = answer(only(recorded(kind), poses))
@@ -64,7 +64,7 @@ def test_too_few_poses_speak_for_no_effect(kind, poses):
     assert set(reasons(found)) == {one.name for one in TESTED if kind == "stripe" or one.site != "laser"}
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_poses_all_alike_speak_for_no_effect_of_the_joints(kind):
     dataset = recorded(kind)
     alike = replace(dataset.poses, q=np.repeat(dataset.poses.q[:1], len(dataset.poses), axis=0))
@@ -109,7 +109,7 @@ def test_a_robot_without_masses_has_no_compliance_to_test():
     assert "masses" in reasons(answer(replace(dataset, robot=light)))["joint_compliance"]
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_measured_flange_poses_speak_for_no_joint(kind):
     dataset = recorded(kind)
     poses = replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange())
@@ -117,12 +117,12 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
     assert {"joint_offset", "encoder_scale", "joint_compliance", "latency"} <= set(told)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
     dataset = only(recorded(kind), 3)
     untestable = set(reasons(diagnosis_json(examine(dataset, EFFECTS, seed=0))))
     assert ("laser_roll" in untestable) == ("target_warp" in untestable) == (kind == "stripe")
-    assert ("tracker_scale" in untestable) == (kind == "point")
+    assert ("tracker_scale" in untestable) == (kind in {"point", "pose", "profile"})
 
 
 def test_an_unplaced_target_is_survived():
@@ -136,7 +136,7 @@ def test_one_point_a_pose_is_enough_for_an_answer(kind):
     answer(replace(dataset, points=dataset.points.take(first)))
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_noise_that_nobody_stated_is_estimated(kind):
     found = answer(recorded(kind, poses=24, stated=Noise()))
     assert found["verdict"] == "no_gap"
@@ -181,7 +181,7 @@ def test_large_data_keep_every_named_point():
     assert set(np.array(dataset.points.names)[kept]) == set(dataset.points.names)
 
 
-@pytest.mark.parametrize("kind", ["point", "socket"])
+@pytest.mark.parametrize("kind", ["point", "pose", "socket"])
 def test_more_poses_than_are_needed_are_survived(kind):
     effects = [kind for kind in TESTED if kind.name == "joint_offset"]
     assert answer(recorded(kind, poses=MAX_POSES + 20, stated=Noise()), effects)["verdict"] == "no_gap"

@@ -14,7 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "profile", "socket"])
 def test_rows_are_predicted_as_a_fit_without_their_poses_predicts_them(kind: str) -> None:
     noise = Noise(pixel_px=0.1, target_m=3e-5) if kind == "stripe" else Noise(point_m=3e-5, joint_rad=1e-5)
     model = Model(simulate(find_robot("ur5"), kind=kind, poses=24, noise=noise, seed=3).dataset)

@@ -24,7 +24,7 @@ def problem_of(kind, **more):
     return Problem.of(model, noise_of(model, start), prior=UNIFORM * model.parameters.width), start
 
 
-@pytest.fixture(scope="module", params=["stripe", "point", "socket"])
+@pytest.fixture(scope="module", params=["stripe", "point", "pose", "profile", "socket"])
 def fitted(request):
     problem, start = problem_of(request.param)
     return Linearization(problem, solve(problem, start[None]).x[0])

@@ -14,7 +14,7 @@ from robolaser.model.pose_blocks import with_rows
 from robolaser.simulation import simulate
 
 
-@pytest.mark.parametrize("kind", ["stripe", "camera", "point", "socket"])
+@pytest.mark.parametrize("kind", ["stripe", "camera", "point", "pose", "profile", "socket"])
 @pytest.mark.parametrize("effects", [(), ("joint_offset:joint_2",)], ids=["bare", "with an effect"])
 @pytest.mark.parametrize("rows", [None, 7], ids=["all rows", "some rows"])
 def test_a_models_derivatives_are_those_of_each_parameter_by_itself(kind, effects, rows):
@@ -23,8 +23,8 @@ def test_a_models_derivatives_are_those_of_each_parameter_by_itself(kind, effect
     model = whole if rows is None else with_rows(whole, np.arange(rows))
     x, width = model.parameters.nominal, model.parameters.width
     J = jacobian(model, x[None])[0] * width[:, None, None]
-    ahead, behind = (model.residuals(x + way * np.diag(3e-5 * width)) for way in (1, -1))
-    expected = (ahead - behind) / 6e-5
+    ahead, behind = (model.residuals(x + way * np.diag(3e-6 * width)) for way in (1, -1))
+    expected = (ahead - behind) / 6e-6
     np.testing.assert_allclose(J, expected, rtol=1e-5, atol=1e-8 * np.abs(expected).max())
 
 

@@ -18,7 +18,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.simulation import simulate
 
-KINDS = ("stripe", "camera", "point", "socket")
+KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
 ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
 
 
@@ -130,6 +130,8 @@ def test_what_cannot_be_tested_has_a_reason_and_no_location(effect: type[Effect]
         replace(whole, path_known=False),
         cell("camera"),
         cell("point"),
+        cell("pose"),
+        cell("profile"),
         cell("socket"),
     ):
         assert bool(effect.missing(dataset)) is not bool(effect.locations(dataset))

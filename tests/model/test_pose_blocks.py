@@ -17,13 +17,15 @@ from robolaser.model.noise import noise_of
 from robolaser.model.pose_blocks import blocks_of
 from robolaser.simulation import simulate
 
-NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5, angle_rad=1e-4)
 SMALL = 50
 
 CELLS = {
     "stripe": {"poses": 20, "points": 12},
     "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
     "tracker": {"kind": "point", "poses": 60},
+    "bodies": {"kind": "pose", "poses": 60},
+    "profiles": {"kind": "profile", "poses": 12},
     "camera": {"kind": "camera", "poses": 20, "points": 12},
     "sockets": {"kind": "socket", "poses": 90},
 }
@@ -64,9 +66,9 @@ def test_whitened_rows_are_the_same_in_blocks(dataset, small_blocks):
     model = Model(dataset)
     x = near(model, 2)
     problem = Problem.of(model, noise_of(model, model.parameters.nominal))
-    whole = problem.residuals(x).reshape(2, -1, 3)
+    whole = problem.residuals(x).reshape(2, problem.rows, -1)
     for rows, block in problem.blocks:
-        np.testing.assert_allclose(block.residuals(x).reshape(2, -1, 3), whole[:, rows], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(block.residuals(x).reshape(2, len(rows), -1), whole[:, rows], rtol=1e-6, atol=1e-6)
 
 
 def test_effects_that_look_around_keep_all_rows_together(small_blocks):

@@ -27,6 +27,8 @@ CELLS: dict[str, dict[str, Any]] = {
     "scaled target": {"effects": {"target_scale": 0.01}},
     "tracker": {"kind": "point"},
     "tracker, bent arm": {"kind": "point", "effects": {"joint_offset:joint_2": 0.01}},
+    "bodies": {"kind": "pose"},
+    "profiles": {"kind": "profile"},
     "sockets": {"kind": "socket"},
     "sockets, bent arm": {"kind": "socket", "effects": {"joint_offset:joint_2": 0.01}},
 }

@@ -33,7 +33,7 @@ def pages(calibrations):
     return {kind: page(one) for kind, one in calibrations.items()}
 
 
-@pytest.fixture(params=["stripe", "point", "socket"])
+@pytest.fixture(params=["stripe", "point", "pose", "socket"])
 def text(request, pages):
     return pages[request.param]
 

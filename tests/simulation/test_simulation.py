@@ -15,7 +15,7 @@ from robolaser.model.forward_model import Model
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
 
-KINDS = ("stripe", "camera", "point", "socket")
+KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
 
 
@@ -245,7 +245,7 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
 @pytest.mark.parametrize(
     ("demand", "error", "message"),
     [
-        ({"kind": "sonar"}, UsageError, "point or socket or stripe"),
+        ({"kind": "sonar"}, UsageError, "point or pose or profile or socket or stripe"),
         ({"poses": 0}, UsageError, "number of poses 0"),
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),

@@ -19,7 +19,7 @@ JOINT_STEP = 1e-5  # [rad or m]
 def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     """The sources of error of a model's residuals at x (d,).
 
-    - What the sensor says of its rows: `pixel`, `target`, `point`, `seat`.
+    - What the sensor says of its rows: `pixel`, `target`, `point`, `angle`, `seat`.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
       shared by the pose's rows. A linear axis counts in metres with the same number: at arm's length alike.
     - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor may err by a motion of the whole
@@ -49,7 +49,7 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     if wanted:
         shifts, turns = sensor.moved_with_pose(values, flange, perturb)
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
-        if shared:
+        if shared or sensor.format.angles:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))
     return tuple(found)
 

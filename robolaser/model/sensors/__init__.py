@@ -10,6 +10,8 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.sensors.camera import Camera
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
+from robolaser.model.sensors.pose import Pose
+from robolaser.model.sensors.profile import Profile
 from robolaser.model.sensors.scanner_corners import ScannerCorners, scanner_of, seen_by
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.several import Several
@@ -53,8 +55,8 @@ def _member(dataset: Dataset, part: Dataset, number: int) -> Sensor:
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Camera, Point, Socket)]
+    ours = [sensor.format.kind for sensor in (Stripe, Camera, Point, Pose, Socket, Profile)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Camera", "Point", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Camera", "Point", "Pose", "Profile", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]

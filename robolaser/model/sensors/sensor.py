@@ -12,6 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.finite_differences import central_differences
+from robolaser.geometry.hand_eye import LEAST_TURN, turn_about_second_axis
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
@@ -304,6 +305,10 @@ class Sensor(ABC):
         """What calibration.json says of it under `model`, beside its kind."""
         return {}
 
+    def undetermined(self, T_base_flange: Array) -> str:
+        """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
+        return ""
+
     @property
     def held_out_groups(self) -> Ints | None:
         """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
@@ -366,6 +371,19 @@ class Sensor(ABC):
 
     def _start(self, name: str, at: float, span: float) -> Parameter:
         return Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False)
+
+
+def too_few_turns(T_base_flange: Array) -> str:
+    """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
+    about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
+    if about_second >= LEAST_TURN:
+        return ""
+    return (
+        "All poses have one orientation of the flange, or turn it about one axis only"
+        f" ({np.degrees(about_second):.2g}° about a second one): what sits on the flange cannot be told from what"
+        " stands in the cell. Measure poses that turn the flange about two axes, by"
+        f" {np.degrees(LEAST_TURN):.0f}° at least and better by 30°."
+    )
 
 
 def sum_of_squares(residuals: Array) -> Array:

@@ -36,7 +36,7 @@ def asked(tmp_path: Path, body: str) -> subprocess.CompletedProcess[str]:
 def test_its_kind_is_known_beside_ours(tmp_path: Path) -> None:
     title, kinds = asked(tmp_path, COMPLETE).stdout.splitlines()
     assert title == "weighing scale"
-    assert sorted(kinds.split()) == ["camera", "point", "scale", "socket", "stripe"]
+    assert sorted(kinds.split()) == ["camera", "point", "pose", "profile", "scale", "socket", "stripe"]
 
 
 def test_one_that_lacks_methods_is_refused_with_the_packages_name(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ ROBOT = find_robot("scorbot_er7")
 
 
 def cell(kind="point", sessions=2, **options):
-    noise = Noise(pixel_px=0.05) if kind in ("stripe", "camera") else Noise(point_m=2e-5)
+    noise = Noise(pixel_px=0.05) if kind in ("stripe", "camera") else Noise(point_m=2e-5, angle_rad=1e-4)
     return simulate(ROBOT, kind=kind, sessions=sessions, **{"poses": 12, "noise": noise, "seed": 4, **options})
 
 
@@ -50,7 +50,7 @@ def near(model, truth, seed=0):
     return (exact + 1e-4 * rng.uniform(-1, 1, len(exact)) * np.minimum(1.0, model.parameters.width))[None]
 
 
-@pytest.mark.parametrize("kind", ["point", "socket", "stripe", "camera"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe", "camera"])
 def test_with_the_true_parameters_and_no_noise_nothing_is_left(kind):
     made = cell(kind, noise=None, effects=EFFECT, placed=False)
     model = Model(made.dataset, candidate_effects(["joint_offset:joint_3"], made.dataset))
@@ -58,7 +58,7 @@ def test_with_the_true_parameters_and_no_noise_nothing_is_left(kind):
     assert np.abs(model.residuals_at(values)).max() < 1e-8
 
 
-@pytest.mark.parametrize("kind", ["point", "socket", "stripe", "camera"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe", "camera"])
 def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
     made = cell(kind, placed=False)
     model = Model(made.dataset)
@@ -74,7 +74,7 @@ def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
         np.testing.assert_array_equal(alone.residuals_at(own), whole[:, of_row == number])
 
 
-@pytest.mark.parametrize("kind", ["point", "socket", "stripe", "camera"])
+@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe", "camera"])
 def test_derivatives_are_those_of_finite_differences(kind):
     made = cell(kind, placed=False, poses=6)
     model = Model(made.dataset, candidate_effects(["joint_offset:joint_2"], made.dataset))

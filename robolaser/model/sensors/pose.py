@@ -1,0 +1,190 @@
+"""A system that stands in the cell and sees where bodies on the flange are and how they are turned."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
+from robolaser.data.subsampling import some_of_each
+from robolaser.geometry.hand_eye import robot_world_hand_eye
+from robolaser.geometry.rigid_motion import (
+    angle_axes,
+    common_length,
+    from_quaternion,
+    inverse,
+    log_slopes,
+    log_so3,
+    pose,
+    skew,
+)
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.model.sensors.pose_motions import pose_centroids
+from robolaser.model.sensors.sensor import Sensor, too_few_turns
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent, carried
+from robolaser.parameters import Values
+
+ENOUGH_ROWS = 3000
+"""Rows that start values are found from, each body's alike."""
+ANGLES = ("w", "phi", "psi")
+
+
+@final
+class Pose(Sensor):
+    """Measured T_world_body = T_world_base T_base_flange T_flange_body, the last one's for each body: A X = Z B.
+
+    Motion capture, 6-D trackers, and cameras that see tags. Of a row's six numbers three are the measured place less
+    the predicted one; the others are the turn vector from the predicted orientation to the measured one, both in the
+    world frame.
+    """
+
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="pose",
+        title="6-D tracker",
+        columns={"xyz": XYZ, "quaternion": QUATERNION},
+        numbers=6,
+        angles=3,
+        named_points=True,
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
+    whole_pose_errors: ClassVar[bool] = True
+    task: ClassVar[str] = "the model predicts tracked bodies"
+    row_point: ClassVar[str] = "measured place"
+    frame: ClassVar[str] = "tracker's frame"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        self._measured = dataset.points["xyz"][None]
+        self._turned = from_quaternion(dataset.points["quaternion"])[None]
+        self._bodies = tuple(dict.fromkeys(dataset.points.names))
+        self._body = dataset.points.number
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """None: everything follows from the measurements."""
+        return ()
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """T_world_base and T_flange_body of each body."""
+        places = ("base", *(f"tool.{name}" for name in self._bodies))
+        return tuple(f"{place}.{part}" for place in places for part in SIX)
+
+    def undetermined(self, T_base_flange: Array) -> str:
+        """The flange must turn about two axes."""
+        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """In closed form, wherever they lie."""
+        rows = np.arange(len(self._body))
+        if len(rows) > ENOUGH_ROWS:
+            some = some_of_each(self._body, ENOUGH_ROWS // len(self._bodies) + 1)
+            rows = some[some >= 0]
+        T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
+        T = T_base_flange[:, self.dataset.points.pose[rows]]
+        each = range(common_length(T, T_world_body))
+        found = [
+            robot_world_hand_eye(T[i % len(T)], T_world_body[i % len(T_world_body)], self._body[rows]) for i in each
+        ]
+        tools, T_base_world = (np.stack(every) for every in zip(*found, strict=True))
+        start = six_of(inverse(T_base_world), "base")
+        for number, name in enumerate(self._bodies):
+            start |= six_of(tools[:, number], f"tool.{name}")
+        return start
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Measured less predicted, in the world frame, (c, m, 6) [m, rad]."""
+        T_world_body = self._predicted(values, T_base_flange)
+        apart = self.known(values, T_base_flange, perturb) - T_world_body[..., :3, 3]
+        turn = log_so3(self._turned @ np.swapaxes(T_world_body[..., :3, :3], -1, -2))
+        return np.concatenate([apart, turn], axis=-1)
+
+    def _predicted(self, values: Values, T_base_flange: Array) -> Array:
+        """T_world_body of each row, (c, m, 4, 4)."""
+        T_world_flange = motion(values, "base")[:, None] @ T_base_flange
+        predicted: Array = T_world_flange[:, self.dataset.points.pose] @ self._tools(values)[:, self._body]
+        return predicted
+
+    def _tools(self, values: Values) -> Array:
+        """T_flange_body of each body, (c, b, 4, 4)."""
+        return np.stack([motion(values, f"tool.{name}") for name in self._bodies], axis=1)
+
+    def _turn_slopes(self, T_world_body: Array) -> Array:
+        """How the turn of each row moves as the body turns in the world, (c, m, 3, 3)."""
+        turn = log_so3(self._turned @ np.swapaxes(T_world_body[..., :3, :3], -1, -2))
+        return -log_slopes(turn)
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Derivatives by T_world_base and the bodies' places, (c, m, 6, 6 + 6b)."""
+        T_world_base = motion(values, "base")
+        T_world_body = self._predicted(values, T_base_flange)
+        R = (T_world_base[:, None, :3, :3] @ T_base_flange[..., :3, :3])[:, self.dataset.points.pose]
+        by_turn = self._turn_slopes(T_world_body)
+        arms = T_world_body[..., :3, 3] - T_world_base[:, None, :3, 3]
+        J = np.zeros((*arms.shape[:2], 6, len(self.derived)))
+        axes = np.swapaxes(angle_axes(*(values[f"base.{part}"] for part in ANGLES)), -1, -2)[:, None]
+        J[..., :3, :3] = -np.eye(3)
+        J[..., :3, 3:6] = skew(arms) @ axes
+        J[..., 3:, 3:6] = by_turn @ axes
+        for number, name in enumerate(self._bodies):
+            own, first = self._body == number, 6 + 6 * number
+            axes = np.swapaxes(angle_axes(*(values[f"tool.{name}.{part}"] for part in ANGLES)), -1, -2)[:, None]
+            J[:, own, :3, first : first + 3] = -R[:, own]
+            J[:, own, 3:, first + 3 : first + 6] = by_turn[:, own] @ R[:, own] @ axes
+        return J
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """In closed form."""
+        values, of_pose = chain.values, self.dataset.points.pose
+        known, T_world_base = chain(Stage.TARGET, Tangent.constant(self._measured)), motion(values, "base")
+        T_world_body, tools = self._predicted(values, flange.value), self._tools(values)
+        to_world = np.swapaxes(T_world_base[:, None, :3, :3], -1, -2)
+        J = np.zeros((len(T_world_body), chain.count, len(self._body), 6))
+        J[:, known.of, :, :3] = known.slopes
+        J[:, flange.of, :, :3] -= carried(flange, of_pose, tools[..., :3, 3][:, self._body]) @ to_world
+        spin = flange.slopes[..., :3, :3] @ np.swapaxes(flange.value[:, None, :, :3, :3], -1, -2)
+        turn = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)[:, :, of_pose] @ to_world
+        J[:, flange.of, :, 3:] = (self._turn_slopes(T_world_body)[:, None] @ turn[..., None])[..., 0]
+        return J
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Of the place alone, (c, m, 3) [m]."""
+        return residuals[..., :3]
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The measured places, in the tracker's frame, (c or 1, m, 3) [m]."""
+        return perturb(Stage.TARGET, self._measured)
+
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """From the tracker's origin, (m,) [m]."""
+        return np.asarray(np.linalg.norm(self._measured[0], axis=-1))
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`point` [m] and `angle` [rad], both isotropic, each row's own."""
+        m, noise, axes = len(self._body), self.dataset.noise, np.eye(6)
+        place, turn = (np.broadcast_to(axes[:, part], (m, 6, 3)) for part in (slice(3), slice(3, 6)))
+        return [
+            ErrorSource("point", place, np.arange(m), stated=noise.point_m),
+            ErrorSource("angle", turn, np.arange(m), "rad", stated=noise.angle_rad),
+        ]
+
+    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+        """Shifts and turns in the tracker's frame."""
+        points, of_pose = self._measured[0], self.dataset.points.pose
+        arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+        shifts, turns = np.zeros((2, len(points), 6, 3))
+        shifts[:, :3] = turns[:, 3:] = np.eye(3)
+        turns[:, :3] = -skew(arms)
+        return shifts, turns
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Each body as `tool_NAME`."""
+        return {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
+
+    def prefix_of(self, name: str) -> str | None:
+        """A body's place on the flange."""
+        return f"tool.{name}" if name in self._bodies else None

@@ -1,0 +1,224 @@
+"""A laser profile sensor that measures balls of known radius."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import SensorFormat
+from robolaser.geometry.rigid_motion import angle_axes, carry, common_length, inverse, pose
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.profile_start import circles, sensor_and_balls
+from robolaser.model.sensors.sensor import Sensor, too_few_turns
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.tangents import ChainRule, Tangent, carried
+from robolaser.parameters import Values
+
+HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
+ENOUGH_PROFILES = 600
+"""Profiles that start values are found from."""
+
+
+@final
+@dataclass(frozen=True)
+class ProfileOptions:
+    """Keys of `[sensor]`: what carries the sensor; the balls are at the other end."""
+
+    mount: Literal["flange", "base"] = "flange"
+
+
+@final
+class Profile(Sensor):
+    """Points (x, 0, z) of a profile lie on the ball: their distance from its centre is its radius.
+
+    That distance less the radius is a row's one number. An isotropic error of a point moves it by the part of the
+    ball's normal that lies in the profile's plane: where the plane cuts the ball near its rim, rows weigh more. So the
+    fit that weighs rows by their noise is that of greatest likelihood, to first order in the noise over the radius.
+    """
+
+    format: ClassVar[SensorFormat] = SensorFormat(
+        kind="profile",
+        title="profile sensor",
+        columns={"profile": ("x_m", "z_m")},
+        absent={"y_m": "a profile lies in the sensor's plane y = 0"},
+        numbers=1,
+        options=ProfileOptions,
+        many_rows=True,
+        balls=True,
+        named_points=True,
+    )
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
+    task: ClassVar[str] = "the model puts profiles on balls"
+    row_point: ClassVar[str] = "middle of the ball"
+
+    def __init__(self, dataset: Dataset) -> None:
+        super().__init__(dataset)
+        self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
+        self._balls = tuple(dict.fromkeys(dataset.points.names))
+        self._ball = dataset.points.number
+        self._radius = np.array([dataset.radius_m[name] for name in self._balls])[self._ball]
+        self._stands = dataset.options is not None and dataset.options.mount == "base"
+
+    @classmethod
+    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
+        """No mount where the sensor stands in the cell."""
+        stands = dataset.options is not None and dataset.options.mount == "base"
+        return cls.stages - {Stage.MOUNT} if stands else cls.stages
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """None: everything follows from the measurements."""
+        return ()
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The sensor's place on the flange or in the cell, and the balls at the other end."""
+        return (*HAND_EYE, *(f"ball.{name}.{part}" for name in self._balls for part in "xyz"))
+
+    def undetermined(self, T_base_flange: Array) -> str:
+        """The flange must turn about two axes."""
+        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+
+    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
+        """From the circles in which the sensor's plane cuts the balls."""
+        seen = perturb(Stage.TARGET, self._measured)
+        of_pose = self.dataset.points.pose
+        _, first, profile = np.unique(of_pose * len(self._balls) + self._ball, return_index=True, return_inverse=True)
+        each = range(common_length(seen, T_base_flange))
+        found = []
+        for candidate in each:
+            centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
+            some = np.flatnonzero(enough)
+            some = some[np.linspace(0, len(some) - 1, min(len(some), ENOUGH_PROFILES)).round().astype(np.int64)]
+            beside = np.sqrt(np.maximum(self._radius[first[some]] ** 2 - radius[some] ** 2, 0.0))
+            T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
+            T = T if self._stands else inverse(T)
+            found.append(sensor_and_balls(centre[some], beside, T[None], self._ball[first[some]]))
+        R, shift, balls = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        start = six_of(inverse(pose(R, shift)), "hand_eye")
+        for number, name in enumerate(self._balls):
+            start |= {f"ball.{name}.{part}": balls[:, number, axis] for axis, part in enumerate("xyz")}
+        return start
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
+        apart = self.in_base(values, T_base_flange, perturb) - self.known(values, T_base_flange, perturb)
+        off: Array = np.linalg.norm(apart, axis=-1) - self._radius
+        return off[..., None]
+
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The points of the profiles, in the base frame, (c, m, 3) [m]."""
+        seen, of_pose = perturb(Stage.TARGET, self._measured), self.dataset.points.pose
+        if self._stands:
+            return carry(motion(values, "hand_eye")[:, None], np.zeros_like(of_pose), seen)
+        return carry(T_base_flange @ self._mount(values, perturb), of_pose, seen)
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The middles of the balls, in the base frame, (c, m, 3) [m]."""
+        balls = np.stack([vector(values, f"ball.{name}") for name in self._balls], axis=1)[:, self._ball]
+        return carry(T_base_flange, self.dataset.points.pose, balls) if self._stands else balls
+
+    def _mount(self, values: Values, perturb: Perturbation) -> Array:
+        return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
+
+    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
+        """T_flange_sensor, where the flange carries it."""
+        return None if self._stands else self._mount(values, perturb)
+
+    def _normals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The ball's normal at each point, in the base frame, (c, m, 3)."""
+        apart = self.in_base(values, T_base_flange, perturb) - self.known(values, T_base_flange, perturb)
+        normals: Array = apart / np.linalg.norm(apart, axis=-1, keepdims=True)
+        return normals
+
+    def _sensor_in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """T_base_sensor of each row, (c, m, 4, 4)."""
+        if self._stands:
+            return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
+        T: Array = (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
+        return T
+
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Derivatives by the sensor's place and the balls, (c, m, 1, 6 + 3b)."""
+        if perturb.touches(Stage.MOUNT):
+            return None
+        normals = self._normals(values, T_base_flange, perturb)
+        R = T_base_flange[:, self.dataset.points.pose, :3, :3]
+        in_flange = (np.swapaxes(R, -1, -2) @ normals[..., None])[..., 0]
+        by_sensor, by_ball = (normals, -in_flange) if self._stands else (in_flange, -normals)
+        turned = perturb(Stage.TARGET, self._measured) @ np.swapaxes(motion(values, "hand_eye")[:, :3, :3], -1, -2)
+        axes = angle_axes(*(values[f"hand_eye.{part}"] for part in SIX[3:]))
+        J = np.zeros((*normals.shape[:2], 1, len(self.derived)))
+        J[..., 0, :3] = by_sensor
+        J[..., 0, 3:6] = np.cross(turned, by_sensor) @ np.swapaxes(axes, -1, -2)
+        for number in range(len(self._balls)):
+            own = self._ball == number
+            J[:, own, 0, 6 + 3 * number : 9 + 3 * number] = by_ball[:, own]
+        return J
+
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
+        """In closed form, but for the effects."""
+        values, of_pose = chain.values, self.dataset.points.pose
+        seen = chain(Stage.TARGET, Tangent.constant(self._measured))
+        mount = chain.through(
+            lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, Tangent.constant(np.eye(4)[None, None])
+        )
+        mount = mount if self._stands else chain(Stage.MOUNT, mount)
+        balls = np.stack([vector(values, f"ball.{name}") for name in self._balls], axis=1)[:, self._ball]
+        alone = np.zeros_like(of_pose)
+        if self._stands:
+            T_base_sensor = mount.value[:, alone]
+            place, ball = carry(mount.value, alone, seen.value), carry(flange.value, of_pose, balls)
+            to_ball = np.swapaxes(flange.value[:, of_pose, :3, :3], -1, -2)
+            moves = ((mount.of, carried(mount, alone, seen.value)), (flange.of, -carried(flange, of_pose, balls)))
+        else:
+            T_base_sensor = (flange.value @ mount.value)[:, of_pose]
+            place, ball = carry(flange.value @ mount.value, of_pose, seen.value), balls
+            to_ball = np.eye(3)
+            at = of_pose if mount.value.shape[1] > 1 else alone
+            by_mount = Tangent(mount.value, flange.value[:, None] @ mount.slopes, mount.of)
+            moves = (
+                (mount.of, carried(by_mount, of_pose, seen.value)),
+                (flange.of, carried(flange, of_pose, carry(mount.value, at, seen.value))),
+            )
+        apart = place - ball
+        normals = apart / np.linalg.norm(apart, axis=-1, keepdims=True)
+        J = np.zeros((len(normals), chain.count, len(self._ball), 1))
+        by_seen = (T_base_sensor[:, None, :, :3, :3] @ seen.slopes[..., None])[..., 0]
+        for of, moved in ((seen.of, by_seen), *moves):
+            J[..., 0][:, of] += (moved * normals[:, None]).sum(axis=-1)
+        by_ball = -(to_ball @ normals[..., None])[..., 0]
+        for number, name in enumerate(self._balls):
+            own = np.flatnonzero(self._ball == number)
+            columns = chain.columns([f"ball.{name}.{part}" for part in "xyz"])
+            J[:, columns[:, None], own, 0] = np.swapaxes(by_ball[:, own], 1, 2)
+        return J
+
+    def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
+        """`point` [m], alike along x and z of the sensor, each row's own."""
+        normals = self._normals(values, T_base_flange, perturb)[0]
+        axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
+        effect = normals[:, None] @ axes
+        return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> None:
+        """Nothing: an arm that has a ball in the profile cannot choose where it stands."""
+
+    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """The sensor as `profile_sensor`, as it is at the first pose; or the balls as `ball_NAME`."""
+        if self._stands:
+            return {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
+        return {"profile_sensor": self._mount(values, perturb)[0, 0]}
+
+    def prefix_of(self, name: str) -> str | None:
+        """A ball's place."""
+        return f"ball.{name}" if name in self._balls else None
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What carries the sensor."""
+        return {"mount": "base" if self._stands else "flange"}

@@ -1,0 +1,95 @@
+"""A simulated system that stands in the cell and sees bodies on the flange, how they are turned included."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
+from robolaser.geometry.visibility import random_configurations
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.parameters import Values
+from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+GROSS_RAD = (0.02, 0.2)  # markers are mixed up
+
+
+@final
+@dataclass(frozen=True)
+class SimulatedPoseTracker(SimulatedSensor):
+    """A tracker that sees every body in every pose.
+
+    Attributes:
+        names: Of the bodies.
+    """
+
+    kind: ClassVar[str] = "pose"
+    default_points: ClassVar[int] = 1
+
+    names: tuple[str, ...]
+
+    @classmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """A tracker some metres from the arm, and bodies around the flange's axis, turned anyhow."""
+        truth = dict(SimulatedTracker.build(dataset, setup, random).truth)
+        names, rng = tuple(map(str, range(setup.points))), random.build
+        for name in names:
+            turn = rng.uniform(-np.pi, np.pi), rng.uniform(-1.0, 1.0), rng.uniform(-np.pi, np.pi)
+            truth |= {f"tool.{name}.{part}": float(angle) for part, angle in zip(SIX[3:], turn, strict=True)}
+        return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
+
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """Every body from where the tracker stands."""
+        n = len(dataset.poses)
+        rows = np.repeat(np.arange(n), len(self.names))
+        tools = np.stack([motion(values, f"tool.{name}")[0] for name in self.names])
+        points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
+        quaternion = np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))
+        for _ in range(ROUNDS):
+            dataset = replace(dataset, points=replace(points, columns={"quaternion": quaternion}))
+            model = Model(dataset, tuple(candidate_effects))
+            perturb = model.perturb(values)
+            T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
+            T_world_body = T_world_flange[rows] @ np.tile(tools, (n, 1, 1))
+            quaternion = to_quaternion(T_world_body[:, :3, :3])
+            seen = nominal_points(T_world_body[:, :3, 3], perturb)
+            settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
+            points = replace(points, xyz=seen)
+            if settled:
+                break
+        dataset = replace(dataset, points=replace(points, columns={"quaternion": quaternion}))
+        return dataset, np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+
+    @classmethod
+    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Errors of place and rotation."""
+        shift, turn = rng.normal(size=(2, len(points), 3))
+        if noise.point_m is not None:
+            points = replace(points, xyz=points["xyz"] + noise.point_m * shift)
+        return points if noise.angle_rad is None else _turned(points, np.arange(len(points)), noise.angle_rad * turn)
+
+    @classmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """Bodies moved and turned in any direction."""
+        shift, turn = rng.normal(size=(2, len(rows), 3))
+        xyz = dataset.points["xyz"].copy()
+        xyz[rows] += rng.uniform(*GROSS_M, (len(rows), 1)) * shift / np.linalg.norm(shift, axis=1, keepdims=True)
+        turn *= rng.uniform(*GROSS_RAD, (len(rows), 1)) / np.linalg.norm(turn, axis=1, keepdims=True)
+        return replace(dataset, points=_turned(replace(dataset.points, xyz=xyz), rows, turn))
+
+
+def _turned(points: Points, rows: Ints, turn: Array) -> Points:
+    """Points of which some (k,) are turned in the world frame, by (k, 3) [rad]."""
+    quaternion = points["quaternion"].copy()
+    quaternion[rows] = to_quaternion(exp_so3(turn) @ from_quaternion(quaternion[rows]))
+    return replace(points, columns={**points.columns, "quaternion": quaternion})

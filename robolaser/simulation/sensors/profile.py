@@ -1,0 +1,144 @@
+"""A simulated laser profile sensor and its balls: one of them on the arm, the others in the cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.geometry.inverse_kinematics import reaching, within_reach
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
+from robolaser.geometry.visibility import limits
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors.placements import motion, six_of, vector
+from robolaser.model.sensors.profile import ProfileOptions
+from robolaser.parameters import Values
+from robolaser.simulation.nominal import facing_outward
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.sensors.target_inversion import nominal_points
+from robolaser.simulation.setup import RandomStreams, SensorSetup
+
+RADIUS_M = 0.0127
+STANDOFF_M = 0.15  # from the sensor to the middle of its range
+RANGE_M = (0.03, 0.03)  # half its range, along x and z: a sensor of the 60 mm class
+BRACKET_M = (0.03, -0.02, 0.05)  # of the sensor on the flange, z outward
+TOLERANCE = 0.03  # how far it is turned from its drawing at most [rad]
+BALLS_M = (0.06, 0.10)  # of balls on the flange, from its axis, least and most
+CUT = 0.75  # over the radius: balls are cut no farther from their middle
+ARC = np.radians(60.0)  # half the arc that is seen
+ROWS = 24  # of each profile
+SHAKE, TRIES = 0.015, 16  # how postures differ that aim at one ball [rad or m], and how many are tried
+GROSS_M = (1e-3, 5e-3)  # a reflection is taken for the ball
+
+
+@final
+@dataclass(frozen=True)
+class SimulatedProfile(SimulatedSensor):
+    """A profile sensor that sees one ball in each pose.
+
+    Attributes:
+        ball_of: The ball of each candidate, (≥ n,).
+        at: Where along the arc the points of each pose lie, -1 to 1, (≥ n, k).
+        stands: Whether the sensor stands in the cell.
+    """
+
+    kind: ClassVar[str] = "profile"
+
+    ball_of: Ints
+    at: Array
+    stands: bool
+
+    @classmethod
+    def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
+        """With what carries the sensor, and the radius of each ball."""
+        radii = {str(ball): RADIUS_M for ball in range(setup.points)}
+        return replace(dataset, options=ProfileOptions(setup.mount), radius_m=radii)
+
+    @classmethod
+    def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
+        """A sensor on the flange that looks away from the arm and balls in the cell, or the other way round."""
+        robot, n, rng = dataset.arm[0], len(dataset.poses), random.build
+        outward = from_quaternion(np.array(facing_outward(robot)))
+        tilt = from_angles(*rng.uniform(-TOLERANCE, TOLERANCE, 3))
+        stands = setup.mount == "base"
+        if stands:
+            turn = rng.uniform(-np.pi, np.pi, setup.points)
+            around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)
+            balls = around * rng.uniform(*BALLS_M, (setup.points, 1)) @ outward.T
+            aim = within_reach(robot, balls[0], 1, random.place)
+            of_ball = [reaching(robot, ball, aim, wanted=-(-n // len(balls)), rng=random.place)[0] for ball in balls]
+            least = min(map(len, of_ball))
+            q = np.stack([found[:least] for found in of_ball], axis=1).reshape(-1, len(robot.joints))
+            goals = np.tile(np.arange(len(balls)), least)
+            R = from_angles(*rng.uniform(-1.0, 1.0, 3)) @ tilt
+            T = pose(R, aim[0] - STANDOFF_M * R[:, 2])
+        else:
+            T = pose(outward @ tilt, outward @ np.array(BRACKET_M))
+            aim = T[:3, 3] + STANDOFF_M * T[:3, 2]
+            balls = within_reach(robot, aim, setup.points, random.place)
+            q, goals = reaching(robot, aim, balls, wanted=n, rng=random.place)
+        truth = {name: float(value[0]) for name, value in six_of(T[None], "hand_eye").items()}
+        for number, ball in enumerate(balls):
+            truth |= {f"ball.{number}.{part}": float(value) for part, value in zip("xyz", ball, strict=True)}
+        lower, upper = limits(robot)
+        kept_q, kept_ball = [np.empty((0, q.shape[1]))], [np.empty(0, dtype=np.int64)]
+        for _ in range(TRIES):
+            shaken = np.clip(q + SHAKE * random.place.normal(size=q.shape), lower, upper)
+            T_base_flange = robot.forward(shaken[None])[0]
+            T_base_sensor = T if stands else T_base_flange @ T
+            ball = apply(T_base_flange, balls[goals]) if stands else balls[goals]
+            good = _is_seen(apply(inverse(T_base_sensor), ball))
+            kept_q.append(shaken[good])
+            kept_ball.append(goals[good])
+        candidates, ball_of = np.concatenate(kept_q), np.concatenate(kept_ball)
+        return cls(truth, candidates, ball_of, random.along.uniform(-1.0, 1.0, (len(candidates), ROWS)), stands)
+
+    def measure(
+        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
+    ) -> tuple[Dataset, Bools]:
+        """The arc in which the sensor's plane cuts the ball that the pose aims at."""
+        n, number = len(dataset.poses), self.ball_of[chosen]
+        rows = np.repeat(np.arange(n), ROWS)
+        names = tuple(str(ball) for ball in number.repeat(ROWS).tolist())
+        points = Points(rows, names, columns={"profile": np.zeros((len(rows), 2))})
+        model = Model(replace(dataset, points=points), tuple(candidate_effects))
+        perturb = model.perturb(values)
+        T_base_flange = model.flange(values, perturb)[0]
+        mount = model.sensor.mount(values, perturb)
+        T_base_sensor = motion(values, "hand_eye")[0] if mount is None else T_base_flange @ mount[0]
+        ball = np.stack([vector(values, f"ball.{one}")[0] for one in number])
+        there = apply(inverse(T_base_sensor), apply(T_base_flange, ball) if self.stands else ball)
+        good = _is_seen(there)
+        radius = np.sqrt(np.maximum(RADIUS_M**2 - there[:, 1] ** 2, 0.0))[:, None]
+        angle = ARC * self.at[chosen]
+        lit = np.stack(
+            [there[:, :1] + radius * np.sin(angle), np.zeros_like(angle), there[:, 2:] - radius * np.cos(angle)],
+            axis=-1,
+        ).reshape(-1, 3)
+        seen = nominal_points(lit, perturb)[:, ::2]
+        return replace(dataset, points=replace(points, columns={"profile": seen})), good
+
+    @classmethod
+    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
+        """Errors along x and z."""
+        if noise.point_m is None:
+            return points
+        profile = points["profile"]
+        return replace(points, columns={"profile": profile + noise.point_m * rng.normal(size=profile.shape)})
+
+    @classmethod
+    def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
+        """Points nearer or farther than the ball."""
+        profile = dataset.points["profile"].copy()
+        profile[rows, 1] += sign * rng.uniform(*GROSS_M, len(rows))
+        return replace(dataset, points=replace(dataset.points, columns={"profile": profile}))
+
+
+def _is_seen(ball: Array) -> Bools:
+    """Whether balls in the sensor's frame (n, 3) are in its range, and cut well."""
+    across, deep = RANGE_M
+    near = (np.abs(ball[:, 0]) < across - RADIUS_M) & (np.abs(ball[:, 2] - STANDOFF_M) < deep - RADIUS_M)
+    return np.asarray(near & (np.abs(ball[:, 1]) < CUT * RADIUS_M))
