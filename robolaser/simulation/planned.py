@@ -50,7 +50,7 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
     Args:
         dataset: Poses of a robot, without points.
         points: In each pose; when absent, as `simulate` has it.
-        mount: Where a camera sits.
+        mount: Where a camera sits, unless the data set says it.
         seed: Of what is drawn of the sensor.
 
     Raises:
@@ -59,6 +59,7 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
         UsageError: Sensors of this kind cannot be simulated.
     """
     kind = simulated_sensor(dataset.kind)
+    mount = getattr(dataset.options, "mount", mount)
     setup = SensorSetup(points or kind.default_points, placed=False, mount=mount)
     blank = replace(dataset, points=Points(np.empty(0, dtype=np.int64), ()), placed=False)
     if not dataset.parameters:
