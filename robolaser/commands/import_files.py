@@ -39,6 +39,7 @@ def import_files(
     euler: Annotated[str | None, Parameter(metavar="AXES", group=TABLES)] = None,
     point: Annotated[str | None, Parameter(metavar="NAME", group=TABLES)] = None,
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
+    extract: Annotated[bool, Parameter(group=RESULT)] = False,
     dry_run: Annotated[bool, Parameter(group=RESULT)] = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -69,6 +70,7 @@ def import_files(
         euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
         point: Name of the measured point, where no column names it.
         further: An option of the importer's own, see `robolaser list importers`; may be given again.
+        extract: Find the board in the images at once, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """
@@ -107,6 +109,11 @@ def import_files(
     terminal.print(_text(imported, shown))
     for warning in read_back.warnings:
         terminal.warn(warning)
+    if extract and not imported.images:
+        raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
+    if extract and not dry_run:
+        imported = _with_points(imported, terminal)
+        read_back = imported.dataset
     if not dry_run:
         with results_in(output, command="import", files=(*FOLDER, *imported.images), force=force):
             write(imported, output, overwrite=force)
@@ -123,6 +130,25 @@ def import_files(
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
     terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
+
+
+def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
+    """The same with the points that its images show; nothing is written where they show none."""
+    from dataclasses import replace
+    from tempfile import TemporaryDirectory
+
+    from robolaser.data.importers.writing import write
+    from robolaser.data.loading import load
+    from robolaser.vision.target_corners import points_of_target
+
+    with TemporaryDirectory() as scratch, terminal.progress() as progress:
+        folder = Path(scratch) / "recording"
+        write(imported, folder, overwrite=False)
+        seen, dataset = points_of_target(load(folder), progress)
+    without = [one.pose for one in seen if not one.points]
+    if without:
+        terminal.warn(f"{len(without)} of {len(seen)} images do not show the board: {', '.join(without[:5])}.")
+    return replace(imported, dataset=replace(dataset, folder=None))
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -49,10 +49,10 @@ def motion(values: dict[str, float], prefix: str) -> np.ndarray:
     return pose(from_angles(w, phi, psi), np.stack([x, y, z]))
 
 
-def assert_near(T: np.ndarray, expected: np.ndarray) -> None:
+def assert_near(T: np.ndarray, expected: np.ndarray, within: float = 1e-3) -> None:
     apart = inverse(T) @ expected
-    assert np.linalg.norm(apart[:3, 3]) < 1e-3
-    assert np.arccos(min(1.0, (np.trace(apart[:3, :3]) - 1) / 2)) < 1e-3
+    assert np.linalg.norm(apart[:3, 3]) < within
+    assert np.arccos(min(1.0, (np.trace(apart[:3, :3]) - 1) / 2)) < within
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
