@@ -161,7 +161,9 @@ def _number(value: float) -> float | None:
 def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"value": float(value), "std": _number(std), "unit": parameter.unit}
     given = (parameter.nominal, parameter.lower, parameter.upper) if parameter.given else (None, None, None)
-    start = {} if parameter.given or not parameter.origin else {"started_from": parameter.origin}
+    start: dict[str, Any] = {"start": float(parameter.nominal)}
+    if not parameter.given and parameter.origin:
+        start["started_from"] = parameter.origin
     return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True)) | start
 
 

@@ -11,7 +11,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.thresholds import LARGEST_USUAL
-from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
@@ -61,20 +60,23 @@ class Fit:
     Attributes:
         problem: What was fitted.
         x: The parameters, (d,).
+        slopes: Derivatives of the whitened residuals there, where they are known, see `Linearization`, (K, d).
     """
 
     problem: Problem
     x: Array
+    slopes: Array | None = None
 
     @classmethod
     def of(cls, problem: Problem, start: Array) -> "Fit":
         """Fit, from parameters (d,) that are near."""
-        return cls(problem, solve(problem, start[None], tol=SHARE, enough=TOLERANCE).x[0])
+        end = solve(problem, start[None], tol=SHARE, enough=TOLERANCE)
+        return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
     def at(self) -> Linearization:
         """The problem near the optimum. Its rows are K whitened numbers of the data and e of distances and priors."""
-        return Linearization(self.problem, self.x)
+        return Linearization(self.problem, self.x, self.slopes)
 
     @property
     def model(self) -> Model:
@@ -158,14 +160,6 @@ class Fit:
         return np.unique(self.model.dataset.points.pose)
 
     @property
-    def dispersion(self) -> float:
-        """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
-        noise, factor = self.noise, self.scatter_factor
-        ratio = (1.0 + noise.scatter) / (1.0 + factor**2 * noise.scatter)
-        less = float((noise.scatter_squares(self.at.white) * (1.0 - ratio)).sum())
-        return dispersion(self.chi2 - less, self.freedoms, len(self.poses))
-
-    @property
     def values(self) -> dict[str, float]:
         """The parameters by name."""
         return dict(zip(self.problem.parameters.names, self.x.tolist(), strict=True))
@@ -226,6 +220,9 @@ class Fit:
 def best_amplitudes(columns: Array, residuals: Array) -> Array:
     """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
     length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    amplitudes: Array = -np.linalg.lstsq(columns / length, residuals, rcond=SINGULAR)[0] / length
+    unit = columns / np.where(length > 0, length, 1.0)
+    squares, V = np.linalg.eigh(unit.T @ unit)
+    seen = squares > SINGULAR**2 * squares.max(initial=0.0)
+    along = V[:, seen].T @ (unit.T @ residuals)
+    amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
     return amplitudes

@@ -1,6 +1,7 @@
 """Which effects are in the model: stepwise selection, with exchanges, and the geometry of a whole arm."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -42,14 +43,11 @@ class Selection:
 
     def __init__(self, refits: Refits, progress: Progress) -> None:
         self._refits, self._progress = refits, progress
-        self._spread = np.inf
 
     def stepwise(self, fit: Fit, most: int = MAX_EFFECTS) -> Fit:
         """Add effects while that pays; then take out or exchange each one; then begin again.
 
-        All sets are judged by the smallest dispersion that any of them has left so far, so that no step is ever taken
-        back for another's. Where an unmodelled cause explains what is left with no need of another effect, none is
-        added.
+        Where an unmodelled cause explains what is left with no need of another effect, none is added.
         """
         refits = self._refits
         while True:
@@ -65,9 +63,8 @@ class Selection:
 
     def _better(self, fit: Fit, options: Sequence[Fit]) -> list[Fit]:
         """Those that cost less than a fit, the cheapest first."""
-        self._spread = spread = min([self._spread, *(option.dispersion for option in (fit, *options))])
-        costs = {id(option): self._refits.cost(option, spread) for option in options}
-        limit = self._refits.cost(fit, spread) - MIN_IMPROVEMENT
+        costs = {id(option): self._refits.cost(option) for option in options}
+        limit = self._refits.cost(fit) - MIN_IMPROVEMENT
         cheaper = [option for option in options if costs[id(option)] < limit]
         return sorted(cheaper, key=lambda option: costs[id(option)])
 
@@ -108,14 +105,13 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
         return selection.stepwise(begin)
     few = selection.stepwise(begin or refits.start, MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
-    enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
+    enough = len(few.effects) < MAX_SEPARATE_EFFECTS and unmodelled_chi2(few) <= 0.0
     if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:
         return few
     progress("fitting the geometry of the whole arm")
     arm = _reduced(refits, refits.refit(refits.start, geometry))
     arm = selection.stepwise(arm, len(arm.effects) + MAX_BESIDE_GEOMETRY)
-    spread = min(few.dispersion, arm.dispersion)
-    return min(few, arm, key=lambda fit: refits.cost(fit, spread))
+    return min(few, arm, key=refits.cost)
 
 
 def _reduced(refits: Refits, arm: Fit) -> Fit:
@@ -123,7 +119,7 @@ def _reduced(refits: Refits, arm: Fit) -> Fit:
     while len(arm.effects) > PLACEMENTS_OF_AN_ARM:
         least = min(arm.effects, key=arm.wald)
         less = refits.refit(arm, removed=least)
-        if refits.cost(less, arm.dispersion) > refits.cost(arm, arm.dispersion):
+        if refits.cost(less) > refits.cost(arm):
             break
         arm = less
     return arm
@@ -135,11 +131,17 @@ def _pairs(tests: Sequence[ScoreTest]) -> list[tuple[ScoreTest, ...]]:
     if len(some) < 2:
         return []
     alone = max(test.gain - penalty(test) for test in some)
+    bases = np.hstack([test.basis for test in some])
+    products, along = bases.T @ bases, bases.T @ some[0].against.at.r
+    ends = np.cumsum([0] + [test.basis.shape[1] for test in some])
+    spans = [np.arange(start, end) for start, end in pairwise(ends)]
     options = []
     for i, one in enumerate(some):
-        for other in some[:i]:
-            U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
-            gain = float(((U[:, s > DISTINCT_SINE].T @ one.against.at.r) ** 2).sum())
+        for j, other in enumerate(some[:i]):
+            both = np.concatenate([spans[i], spans[j]])
+            squares, V = np.linalg.eigh(products[np.ix_(both, both)])
+            distinct = squares > DISTINCT_SINE**2
+            gain = float(((V[:, distinct].T @ along[both]) ** 2 / squares[distinct]).sum())
             net = gain - penalty(one) - penalty(other)
             if net > max(alone, 0.0) + CHI2_PAIR_ADVANTAGE:
                 options.append((net, i, one, other))
