@@ -19,6 +19,7 @@ from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.search_bounds import check_bounds
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -87,6 +88,7 @@ def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: 
         return _downhill(model, plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
+    check_bounds(model, f"--algorithm {algorithm}")
     if not model.sensor.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
         return replace(_downhill(model, plan), warnings=(warning,))
