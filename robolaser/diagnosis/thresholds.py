@@ -12,8 +12,8 @@ from typing import Final
 
 CHI2_PER_EFFECT: Final = 16.0
 """Chi-squared that any effect must explain, and a function of unknown form at a joint as well. A quantile: among a
-hundred candidates of one parameter, chance reaches it once in 158 data sets. With half of it one more of six blind worlds
-is not right, with twice as much none."""
+hundred candidates of one parameter, chance reaches it once in 158 data sets. With half of it one more of six blind
+worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
 judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
