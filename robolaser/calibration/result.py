@@ -161,7 +161,7 @@ def _number(value: float) -> float | None:
 def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"value": float(value), "std": _number(std), "unit": parameter.unit}
     given = (parameter.nominal, parameter.lower, parameter.upper) if parameter.given else (None, None, None)
-    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True))
+    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True)) | {"start": float(parameter.nominal)}
 
 
 def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:

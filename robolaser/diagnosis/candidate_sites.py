@@ -29,16 +29,26 @@ class Site:
     Attributes:
         site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`.
         coordinate: For a person.
-        columns: Derivatives of the whitened residuals by each of the function's basis functions, (K, p).
+        moves: Derivatives of the whitened residuals by what the function moves, each at its own pose or row, (K, q).
+        basis: The function's basis functions at each pose or row, (n, p).
+        of_number: Which of these is each whitened number's, (K,).
         unknown: Whether the function may be of a form that the library of effects does not have.
         most: Largest plausible standard deviation of the function, in its unit.
     """
 
     site: str
     coordinate: str
-    columns: Array
+    moves: Array
+    basis: Array
+    of_number: Ints
     unknown: bool = True
     most: float = np.inf
+
+    @property
+    def columns(self) -> Array:
+        """Derivatives of the whitened residuals by each basis function of each move, (K, q p)."""
+        products = self.moves[:, :, None] * self.basis[self.of_number][:, None]
+        return np.asarray(products.reshape(len(products), -1))
 
 
 def sites(fit: Fit) -> Iterator[Site]:
@@ -48,11 +58,12 @@ def sites(fit: Fit) -> Iterator[Site]:
     yield from _of_joints(fit, derivatives, coordinates)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
+    poses = fit.pose_of_number
     for coordinate, basis in (*coordinates.run(), *coordinates.overturning()):
-        yield Site("base", coordinate, _over_poses(fit, base, basis))
+        yield Site("base", coordinate, base, basis, poses)
     carried = derivatives.tool() * motion
     for coordinate, basis in (*coordinates.run(), *coordinates.hanging()):
-        yield Site("hand_eye" if fit.has_optics else "tool", coordinate, _over_poses(fit, carried, basis))
+        yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
     yield from _of_camera_and_laser(fit, derivatives, coordinates)
     yield from _of_target(fit, derivatives)
     yield from _of_measuring_system(fit, derivatives)
@@ -65,6 +76,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
     robot, _ = fit.model.dataset.arm
     column = {name: robot.joints.index(name) for name in joints}
     free = {name: derivatives.joint(name) for name in joints}
+    poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     for name in joints:
         for coordinate, basis in (
             *coordinates.joint(column[name], name),
@@ -72,18 +84,19 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
             *coordinates.posture(),
             *(coordinates.angle(column[other], other) for other in joints if other != name),
         ):
-            yield Site(name, coordinate, _over_poses(fit, free[name], basis))
+            yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
-            yield Site(name, f"placement of {name}", placement, unknown=False)
+            yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
+        shift = placement[:, :3]
         for coordinate, basis in coordinates.run():
-            yield Site(name, coordinate, _over_poses(fit, placement[:, :3], basis))
+            yield Site(name, coordinate, shift, basis, poses)
     qd = fit.model.dataset.poses.qd
     if qd is not None and np.abs(qd).max() > 0:
-        late = np.sum([_over_poses(fit, free[name], qd[:, [column[name]]]) for name in joints], axis=0)
-        yield Site("timing", "velocity", late)
+        late = np.sum([free[name] * qd[poses][:, [column[name]]] for name in joints], axis=0)
+        yield Site("timing", "velocity", late, alike, poses)
         for coordinate, basis in coordinates.run():
-            yield Site("timing", coordinate, _over_poses(fit, late, basis))
+            yield Site("timing", coordinate, late, basis, poses)
 
 
 def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
@@ -91,21 +104,21 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
     pixel = dataset.points.pixel
     if pixel is None or derivatives.passing(Stage.PIXELS) is None:
         return
-    seen = derivatives.pixel()
-    yield Site("camera", "image position", _over_rows(fit, seen, smooth(pixel)), most=MAX_DISTORTION_PX)
+    seen, rows = derivatives.pixel(), fit.problem.row_of_number
+    yield Site("camera", "image position", seen, smooth(pixel), rows, most=MAX_DISTORTION_PX)
     on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
     plane = derivatives.laser_plane()
     along = 0 if dataset.stripe_axis == "u" else 1
-    yield Site("laser", "position along the stripe", _over_rows(fit, plane, smooth(pixel[:, [along]])))
-    yield Site("laser", "place on the laser plane", _over_rows(fit, plane, _over_plane(on_plane[:, 1:])))
+    yield Site("laser", "position along the stripe", plane, smooth(pixel[:, [along]]), rows)
+    yield Site("laser", "place on the laser plane", plane, _over_plane(on_plane[:, 1:]), rows)
     tilt = fit.model.run.tilt
     if np.ptp(tilt) > 0:
-        yield Site("laser", "tilt of the surface", _over_rows(fit, seen[:, [1 - along]], smooth(tilt[:, None])))
+        yield Site("laser", "tilt of the surface", seen[:, [1 - along]], smooth(tilt[:, None]), rows)
     for coordinate, basis in coordinates.run():
         drift = np.concatenate([basis, basis * _centred(pixel[:, along], dataset.points.pose, len(basis))], axis=1)
-        yield Site("laser", coordinate, _over_poses(fit, plane, drift))
+        yield Site("laser", coordinate, plane, drift, fit.pose_of_number)
 
 
 def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
@@ -114,30 +127,18 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
         return
     given = derivatives.target()
     height = given @ fit.model.run.target.axes[:, 2:]
-    yield Site("target", "place on the target", _over_rows(fit, given, smooth(points.xyz)))
-    yield Site("target", "place on the target", _over_rows(fit, height, smooth(points.xyz, DENT, most=DENTS)))
+    rows = fit.problem.row_of_number
+    yield Site("target", "place on the target", given, smooth(points.xyz), rows)
+    yield Site("target", "place on the target", height, smooth(points.xyz, DENT, most=DENTS), rows)
 
 
 def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     points = fit.model.dataset.points
     if points.xyz is None or own_lengths(fit.model.dataset):
         return
-    longer = derivatives.target() * points.xyz[fit.problem.row_of_number]
-    yield Site("measuring_system", "distance", longer.sum(axis=1, keepdims=True), unknown=False)
-
-
-def _over_poses(fit: Fit, columns: Array, basis: Array) -> Array:
-    """Each column (K, q) times each basis function (n, p) at its row's pose, (K, q p)."""
-    return _products(columns, basis[fit.pose_of_number])
-
-
-def _over_rows(fit: Fit, columns: Array, basis: Array) -> Array:
-    """Each column (K, q) times each basis function (m, p) at its row, (K, q p)."""
-    return _products(columns, basis[fit.problem.row_of_number])
-
-
-def _products(columns: Array, basis: Array) -> Array:
-    return (columns[:, :, None] * basis[:, None]).reshape(len(columns), -1)
+    rows = fit.problem.row_of_number
+    longer = (derivatives.target() * points.xyz[rows]).sum(axis=1, keepdims=True)
+    yield Site("measuring_system", "distance", longer, np.ones((len(points), 1)), rows, unknown=False)
 
 
 def _over_plane(places: Array) -> Array:

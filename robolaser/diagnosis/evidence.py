@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
+from robolaser.diagnosis.thresholds import ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -52,14 +52,11 @@ def evidence_for(
     spread = final.dispersion
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
-    tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
-    best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
-    near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * explained]
-    others = [(test.candidate_effect, refits.refit(without, [test])) for test in near]
+    others = _in_its_place(refits, final, candidate_effect)
     costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
-    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance, spread)]
+    alike = _alike(final, others)
     return EffectEvidence(
         candidate_effect,
         explained,
@@ -71,31 +68,46 @@ def evidence_for(
     )
 
 
-def aliases(refits: Refits, final: Fit, evidence: Sequence[EffectEvidence]) -> list[CandidateEffect]:
+def _in_its_place(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> list[tuple[CandidateEffect, Fit]]:
+    """Candidates that promise as much as an effect of the final model, and that model with each in its place."""
+    without = refits.refit(final, removed=candidate_effect)
+    tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
+    best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
+    near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
+    return [(test.candidate_effect, refits.refit(without, [test])) for test in near]
+
+
+def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tuple[CandidateEffect, Fit]]:
+    return [one for one in others if is_indistinguishable(final.deviance, one[1].deviance, final.dispersion)]
+
+
+def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
     """Effects that only imitate what a larger one leaves, the least explaining first."""
-    largest = max((one.explained for one in evidence), default=0.0)
+    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
+    largest = max(explained.values(), default=0.0)
     return [
-        one.candidate_effect
-        for one in sorted(evidence, key=lambda one: one.explained)
-        if is_alias(one.explained, largest, len(_locations(one) - {one.candidate_effect.where}))
-        or is_form(one.explained, _explained_beside(refits, final, one, evidence))
+        one
+        for one in sorted(final.effects, key=lambda one: explained[one])
+        if is_form(explained[one], _explained_beside(refits, final, one, explained))
+        or (
+            explained[one] < ALIAS_SHARE * largest
+            and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
+        )
     ]
 
 
-def _explained_beside(refits: Refits, final: Fit, one: EffectEvidence, evidence: Sequence[EffectEvidence]) -> float:
+def _explained_beside(
+    refits: Refits, final: Fit, one: CandidateEffect, explained: Mapping[CandidateEffect, float]
+) -> float:
     """What an effect and larger ones at its place explain together; nothing where there are none."""
-    larger = [other for other in evidence if other.explained > one.explained and _same_location(one, other)]
+    larger = [other for other in explained if explained[other] > explained[one] and other.where == one.where]
     if not larger:
         return 0.0
-    without = one.without
+    without = refits.refit(final, removed=one)
     for other in larger:
-        without = refits.refit(without, removed=other.candidate_effect)
+        without = refits.refit(without, removed=other)
     return without.chi2 - final.chi2
 
 
-def _same_location(one: EffectEvidence, other: EffectEvidence) -> bool:
-    return one.candidate_effect.where == other.candidate_effect.where
-
-
-def _locations(one: EffectEvidence) -> set[str]:
-    return {alternative.where for alternative, _ in one.alternatives}
+def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:
+    return {other.where for other, _ in _alike(final, _in_its_place(refits, final, one))} - {one.where}

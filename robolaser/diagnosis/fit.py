@@ -61,20 +61,23 @@ class Fit:
     Attributes:
         problem: What was fitted.
         x: The parameters, (d,).
+        slopes: Derivatives of the whitened residuals there, where they are known, see `Linearization`, (K, d).
     """
 
     problem: Problem
     x: Array
+    slopes: Array | None = None
 
     @classmethod
     def of(cls, problem: Problem, start: Array) -> "Fit":
         """Fit, from parameters (d,) that are near."""
-        return cls(problem, solve(problem, start[None], tol=SHARE, enough=TOLERANCE).x[0])
+        end = solve(problem, start[None], tol=SHARE, enough=TOLERANCE)
+        return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
     def at(self) -> Linearization:
         """The problem near the optimum. Its rows are K whitened numbers of the data and e of distances and priors."""
-        return Linearization(self.problem, self.x)
+        return Linearization(self.problem, self.x, self.slopes)
 
     @property
     def model(self) -> Model:
@@ -226,6 +229,9 @@ class Fit:
 def best_amplitudes(columns: Array, residuals: Array) -> Array:
     """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
     length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    amplitudes: Array = -np.linalg.lstsq(columns / length, residuals, rcond=SINGULAR)[0] / length
+    unit = columns / np.where(length > 0, length, 1.0)
+    squares, V = np.linalg.eigh(unit.T @ unit)
+    seen = squares > SINGULAR**2 * squares.max(initial=0.0)
+    along = V[:, seen].T @ (unit.T @ residuals)
+    amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
     return amplitudes

@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE, MAX_SITES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
@@ -44,15 +45,22 @@ def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, fl
         residuals: Whitened, (k,).
         most: Largest plausible size.
     """
-    eigenvalues, V = np.linalg.eigh(B.T @ B)
-    eigenvalues = np.maximum(eigenvalues, 0.0)
-    z2 = (V.T @ (B.T @ residuals)) ** 2
-    scale = 1.0 / np.sqrt(max(float(eigenvalues.mean()), 1e-300))
-    sizes = np.minimum(scale * SIZES, most)
-    t = sizes[:, None] ** 2
-    value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=1)
-    best = int(np.argmax(value))
-    return max(0.0, float(value[best])), float(sizes[best])
+    ratios, sizes = _likelihood_ratios((B.T @ B)[None], (B.T @ residuals)[None], np.array([most]))
+    return float(ratios[0]), float(sizes[0])
+
+
+def _likelihood_ratios(normal: Array, gradient: Array, most: Array) -> tuple[Array, Array]:
+    """The same of several functions, (n,) each, by the products of their derivatives (n, p, p) and (n, p)."""
+    eigenvalues, V = np.linalg.eigh(normal)
+    eigenvalues = np.maximum(eigenvalues, 0.0)[:, None]
+    z2 = (np.swapaxes(V, 1, 2) @ gradient[..., None])[:, None, :, 0] ** 2
+    scale = 1.0 / np.sqrt(np.maximum(eigenvalues.mean(axis=2), 1e-300))
+    sizes = np.minimum(scale * SIZES, most[:, None])
+    t = sizes[..., None] ** 2
+    value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=2)
+    best = value.argmax(axis=1)[:, None]
+    ratios = np.take_along_axis(value, best, axis=1)[:, 0]
+    return np.maximum(0.0, ratios), np.take_along_axis(sizes, best, axis=1)[:, 0]
 
 
 def p_value(ratio: float, tried: int) -> float:
@@ -106,18 +114,22 @@ class _SelectedSite:
 
 def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedSite], int]:
     """The sites that the residuals speak for; and how many were tried."""
-    tried = list(candidates)
+    tried, functions = list(candidates), RandomFunctions(fit)
+    normals = [functions.normal_equations(site) for site in tried]
+    most, sizes = np.array([site.most for site in tried]), np.array([len(normal) for normal in normals])
     selected: list[_SelectedSite] = []
-    residuals, B = fit.at.r, [fit.at.project(site.columns) for site in tried]
     for _ in range(MAX_SITES):
-        ratios = [likelihood_ratio(b, residuals, site.most) for site, b in zip(tried, B, strict=True)]
-        best = int(np.argmax([ratio for ratio, _ in ratios]))
-        ratio, size = ratios[best]
-        if ratio < LIKELIHOOD_RATIO_OF_SITE:
+        gradients = [functions.gradient(site) for site in tried]
+        ratios, size = np.zeros(len(tried)), np.zeros(len(tried))
+        for p in np.unique(sizes):
+            alike = np.flatnonzero(sizes == p)
+            both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
+            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike])
+        best = int(np.argmax(ratios))
+        if ratios[best] < LIKELIHOOD_RATIO_OF_SITE:
             break
-        selected.append(_SelectedSite(tried[best], ratio, size))
-        U, s, _ = np.linalg.svd(size * B[best], full_matrices=False)
-        shrink = U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))
-        residuals = residuals - shrink @ (U.T @ residuals)
-        B = [b - shrink @ (U.T @ b) for b in B]
+        selected.append(_SelectedSite(tried[best], float(ratios[best]), float(size[best])))
+        if len(selected) < MAX_SITES:
+            functions.believe(tried[best], float(size[best]))
+            normals = [normal - functions.newly_imitated(site) for normal, site in zip(normals, tried, strict=True)]
     return selected, len(tried)

@@ -13,6 +13,7 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
+from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -37,14 +38,14 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
         doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
-            evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
-            doubtful = aliases(refits, final, evidence) or _incredible(evidence, final)
+            doubtful = aliases(refits, final) or _incredible(refits, final, unmodelled, unexplained)
         if doubtful:
             for one in doubtful[: -(-len(doubtful) // 2)]:
                 final = refits.refit(final, removed=one)
             continue
         helpful = _helpful(refits, final, held_out)
         if helpful is final:
+            evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
             return final, evidence, left
         final = helpful
 
@@ -70,15 +71,18 @@ def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[C
     return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
 
 
-def _incredible(evidence: Sequence[EffectEvidence], final: Fit) -> list[CandidateEffect]:
+def _incredible(
+    refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
+) -> list[CandidateEffect]:
     """Effects that next to nothing speaks for beside what is left, the least credible first.
 
     Not where the sensor has no optics: there a whole arm's geometry counts, each part of which explains little.
     """
     if not final.has_optics:
         return []
-    doubtful = sorted(evidence, key=lambda one: one.credibility)
-    return [one.candidate_effect for one in doubtful if one.credibility < MIN_CREDIBILITY]
+    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
+    believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
+    return sorted((one for one in believable if believable[one] < MIN_CREDIBILITY), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:

@@ -1,6 +1,7 @@
 """Which effects are in the model: stepwise selection, with exchanges, and the geometry of a whole arm."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -135,11 +136,17 @@ def _pairs(tests: Sequence[ScoreTest]) -> list[tuple[ScoreTest, ...]]:
     if len(some) < 2:
         return []
     alone = max(test.gain - penalty(test) for test in some)
+    bases = np.hstack([test.basis for test in some])
+    products, along = bases.T @ bases, bases.T @ some[0].against.at.r
+    ends = np.cumsum([0] + [test.basis.shape[1] for test in some])
+    spans = [np.arange(start, end) for start, end in pairwise(ends)]
     options = []
     for i, one in enumerate(some):
-        for other in some[:i]:
-            U, s, _ = np.linalg.svd(np.hstack([one.basis, other.basis]), full_matrices=False)
-            gain = float(((U[:, s > DISTINCT_SINE].T @ one.against.at.r) ** 2).sum())
+        for j, other in enumerate(some[:i]):
+            both = np.concatenate([spans[i], spans[j]])
+            squares, V = np.linalg.eigh(products[np.ix_(both, both)])
+            distinct = squares > DISTINCT_SINE**2
+            gain = float(((V[:, distinct].T @ along[both]) ** 2 / squares[distinct]).sum())
             net = gain - penalty(one) - penalty(other)
             if net > max(alone, 0.0) + CHI2_PAIR_ADVANTAGE:
                 options.append((net, i, one, other))

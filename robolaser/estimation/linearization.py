@@ -28,10 +28,12 @@ class Linearization:
     Attributes:
         problem: Of which.
         x: Where, (d,).
+        known: Derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known.
     """
 
     problem: Problem
     x: Array
+    known: Array | None = None
 
     @cached_property
     def plain(self) -> Array:
@@ -50,13 +52,16 @@ class Linearization:
 
     @cached_property
     def cost(self) -> float:
-        """What the problem minimises; with squares the squared length of `r`."""
-        return float(self.problem.costs(self.x[None])[0])
+        """What the problem minimises; with squares the squared length of `r`, infinite at the model's poles."""
+        if not self.problem.loss.is_square:
+            return float(self.problem.costs(self.x[None])[0])
+        squares = float(self.r @ self.r)
+        return squares if np.isfinite(squares) else np.inf
 
     @cached_property
     def slopes(self) -> Array:
         """Derivatives of `white` by every parameter over its scale, those on a bound too, (K, d)."""
-        return np.asarray(self.problem.jacobian(self.x[None])[0].T)
+        return np.asarray(self.problem.jacobian(self.x[None])[0].T) if self.known is None else self.known
 
     @cached_property
     def _every(self) -> Array:

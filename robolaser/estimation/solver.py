@@ -46,6 +46,7 @@ class Solution:
         converged: Whether that is no more than the tolerance, or the rounding error, (c,).
         iterations: Steps taken, (c,).
         evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
+        slopes: Derivatives of the residuals there by each parameter over its scale, (c, d, K), where they were kept.
     """
 
     x: Array
@@ -54,6 +55,7 @@ class Solution:
     converged: Bools
     iterations: Ints
     evaluations: int
+    slopes: Array | None = None
 
     @property
     def best(self) -> int:
@@ -140,7 +142,8 @@ class _Descents:
             active = active[self._iterations[active] < MOST_STEPS]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
-        return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations)
+        slopes = self._J[0] if len(self._J) == 1 and self._kept is None else None
+        return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations, slopes)
 
     def _of_block(self, block: int, x: Array, which: Ints) -> Array:
         """Residuals of a block that count, (c, d) -> (c, K)."""

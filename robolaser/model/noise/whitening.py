@@ -13,6 +13,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.model.grouped_rows import GroupedRows
 
 MOTIONLESS = 1e-12
 """Variance over that of a white row, up to which a group's shared errors do not move a direction."""
@@ -71,11 +72,33 @@ class GroupStage:
         kernel: Array = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
         return kernel
 
+    @cached_property
+    def _grouped(self) -> GroupedRows:
+        return GroupedRows(np.unique(self.group, return_inverse=True)[1])
+
+    @cached_property
+    def _factors(self) -> tuple[Array, Array]:
+        """U of each group that has rows (g, r k, q) and K Uᵀ (g, q, r k), zero for the rows that it lacks."""
+        shared = self._grouped.apart(self.shared)
+        shared = shared.reshape(len(shared), -1, shared.shape[-1])
+        return shared, self.kernel[np.unique(self.group)] @ np.swapaxes(shared, 1, 2)
+
+    @cached_property
+    def _whole(self) -> Array | None:
+        """I - U K Uᵀ of each group, (g, r k, r k), where that is no larger than its factors."""
+        U, KUt = self._factors
+        return None if U.shape[1] > 2 * U.shape[2] else np.eye(U.shape[1]) - U @ KUt
+
     def __call__(self, rows: Array) -> Array:
         """Whiten (m, k, c)."""
-        common = group_sums(np.swapaxes(self.shared, -1, -2) @ rows, self.group)
-        white: Array = rows - self.shared @ (self.kernel @ common)[self.group]
-        return white
+        grouped = self._grouped.apart(rows)
+        flat = grouped.reshape(len(grouped), -1, rows.shape[-1])
+        if self._whole is None:
+            U, KUt = self._factors
+            white = flat - U @ (KUt @ flat)
+        else:
+            white = self._whole @ flat
+        return self._grouped.together(white.reshape(grouped.shape))
 
 
 @final

@@ -21,24 +21,38 @@ _SCANNER: Mapping[str, str] = {
     "t_y": "camera on the flange, y",
     "t_z": "camera on the flange, z",
 }
+_CAMERA: Mapping[str, str] = {
+    "fx": "focal length along image u",
+    "fy": "focal length along image v",
+    "cx": "principal point, u",
+    "cy": "principal point, v",
+    "k1": "radial lens distortion, 1st term",
+    "k2": "radial lens distortion, 2nd term",
+    "k3": "radial lens distortion, 3rd term",
+    "p1": "decentred lens, 1st term",
+    "p2": "decentred lens, 2nd term",
+}
 _SIX = {"w": "1st angle", "phi": "2nd angle", "psi": "3rd angle"}
 _IN_SESSION = re.compile(r"(?P<parameter>.+\.(?:x|y|z|w|phi|psi))@(?P<session>.+)")
 
 
 def meaning(name: str) -> str:
     """What a sensor's parameter is; empty for an unknown name."""
-    if name in _SCANNER:
-        return _SCANNER[name]
-    if own := _IN_SESSION.fullmatch(name):
-        return f"{meaning(own['parameter'])}, session {own['session']}"
+    if own := _SCANNER.get(name) or _CAMERA.get(name):
+        return own
+    if matched := _IN_SESSION.fullmatch(name):
+        return f"{meaning(matched['parameter'])}, session {matched['session']}"
     thing, _, part = name.rpartition(".")
     part = _SIX.get(part, part)
     kind, _, which = thing.partition(".")
     meanings = {
-        "target": "target in the base frame",
+        "target": "place of the target",
+        "hand_eye": "place of the camera",
         "base": "robot base in the tracker's frame",
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",
+        "hand_eye": "sensor on the flange or in the cell",
+        "ball": f"ball {which}",
     }
     return f"{meanings[kind]}, {part}" if kind in meanings else ""
 

@@ -42,19 +42,21 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     """Error on new poses, what noise implies, and the error on the poses that were fitted; then those of rotations."""
     calibration = analysis.calibration
     sources = ", ".join(analysis.known_noise)
+    rows = calibration.row_errors[0]
     shown = (
-        ("held-out", "on new poses", calibration.held_out_rms_m, "predicted with each pose left out of the fit"),
+        ("held-out", "on new poses", calibration.held_out_rms_m,
+         f"predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
         ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
-        ("fitted", "on fitted poses", calibration.rms_m, "training error, optimistic"),
-    )
+        ("fitted", "on fitted poses", calibration.rms_m, f"training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
+    )  # fmt: skip
     turns = [
         Figure(kind, label, plain(error, "rad", SIGNIFICANT), None, "turn of bodies about three axes together")
-        for rows in calibration.row_errors
+        for each in calibration.row_errors
         for kind, label, error in (
-            ("held-out", "new poses, turn", rows.held_out_rms),
-            ("fitted", "fitted, turn", rows.rms),
+            ("held-out", "new poses, turn", each.held_out_rms),
+            ("fitted", "fitted, turn", each.rms),
         )
-        if rows.unit == "rad" and error is not None
+        if each.unit == "rad" and error is not None
     ]
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     lengths = [
@@ -62,6 +64,11 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
         for kind, label, error, remark in shown
     ]
     return lengths + turns
+
+
+def _in_unit(rms: float | None, unit: str) -> str:
+    """The error in the rows' own unit, where that is no metre; a row's two pixels are one length."""
+    return "" if rms is None or unit == "m" else f"; {rms:.3g} {unit}"
 
 
 def page(calibration: Calibration, *, command: str = "") -> str:

@@ -1,0 +1,102 @@
+"""Random functions at sites beside a fitted model: their normal equations, a pose at a time.
+
+A function of a coordinate of the pose moves all rows of a pose by the same amount. So what its basis functions do
+together follows from sums over each pose's rows, which all functions that move the same share.
+"""
+
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.candidate_sites import Site
+from robolaser.diagnosis.fit import Fit
+from robolaser.model.grouped_rows import GroupedRows
+
+
+@final
+class RandomFunctions:
+    """Functions at sites, without what the fitted parameters imitate, beside those that are already believed.
+
+    Whitening residuals for a believed function B of size t takes U D Uᵀ from them and from all other columns, where
+    t B = U s Vᵀ and D = 1 - 1/√(1 + s²).
+
+    Args:
+        fit: The model.
+    """
+
+    def __init__(self, fit: Fit) -> None:
+        self._rows, self._Q, self._residuals = len(fit.at.white), fit.at.Q, fit.at.r
+        self._believed: list[tuple[Array, Array]] = []
+        self._imitated, self._along = self._Q, self._back(self._residuals)[:, None]
+        self._sums: dict[tuple[int, int, str], Array] = {}
+        self._apart: dict[tuple[int, int], Array] = {}
+        self._grouped: dict[int, GroupedRows] = {}
+
+    def normal_equations(self, site: Site) -> Array:
+        """Products of a function's columns with each other, (q p, q p)."""
+        own = self._summed(site, "own", site.moves)
+        q, p = site.moves.shape[1], site.basis.shape[1]
+        G = np.empty((q, p, q, p))
+        for i in range(q):
+            for j in range(i + 1):
+                G[i, :, j] = (site.basis * own[:, i, [j]]).T @ site.basis
+                G[j, :, i] = G[i, :, j].T
+        return np.asarray(G.reshape(q * p, q * p) - self.newly_imitated(site))
+
+    def newly_imitated(self, site: Site) -> Array:
+        """What these lose to the parameters, or since then to the function that was believed last, (q p, q p)."""
+        along = _over(site, self._summed(site, "imitated", self._imitated))
+        return np.asarray(along @ along.T)
+
+    def gradient(self, site: Site) -> Array:
+        """Products of a function's columns with the residuals, (q p,)."""
+        return _over(site, self._summed(site, "gradient", self._along))[:, 0]
+
+    def believe(self, site: Site, size: float) -> None:
+        """Count a function of a size as noise."""
+        columns = np.zeros((len(self._Q), site.moves.shape[1] * site.basis.shape[1]))
+        columns[: self._rows] = site.columns
+        columns -= self._Q @ (self._Q.T @ columns)
+        for one in self._believed:
+            columns = _whitened(columns, *one)
+        U, s, _ = np.linalg.svd(size * columns, full_matrices=False)
+        self._imitated = self._back(U * (s / np.sqrt(1.0 + s**2)))
+        self._believed.append((U, 1.0 - 1.0 / np.sqrt(1.0 + s**2)))
+        self._residuals = _whitened(self._residuals, *self._believed[-1])
+        self._along = self._back(self._residuals)[:, None]
+        self._apart.clear()
+        self._sums = {key: sums for key, sums in self._sums.items() if key[2] == "own"}
+
+    def _back(self, columns: Array) -> Array:
+        """Transposed to what happens to a function's columns, of (K + e, ...)."""
+        for one in reversed(self._believed):
+            columns = _whitened(columns, *one)
+        return np.asarray(columns - self._Q @ (self._Q.T @ columns))
+
+    def _summed(self, site: Site, what: str, by: Array) -> Array:
+        """Products of the moves (K, q) with columns (K, d), summed over the numbers of each pose or row, (n, q, d)."""
+        key = id(site.moves), len(site.basis), what
+        if key not in self._sums:
+            own = np.swapaxes(self._by_group(site, site.moves), 1, 2) @ self._by_group(site, by)
+            self._sums[key] = np.zeros((len(site.basis), *own.shape[1:]))
+            self._sums[key][: len(own)] = own
+        return self._sums[key]
+
+    def _by_group(self, site: Site, columns: Array) -> Array:
+        """Columns (K + e, d) by the pose or row of their numbers, (n', k, d)."""
+        key = id(columns), len(site.basis)
+        if key not in self._apart:
+            rows = self._grouped.setdefault(len(site.basis), GroupedRows(site.of_number))
+            self._apart[key] = rows.apart(columns[: self._rows])
+        return self._apart[key]
+
+
+def _whitened(columns: Array, U: Array, less: Array) -> Array:
+    return np.asarray(columns - (U * less) @ (U.T @ columns))
+
+
+def _over(site: Site, sums: Array) -> Array:
+    """Sums over the numbers of each pose or row (n, q, d) times the basis functions, (q p, d)."""
+    products = site.basis.T @ np.moveaxis(sums, 1, 0)
+    return np.asarray(products.reshape(-1, sums.shape[2]))
