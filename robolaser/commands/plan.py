@@ -30,6 +30,7 @@ def plan(
     target_m: Deviation = None,
     joint_rad: Deviation = None,
     point_m: Deviation = None,
+    angle_rad: Deviation = None,
     seed: Seed = 1,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -50,7 +51,8 @@ def plan(
         pixel_px: Of a pixel coordinate.
         target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a coordinate that a tracker measures.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
         seed: Seed of what is drawn of the sensor.
     """
     from dataclasses import replace
@@ -68,7 +70,13 @@ def plan(
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
-    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    deviations = {
+        "pixel_px": pixel_px,
+        "target_m": target_m,
+        "joint_rad": joint_rad,
+        "point_m": point_m,
+        "angle_rad": angle_rad,
+    }
     stated = {name: value for name, value in deviations.items() if value is not None}
     dataset = replace(dataset, noise=replace(dataset.noise, **stated))
     for warning in dataset.warnings:
