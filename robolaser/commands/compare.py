@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
+from robolaser.commands.signals import ended_as_by_hand
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError, UsageError
 
@@ -87,6 +88,7 @@ def compare(
     export_to = output / EXPORT if iohprofiler else None
     files = (RESULT_FILE, RUNS, PAGE)
     with (
+        ended_as_by_hand(),
         results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
     ):

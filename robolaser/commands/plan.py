@@ -30,10 +30,11 @@ def plan(
     target_m: Deviation = None,
     joint_rad: Deviation = None,
     point_m: Deviation = None,
+    angle_rad: Deviation = None,
     seed: Seed = 1,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Say which effects poses could tell apart, before anything is measured in them.
+    """Say which effects the poses of a plan could tell apart, before anything is measured.
 
     For example:
 
@@ -44,13 +45,14 @@ def plan(
         poses: A poses.csv with joint angles, or a data set. Points of a data set are taken as what the poses see.
         robot: A robot of `robolaser list robots`, or a URDF file, for a poses.csv.
         flange: Frame of a URDF file that carries the sensor.
-        sensor: What will measure, for a poses.csv, see `robolaser list sensors`.
+        sensor: Kind of sensor that will measure, for a poses.csv: one of `robolaser list sensors`.
         mount: What will carry a camera.
         points: Number of points in each pose.
-        pixel_px: Of a pixel.
-        target_m: Of a target point.
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
-        point_m: Of a tracker's point.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
         seed: Seed of what is drawn of the sensor.
     """
     from dataclasses import replace
@@ -61,14 +63,20 @@ def plan(
 
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
-        if told := [option for option, value in given.items() if value is not None]:
-            raise UsageError(f"{poses} is a data set, which says that itself: leave out {', '.join(told)}.")
+        if doubled := [option for option, value in given.items() if value is not None]:
+            raise UsageError(f"{poses} is a data set, which says that itself: leave out {', '.join(doubled)}.")
         dataset = load(poses)
     else:
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
-    deviations = {"pixel_px": pixel_px, "target_m": target_m, "joint_rad": joint_rad, "point_m": point_m}
+    deviations = {
+        "pixel_px": pixel_px,
+        "target_m": target_m,
+        "joint_rad": joint_rad,
+        "point_m": point_m,
+        "angle_rad": angle_rad,
+    }
     stated = {name: value for name, value in deviations.items() if value is not None}
     dataset = replace(dataset, noise=replace(dataset.noise, **stated))
     for warning in dataset.warnings:

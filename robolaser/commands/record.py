@@ -1,19 +1,16 @@
 """robolaser record: drive the arm from pose to pose and take images."""
 
 import math
-import signal
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Never
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
 from robolaser.commands.options import Count, Positive, Seed
+from robolaser.commands.signals import ended_as_by_hand
 from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
@@ -203,7 +200,7 @@ def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: T
     clock = WallClock()
     planned = len(writer.waypoints)
     with (
-        _ended_as_by_hand(),
+        ended_as_by_hand(),
         terminal.progress() as progress,  # which counts from here: to open a line takes its time too
         open_camera(cell, clock, terminal.warn) as camera,
         open_arm(cell, clock) as arm,
@@ -218,19 +215,3 @@ def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: T
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
         lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
     )
-
-
-@contextmanager
-def _ended_as_by_hand() -> Iterator[None]:
-    """Whoever ends the program (a closed terminal, the system) stops the arm as Ctrl-C does."""
-
-    def stop(number: int, frame: FrameType | None) -> Never:
-        raise KeyboardInterrupt
-
-    ends = [signal.SIGTERM] if sys.platform == "win32" else [signal.SIGTERM, signal.SIGHUP]
-    before = {end: signal.signal(end, stop) for end in ends}
-    try:
-        yield
-    finally:
-        for end, action in before.items():
-            signal.signal(end, action)

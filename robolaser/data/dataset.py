@@ -31,6 +31,7 @@ class Poses:
         time_s: (n,) [s], or only an order; None: unknown.
         q: Joint angles as read, (n, j) [rad or m]; None where flange poses were measured.
         qd: Joint velocities at the exposure, (n, j) [rad/s or m/s].
+        qd_from_path: Whether nobody recorded them: they are differences along the path.
         T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
         image: Path of each pose's image in the data set's folder.
         payload_kg: Mass that the flange carries at each pose, (n,) [kg]; None: not stated.
@@ -49,6 +50,7 @@ class Poses:
     temperature_c: Array | None = None
     session: tuple[str, ...] | None = None
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    qd_from_path: bool = False
 
     def __len__(self) -> int:
         return len(self.names)
@@ -80,6 +82,7 @@ class Poses:
             time_s=some(self.time_s),
             q=some(self.q),
             qd=some(self.qd),
+            qd_from_path=self.qd_from_path,
             T_base_flange=some(self.T_base_flange),
             image=None if self.image is None else tuple(self.image[i] for i in rows),
             payload_kg=some(self.payload_kg),

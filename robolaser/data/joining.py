@@ -65,6 +65,7 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
         time_s=_all([one.time_s for one in poses]),
         q=_all([one.q for one in poses]),
         qd=_all([one.qd for one in poses]),
+        qd_from_path=any(one.qd_from_path for one in poses),
         T_base_flange=_all([one.T_base_flange for one in poses]),
         image=None if None in images else tuple(chain.from_iterable(image or () for image in images)),
         payload_kg=_all([one.payload_kg for one in poses]),

@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.data import point_table, pose_table
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
+from robolaser.data.path_velocities import with_path_velocities
 from robolaser.data.point_table import read_points
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
@@ -29,8 +30,8 @@ def load(folder: str | Path) -> Dataset:
     folder = Path(folder)
     described = describe(folder)
     poses, odd = read_poses(folder, described.robot)
-    dataset = replace(
-        described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd)
+    dataset = with_path_velocities(
+        replace(described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd))
     )
     if dataset.members:
         files = [inside(folder, member.file, f"{FILE}, [[sensors]] points") for member in dataset.members]

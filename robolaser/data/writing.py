@@ -83,7 +83,7 @@ def pose_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
         yield "time_s", _digits(poses.time_s)
     if robot is not None and poses.q is not None:
         yield from _spread([f"q_{joint}" for joint in robot.joints], poses.q)
-        if poses.qd is not None:
+        if poses.qd is not None and not poses.qd_from_path:
             yield from _spread([f"qd_{joint}" for joint in robot.joints], poses.qd)
     if robot is None and poses.T_base_flange is not None:
         T = poses.T_base_flange

@@ -121,9 +121,8 @@ def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
     one joint, where that is the only one of its effects.
     """
-    spread = final.dispersion
     rivals = [without, *_substitutes(refits, final, without, name)]
-    costs = np.array([refits.cost(fit, spread) for fit in (final, *rivals)])
+    costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
     unmodelled = [refits.unmodelled(final, without)]
     own = [one for one in final.effects if class_of(one) == name]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):

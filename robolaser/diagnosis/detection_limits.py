@@ -17,7 +17,7 @@ from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
 
-def detection_limits(tests: Sequence[ScoreTest], spread: float) -> tuple[DetectionLimit, ...]:
+def detection_limits(tests: Sequence[ScoreTest]) -> tuple[DetectionLimit, ...]:
     """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
 
     A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
@@ -26,13 +26,12 @@ def detection_limits(tests: Sequence[ScoreTest], spread: float) -> tuple[Detecti
 
     Args:
         tests: All against the final model.
-        spread: The dispersion: by how much whole poses scatter more than noise.
     """
     limits = []
     for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
         amplitude = test.candidate_effect.effect.amplitudes()[0]
         length = float(np.linalg.norm(test.columns[:, 0]))
-        needed = (np.sqrt(penalty(test)) + DETECTION_SIGMA) * np.sqrt(spread)
+        needed = np.sqrt(penalty(test)) + DETECTION_SIGMA
         size = np.inf if _is_imitated(test) else needed / length * amplitude.prior_scale
         identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
         largest = min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)

@@ -49,11 +49,10 @@ def evidence_for(
         unmodelled: Probability of an unmodelled cause in its place.
         unexplained: Chi-squared that no effect explains.
     """
-    spread = final.dispersion
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
     others = _in_its_place(refits, final, candidate_effect)
-    costs = np.array([refits.cost(fit, spread) for fit in (final, *(fit for _, fit in others), without)])
+    costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
     alike = _alike(final, others)
@@ -64,7 +63,7 @@ def evidence_for(
         believable,
         dict(zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)),
         without,
-        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1], spread))),
+        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1]))),
     )
 
 
@@ -78,7 +77,7 @@ def _in_its_place(refits: Refits, final: Fit, candidate_effect: CandidateEffect)
 
 
 def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tuple[CandidateEffect, Fit]]:
-    return [one for one in others if is_indistinguishable(final.deviance, one[1].deviance, final.dispersion)]
+    return [one for one in others if is_indistinguishable(final.deviance, one[1].deviance)]
 
 
 def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:

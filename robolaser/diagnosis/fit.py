@@ -11,7 +11,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.thresholds import LARGEST_USUAL
-from robolaser.diagnosis.verdict import dispersion
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
@@ -159,14 +158,6 @@ class Fit:
     def poses(self) -> Ints:
         """Numbers of the poses with points."""
         return np.unique(self.model.dataset.points.pose)
-
-    @property
-    def dispersion(self) -> float:
-        """Factor by which the residuals of whole poses scatter more than noise alone would make them, at least 1."""
-        noise, factor = self.noise, self.scatter_factor
-        ratio = (1.0 + noise.scatter) / (1.0 + factor**2 * noise.scatter)
-        less = float((noise.scatter_squares(self.at.white) * (1.0 - ratio)).sum())
-        return dispersion(self.chi2 - less, self.freedoms, len(self.poses))
 
     @property
     def values(self) -> dict[str, float]:

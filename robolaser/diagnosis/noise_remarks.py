@@ -11,7 +11,13 @@ from robolaser.diagnosis.noise_estimate import Excess, row_excess
 from robolaser.diagnosis.thresholds import LEAST_RANGE_EXPONENT, NOISE_CONTRADICTED_SIGMA
 from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
 
-KEYS: Final = {"pixel": "pixel_px", "target": "target_m", "point": "point_m", "joint": "joint_rad"}
+KEYS: Final = {
+    "pixel": "pixel_px",
+    "target": "target_m",
+    "point": "point_m",
+    "angle": "angle_rad",
+    "joint": "joint_rad",
+}
 """What `[noise]` calls a source."""
 SHOWN: Final = {"repeats": "repeated shots", "estimated": "the rows of a pose"}
 """What shows the noise, by its origin."""

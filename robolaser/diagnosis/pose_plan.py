@@ -129,7 +129,7 @@ def examine_plan(
         fit, silent = _measured(dataset, seed) if len(dataset.points) else _simulated(dataset, points, mount, seed)
         seen, kinds = fit.model.dataset, list(EFFECTS if effects is None else effects)
         tests = typical_tests(fit, library(kinds, seen))
-        limits = detection_limits(tests, 1.0)
+        limits = detection_limits(tests)
         return PosePlan(
             dataset=seen,
             seeing=len(fit.poses),

@@ -102,9 +102,9 @@ class Refits:
         """The score tests by which the effects of a fit were found."""
         return [self._latest[one] for one in fit.effects]
 
-    def cost(self, fit: Fit, spread: float) -> float:
-        """The deviance in units of the dispersion, and the complexity penalties of the effects."""
-        return fit.deviance / spread + self._penalties(fit)
+    def cost(self, fit: Fit) -> float:
+        """The deviance and the complexity penalties of the effects."""
+        return fit.deviance + self._penalties(fit)
 
     def _penalties(self, fit: Fit) -> float:
         """Of a fit's effects. The geometry of a whole arm is one effect, and costs what the data say of it."""

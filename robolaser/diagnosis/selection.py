@@ -43,14 +43,11 @@ class Selection:
 
     def __init__(self, refits: Refits, progress: Progress) -> None:
         self._refits, self._progress = refits, progress
-        self._spread = np.inf
 
     def stepwise(self, fit: Fit, most: int = MAX_EFFECTS) -> Fit:
         """Add effects while that pays; then take out or exchange each one; then begin again.
 
-        All sets are judged by the smallest dispersion that any of them has left so far, so that no step is ever taken
-        back for another's. Where an unmodelled cause explains what is left with no need of another effect, none is
-        added.
+        Where an unmodelled cause explains what is left with no need of another effect, none is added.
         """
         refits = self._refits
         while True:
@@ -66,9 +63,8 @@ class Selection:
 
     def _better(self, fit: Fit, options: Sequence[Fit]) -> list[Fit]:
         """Those that cost less than a fit, the cheapest first."""
-        self._spread = spread = min([self._spread, *(option.dispersion for option in (fit, *options))])
-        costs = {id(option): self._refits.cost(option, spread) for option in options}
-        limit = self._refits.cost(fit, spread) - MIN_IMPROVEMENT
+        costs = {id(option): self._refits.cost(option) for option in options}
+        limit = self._refits.cost(fit) - MIN_IMPROVEMENT
         cheaper = [option for option in options if costs[id(option)] < limit]
         return sorted(cheaper, key=lambda option: costs[id(option)])
 
@@ -109,14 +105,13 @@ def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda
         return selection.stepwise(begin)
     few = selection.stepwise(begin or refits.start, MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
-    enough = len(few.effects) < MAX_SEPARATE_EFFECTS and few.dispersion <= 1.0 and unmodelled_chi2(few) <= 0.0
+    enough = len(few.effects) < MAX_SEPARATE_EFFECTS and unmodelled_chi2(few) <= 0.0
     if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:
         return few
     progress("fitting the geometry of the whole arm")
     arm = _reduced(refits, refits.refit(refits.start, geometry))
     arm = selection.stepwise(arm, len(arm.effects) + MAX_BESIDE_GEOMETRY)
-    spread = min(few.dispersion, arm.dispersion)
-    return min(few, arm, key=lambda fit: refits.cost(fit, spread))
+    return min(few, arm, key=refits.cost)
 
 
 def _reduced(refits: Refits, arm: Fit) -> Fit:
@@ -124,7 +119,7 @@ def _reduced(refits: Refits, arm: Fit) -> Fit:
     while len(arm.effects) > PLACEMENTS_OF_AN_ARM:
         least = min(arm.effects, key=arm.wald)
         less = refits.refit(arm, removed=least)
-        if refits.cost(less, arm.dispersion) > refits.cost(arm, arm.dispersion):
+        if refits.cost(less) > refits.cost(arm):
             break
         arm = less
     return arm

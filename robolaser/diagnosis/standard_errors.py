@@ -44,8 +44,8 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequenc
     if tests:
         white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
         other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
-        pull, scatter = influence[:, :K] @ white[:, other], np.sqrt(fit.dispersion)
-        variances = variances + considered_variances(pull, left[:, other] / scatter, at.r / scatter)
+        pull = influence[:, :K] @ white[:, other]
+        variances = variances + considered_variances(pull, left[:, other], at.r)
     variances = variances + between_models(fit, evidence)
     widened = half_width(0.95, max(1, len(fit.poses) - 1)) / SIGMA_OF_95_PERCENT
     return np.asarray(widened * np.sqrt(variances))

@@ -32,8 +32,6 @@ INDEPENDENT_SHAPES: Final = {
 """Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
 is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
 simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
-FREEDOMS_PER_POSE: Final = 4.0
-"""Independent ways in which whole poses are off: errors that the model lacks rarely use all six. A judgement."""
 MIN_POSES: Final = 5
 """Poses with points, below which no effect is judged: with fewer, some effect fits anything. A judgement."""
 
@@ -137,7 +135,7 @@ MIN_CREDIBILITY: Final = 0.1
 REFITTED_ALTERNATIVES: Final = 10
 """Candidates that are refitted in an effect's place."""
 CHI2_INDISTINGUISHABLE: Final = 20.0
-"""Chi-squared, in units of the dispersion, by which an alternative may fit worse and still count as indistinguishable.
+"""Chi-squared, by which an alternative may fit worse and still count as indistinguishable.
 A judgement from blind trials: at 14, chance exchanged two effects in 2.3 of a hundred cells."""
 UNEXPLAINED_DISCOUNT: Final = 20.0
 """How fast an effect loses credibility with what is left unexplained: a twentieth of what it explains halves it. A

@@ -16,7 +16,6 @@ from robolaser.diagnosis.thresholds import (
     CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
     FORM_SHARE,
-    FREEDOMS_PER_POSE,
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
     UNEXPLAINED_DISCOUNT,
@@ -33,21 +32,6 @@ def complexity_penalty(parameters: int, shapes: float) -> float:
     further = max(0, parameters - FULLY_PENALIZED)
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
     return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1.0, shapes)))
-
-
-def dispersion(chi2: float, freedoms: int, poses: int) -> float:
-    """Factor by which the residuals of whole poses scatter more than noise alone would make them; at least 1.
-
-    What a model leaves unexplained makes every further effect look significant, so differences of chi-squared are
-    divided by it. It is 1 up to two standard deviations of chi-squared above its expectation.
-
-    Args:
-        chi2: Of the fit.
-        freedoms: Residuals less parameters.
-        poses: Poses with points.
-    """
-    excess = chi2 - freedoms - 2.0 * np.sqrt(2.0 * freedoms)
-    return 1.0 + max(0.0, float(excess)) / (FREEDOMS_PER_POSE * poses)
 
 
 def posterior_weights(costs: Array) -> Array:
@@ -79,9 +63,9 @@ def credibility(unmodelled: float, unexplained: float, explained: float) -> floa
     return (1.0 - unmodelled) / (1.0 + UNEXPLAINED_DISCOUNT * unexplained / max(explained, 1e-9))
 
 
-def is_indistinguishable(chi2: float, chi2_of_alternative: float, spread: float) -> bool:
-    """Whether an alternative in an effect's place fits nearly as well, in units of the dispersion."""
-    return (chi2_of_alternative - chi2) / spread < CHI2_INDISTINGUISHABLE
+def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
+    """Whether an alternative in an effect's place fits nearly as well."""
+    return chi2_of_alternative - chi2 < CHI2_INDISTINGUISHABLE
 
 
 def is_alias(explained: float, largest: float, other_locations: int) -> bool:

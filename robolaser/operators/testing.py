@@ -120,7 +120,7 @@ def _slot(operator: Any) -> str:
         if isinstance(operator, base):
             return slot
     raise AlgorithmError(
-        f"{operator!r} is no operator: an instance of pymoo's Crossover, Mutation, Selection or Survival was expected."
+        f"{operator!r} is not an operator: expected an instance of pymoo's Crossover, Mutation, Selection or Survival."
     )
 
 
@@ -170,7 +170,7 @@ def _remembers_nothing(operator: Any) -> str | None:
     before = set(vars(operator))
     act(operator, evaluated_population(), 7)
     kept = sorted(set(vars(operator)) - before)
-    return f"keeps {', '.join(kept)} of a run: the next one would not start anew" if kept else None
+    return f"keeps {', '.join(kept)} of a run: the next run would not start afresh" if kept else None
 
 
 LAWS: tuple[Callable[[Any], str | None], ...] = (

@@ -170,15 +170,15 @@ def rule(**more: Any) -> Spec:
     return {"type": "rule", "strokeDash": [5, 4]} | more
 
 
-def equal_axes(places: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
+def equal_axes(points: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
     """Channels x and y with one scale for both, whatever the width of the page, and a fitting height [px].
 
     Args:
-        places: All that must be seen, (n, 2).
+        points: All that must be seen, (n, 2).
         titles: Of both axes, with units.
         margin: Left free on each side, as a share of the longer side.
     """
-    low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     sides = high - low + 2 * margin * max(float((high - low).max()), 1e-9)
     height = float(np.clip(520 * sides[1] / sides[0], LEAST_HEIGHT_PX, MOST_HEIGHT_PX))
     per_px = f"max({sides[0]:.6g} / max(width, 1), {sides[1]:.6g} / height)"

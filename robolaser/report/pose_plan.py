@@ -29,7 +29,7 @@ def print_plan(plan: PosePlan, *, console: Console | None = None) -> None:
     for name, what, size in noise_lines(plan.noise.sigmas, plan.noise.sources):
         if plan.noise.sigmas[name] > 0 or name in plan.silent:
             out.print(Text(f"  {name:<10} {size:>10}   ") + Text(what, style="dim"))
-    sizes = table("effect", "where", "found from", "told apart from", "at the tool", "nearest other")
+    sizes = table("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
     for limit in plan.limits:
         sizes.add_row(*_row(limit))
     out.print(sizes)
@@ -43,10 +43,10 @@ def print_plan(plan: PosePlan, *, console: Console | None = None) -> None:
 def _row(limit: DetectionLimit) -> tuple[str, ...]:
     one, rival = limit.candidate_effect, limit.rival
     size = "never" if limit.size is None else plain(limit.size, limit.unit, DIGITS)
-    told = "never" if limit.identifiable is None else plain(limit.identifiable, limit.unit, DIGITS)
+    distinguishable = "never" if limit.identifiable is None else plain(limit.identifiable, limit.unit, DIGITS)
     at_tool = "" if limit.at_tool_m is None else millimetres(limit.at_tool_m)
     nearest = "" if rival is None else f"{rival.effect.name} {rival.where}"
-    return one.effect.name, one.where, size, told, at_tool, nearest
+    return one.effect.name, one.where, size, distinguishable, at_tool, nearest
 
 
 def _print_matrix(plan: PosePlan, out: Console) -> None:

@@ -66,8 +66,8 @@ def _unreadable(path: Path, reason: str) -> DataError:
     return DataError(f"Cannot show {path}: {reason}. Expected a cloud as `robolaser scan` writes it.", file=path)
 
 
-def places_of(vertices: Vertices) -> Array:
-    """The places of vertices, (n, 3) [m]."""
+def positions_of(vertices: Vertices) -> Array:
+    """The positions of vertices, (n, 3) [m]."""
     return np.stack([vertices[axis] for axis in "xyz"], axis=-1).astype(np.float64)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.errors import ScanError
-from robolaser.scan.ply import Vertices, places_of
+from robolaser.scan.ply import Vertices, positions_of
 from robolaser.scan.primitives import FittedPlane, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
@@ -68,9 +68,9 @@ class Quality:
     plane: FittedPlane | None = None
 
     @property
-    def places(self) -> Array:
+    def positions(self) -> Array:
         """Where they are, (n, 3) [m]."""
-        return places_of(self.vertices)
+        return positions_of(self.vertices)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ def measure(
         seed: Of the samples drawn.
     """
     rng = np.random.default_rng(seed)
-    xyz, std = places_of(vertices), vertices["std"].astype(np.float64)
+    xyz, std = positions_of(vertices), vertices["std"].astype(np.float64)
     known = std[np.isfinite(std)]
     scatter, most = (float(np.quantile(known, share)) if len(known) else float("nan") for share in (0.5, LEVEL))
     if not wanted:

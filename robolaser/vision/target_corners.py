@@ -132,8 +132,8 @@ def _as_points(
     seen = [one for one in found if one.ways]
     if max(len(one.ways) for one in seen) > MOST_TURNS:
         raise ImageError(
-            f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, so that nobody can"
-            " tell which of its points is which from image to image. Take a ChArUco board, or one with different"
+            f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, so it"
+            " is not known which point is which from image to image. Use a ChArUco board, or one with different"
             " numbers of columns and rows."
         )
     grids = _settled(recording, board, seen, staggered=staggered)

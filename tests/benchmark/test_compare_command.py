@@ -103,7 +103,8 @@ def test_a_result_is_not_overwritten_unasked(result, at_home, capsys):
     assert outcomes(result) == before
 
 
-def test_ctrl_c_leaves_a_report_and_the_rest_is_made_later(result, tmp_path):
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "a batch system"])
+def test_a_comparison_that_is_ended_leaves_a_report_and_the_rest_is_made_later(result, tmp_path, end):
     code = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, *ASKED, "--output", str(tmp_path), "--jobs", "1"]
     process = subprocess.Popen(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -111,7 +112,7 @@ def test_ctrl_c_leaves_a_report_and_the_rest_is_made_later(result, tmp_path):
     until = time.monotonic() + 60
     while time.monotonic() < until and not (record.exists() and '"run"' in record.read_text()):
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(end)
     shown, complaint = process.communicate(timeout=60)
     assert process.returncode == 1
     assert "of 22 runs so far" in shown

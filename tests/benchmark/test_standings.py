@@ -73,6 +73,18 @@ def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(sp
         assert len(order.places) == len(speeds)
 
 
+def test_where_every_run_failed_the_answer_says_that_and_ranks_nobody():
+    found = _ranked(_arrays({"ga": np.inf, "rcga": np.inf, "de": np.inf}))
+    assert found.evaluations.answer.startswith("Every run failed")
+    assert "first place" not in found.evaluations.answer
+
+
+def test_one_whose_runs_all_failed_is_named_beside_the_ranking():
+    answer = _ranked(_arrays({"fast": 1.0, "slow": 9.0, "broken": np.inf})).evaluations.answer
+    assert "fast is better than" in answer
+    assert answer.endswith("Every run of broken failed.")
+
+
 def test_runs_that_are_yet_to_be_made_are_no_runs():
     arrays = _arrays({"one": 1.0, "other": 2.0})
     found = _ranked(_of(np.full_like(arrays.evaluations, np.nan), arrays.algorithms))

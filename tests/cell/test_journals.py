@@ -233,14 +233,14 @@ def test_poses_that_cannot_be_gone_to_are_named(robot: Robot, tmp_path: Path, te
     ("text", "message"),
     [
         ("", "it is not JSON"),
-        ("[]", "next_poses is no list"),
-        ("{}", "it does not say 'next_poses'"),
+        ("[]", "next_poses is not a list"),
+        ("{}", "it lacks 'next_poses'"),
         ('{"next_poses": []}', "next_poses is empty"),
-        ('{"next_poses": [{"joint_1": 0}]}', "it does not say 'joint_2'"),
-        ('{"next_poses": [3]}', "next_poses is no list"),
+        ('{"next_poses": [{"joint_1": 0}]}', "it lacks 'joint_2'"),
+        ('{"next_poses": [3]}', "next_poses is not a list"),
         (
             '{"next_poses": [{"joint_1": "x", "joint_2": 0, "joint_3": 0, "joint_4": 0, "joint_5": 0}]}',
-            "next_poses is no list",
+            "next_poses is not a list",
         ),
     ],
 )

@@ -71,7 +71,6 @@ def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[Ave
     white = fitted.at.white
     assert kstest(white, "norm").pvalue > 1e-3
     assert fitted.chi2 == pytest.approx(len(fitted.at.white) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.at.white)))
-    assert fitted.dispersion == 1.0
 
 
 def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[AveragedData, Fit]) -> None:
@@ -185,7 +184,7 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
 def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
-    (limit,) = detection_limits([score], 1.0)
+    (limit,) = detection_limits([score])
     assert limit.size is not None
     found = {
         factor: [
@@ -198,9 +197,9 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData
     assert not any(found[0.3])
 
 
-def limits_of(fitted: Fit, *wanted: str, spread: float = 1.0) -> list[DetectionLimit]:
+def limits_of(fitted: Fit, *wanted: str) -> list[DetectionLimit]:
     tests = score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))
-    return list(detection_limits(tests, spread))
+    return list(detection_limits(tests))
 
 
 def test_an_effect_without_rival_is_identified_where_it_is_detected(clean: tuple[AveragedData, Fit]) -> None:
@@ -235,11 +234,18 @@ def test_an_overlooked_effect_costs_at_the_tool_what_it_moves(clean: tuple[Avera
 
 
 def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None:
-    (usual,) = limits_of(clean[1], "joint_offset:joint_3")
+    _, fitted = clean
+    (test,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
+    (usual,) = detection_limits([test])
     assert usual.size is not None
     plausible = 10 * 1.7e-3
-    (small,) = limits_of(clean[1], "joint_offset:joint_3", spread=(0.99 * plausible / usual.size) ** 2)
-    (large,) = limits_of(clean[1], "joint_offset:joint_3", spread=(1.01 * plausible / usual.size) ** 2)
+
+    def seen_less(share: float) -> DetectionLimit:
+        (limit,) = detection_limits([replace(test, white=test.white * share, columns=test.columns * share)])
+        return limit
+
+    small = seen_less(usual.size / (0.99 * plausible))
+    large = seen_less(usual.size / (1.01 * plausible))
     assert small.size == pytest.approx(0.99 * plausible)
     assert (large.size, large.identifiable, large.at_tool_m) == (None, None, None)
 

@@ -21,7 +21,7 @@ from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.latency import Latency
 from robolaser.simulation import simulate
 
-NOISE = Noise(pixel_px=0.1, point_m=3e-5, joint_rad=2e-5)
+NOISE = Noise(pixel_px=0.1, point_m=3e-5, angle_rad=1e-4, joint_rad=2e-5)
 FEW = [JointOffset, JointCompliance, EncoderScale, Backlash]
 
 
@@ -43,7 +43,7 @@ def test_sizes_are_those_that_a_diagnosis_of_such_measurements_states() -> None:
     assert max(ratios) < 2.5
 
 
-@pytest.mark.parametrize(("kind", "share"), [("stripe", 0.7), ("point", 1.0), ("camera", 1 / 3)])
+@pytest.mark.parametrize(("kind", "share"), [("stripe", 0.7), ("point", 1.0), ("pose", 1.0), ("camera", 1 / 3)])
 def test_poses_that_look_at_one_target_see_one_in_the_plan_and_stay_where_they_are(kind: str, share: float) -> None:
     measured = simulate(find_robot("ur5e"), kind=kind, poses=15, seed=5).dataset
     plan = examine_plan(bare(measured), [JointOffset])
@@ -112,7 +112,7 @@ def test_the_command_takes_a_table_of_poses_or_a_data_set(tmp_path: Path, capsys
     assert main(["plan", str(tmp_path / "cell")]) == 0
     text = capsys.readouterr().out
     assert ": laser tracker, 12 poses" in text
-    assert "told apart from" in text
+    assert "distinguishable from" in text
     assert "Not testable: latency" in text
     assert main(["plan", table]) == 2
     assert main(["plan", str(tmp_path / "cell"), "--robot", "ur5e"]) == 2

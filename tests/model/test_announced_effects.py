@@ -93,7 +93,7 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         ("import no_such_module", "Worn", "ModuleNotFoundError: No module named 'no_such_module'"),
         ("Worn = 1 / 0", "Worn", "ZeroDivisionError"),
         ("", "Worn", "AttributeError"),
-        ("Worn = 3", "Worn", "it is 3 and no subclass of Effect"),
+        ("Worn = 3", "Worn", "it is 3, not a subclass of Effect"),
         (
             "from robolaser.model.effects.effect import Effect as Worn",
             "Worn",

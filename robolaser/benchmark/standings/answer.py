@@ -18,6 +18,9 @@ def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, ru
     """
     ranked = [standing for standing in standings if standing.rank is not None]
     left_out = [standing.algorithm for standing in standings if standing.rank is None]
+    failed = [standing.algorithm for standing in standings if 0 < standing.runs == standing.failed]
+    if failed and len(failed) == sum(standing.runs > 0 for standing in standings):
+        return "Every run failed, so this comparison says nothing. The reasons are given with the runs."
     if not ranked:
         sentences = ["No algorithm can be ranked: there are too few runs."] if left_out else ["There are no runs yet."]
     elif len(ranked) == 1:
@@ -26,6 +29,8 @@ def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, ru
         sentences = _several(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
     if ranked and left_out:
         sentences.append(f"Not ranked: {phrases.names(left_out)}.")
+    if failed:
+        sentences.append(f"Every run of {phrases.names(failed)} failed.")
     return " ".join(sentences)
 
 

@@ -28,7 +28,7 @@ def order(measured: Measurements, problems: Sequence[int], refused: Mapping[tupl
     ranked = [a for a, name in enumerate(names) if name not in unranked]
     ranks = mean_ranks.mean_ranks(mean_ranks.complete(measured.outcomes[at][:, ranked]))
     if not ranks.blocks:
-        unranked |= {names[a]: "there is no seed with a run of everybody" for a in ranked}
+        unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
         ranked = []
     mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean, strict=bool(ranked))}
     standing = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, 0.0), names[a]))

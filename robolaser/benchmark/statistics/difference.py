@@ -31,8 +31,8 @@ def rank_sum(outcomes: Array) -> Array:
             one, other = of_problem[i], of_problem[j]
             if len(one) and len(other):
                 alike.setdefault((len(one), len(other), _tied(one, other)), []).append((at, i, j))
-    for (_, _, tied), places in alike.items():
-        at, i, j = np.array(places).T
+    for (_, _, tied), indices in alike.items():
+        at, i, j = np.array(indices).T
         one, other = (np.array([runs[q][a] for q, a in zip(at, of, strict=True)]) for of in (i, j))
         p[at, i, j] = p[at, j, i] = _rank_sums(one, other, "asymptotic" if tied else "exact")
     return p

@@ -18,12 +18,12 @@ def outcomes(running_times: Array, final: Array) -> Array:
     Returns:
         (p, a, s), from 1; NaN where there is no run.
     """
-    places = np.full(running_times.shape, np.nan)
-    for of_problem, time, excess in zip(places, running_times, final, strict=True):
+    ranks = np.full(running_times.shape, np.nan)
+    for of_problem, time, excess in zip(ranks, running_times, final, strict=True):
         there = ~np.isnan(time)
         reached = np.isfinite(time)
         excess_of_rest = np.where(reached, -np.inf, np.where(np.isnan(excess), np.inf, excess))
         keys = np.stack([excess_of_rest[there], np.where(reached, time, 0.0)[there]], axis=1)
         if len(keys):
             of_problem[there] = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1) + 1.0
-    return places
+    return ranks

@@ -113,7 +113,7 @@ def _size(file: Path) -> tuple[int, int]:
         raise DataError(f"Cannot read {file}: {error.strerror or error}.", file=file) from None
     image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
     if image is None:
-        raise DataError(f"{file.name} is no image that OpenCV reads. Is it complete?", file=file)
+        raise DataError(f"{file.name} is not an image that OpenCV can read. Is it complete?", file=file)
     height, width = image.shape[:2]
     return width, height
 

@@ -69,7 +69,7 @@ class Transforms:
         """T_target_source at times (m,): (m, 4, 4), whether all that moves was known then, (m,), and how far off, (m,).
 
         Raises:
-            DataError: There is no such frame, or the two are in trees apart.
+            DataError: There is no such frame, or the two are in separate trees.
         """
         known, away = np.ones(len(at_s), dtype=bool), np.zeros(len(at_s))
         motions = []
@@ -91,7 +91,7 @@ class Transforms:
         """Times at which the source was seen from the target: those of the moving frame nearest to the source.
 
         Raises:
-            DataError: There is no such frame, the two are in trees apart, or nothing moves between them.
+            DataError: There is no such frame, the two are in separate trees, or nothing moves between them.
         """
         up, down = self._chains(target, source)
         for frame in (*down, *reversed(up)):
@@ -104,7 +104,7 @@ class Transforms:
         up, down = self._above(target), self._above(source)
         shared = [frame for frame in up if frame in down]
         if not shared:
-            raise DataError(f"{self.file}: the frames {target} and {source} are in trees apart.", file=self.file)
+            raise DataError(f"{self.file}: the frames {target} and {source} are in separate trees.", file=self.file)
         return up[: up.index(shared[0])], down[: down.index(shared[0])]
 
     def _above(self, frame: str) -> list[str]:
@@ -116,7 +116,7 @@ class Transforms:
         while found[-1] in self.edges:
             found.append(self.edges[found[-1]].parent)
             if len(found) > len(self.edges) + 1:
-                raise DataError(f"{self.file}: the frames above {frame} run in a circle.", file=self.file)
+                raise DataError(f"{self.file}: the frames above {frame} form a loop.", file=self.file)
         return found
 
 

@@ -119,5 +119,5 @@ def motion_of_matrix(matrix: Array, file: str, where: str) -> Array:
     R, stretch = nearest_rotation(matrix[:3, :3])
     last = matrix[3] if len(matrix) == 4 else np.array([0.0, 0.0, 0.0, 1.0])
     if np.abs(stretch - 1).max() > STRETCH or np.abs(last - [0, 0, 0, 1]).max() > STRETCH:
-        raise DataError(f"{file}, {where}: the matrix is no rigid motion. Is it the transpose of one?", file=file)
+        raise DataError(f"{file}, {where}: the matrix is not a rigid motion. Is it the transpose of one?", file=file)
     return pose(R, matrix[:3, 3])

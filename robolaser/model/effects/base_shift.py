@@ -75,7 +75,7 @@ class BaseShift(Effect):
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """Everything counts as after the shift; it turned about the middle of the run that it was found in."""
-        doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate anew"
+        doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate again"
         if found_in is None:
             return CarryOver(self, doubt)
         apart = run.flange[:, :3, 3].mean(axis=0) - np.array(found_in.middle_m)

@@ -57,7 +57,8 @@ NO_PATH = DataLack(
     'poses between which the arm went straight, joint by joint ([robot] path = "consecutive")',
 )
 NO_VELOCITIES = DataLack(
-    "no joint velocities in the data", "the velocity of each joint at the exposure (columns qd_<joint>)"
+    "no joint velocities in the data",
+    "the velocity of each joint at the exposure (columns qd_<joint>), or poses that follow one another in motion",
 )
 AT_REST = DataLack("the arm stood still at every exposure", "exposures while the arm moves, with its velocities")
 NOT_FLAT = DataLack(

@@ -47,10 +47,11 @@ def meaning(name: str) -> str:
     kind, _, which = thing.partition(".")
     meanings = {
         "target": "place of the target",
-        "hand_eye": "place of the camera",
         "base": "robot base in the tracker's frame",
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",
+        "hand_eye": "sensor on the flange or in the cell",
+        "ball": f"ball {which}",
     }
     return f"{meanings[kind]}, {part}" if kind in meanings else ""
 

@@ -95,7 +95,7 @@ def parameter_rows(calibration: Calibration) -> tuple[Sequence[ParameterRow], Se
             width = item.upper - item.lower
             at, nominal = (100 * (number - item.lower) / width for number in (value, item.nominal))
             half = 100 * BAND * std / width if np.isfinite(std) else 0.0
-            start, end = (float(np.clip(place, 0, 100)) for place in (at - half, at + half))
+            start, end = (float(np.clip(end, 0, 100)) for end in (at - half, at + half))
             bar = Bar(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
         row = ParameterRow(
             name=item.name,

@@ -81,15 +81,15 @@ CHARTS: tuple[Callable[[Quality], Chart | None], ...] = (heights, scatter, off_p
 
 def _view(quality: Quality) -> tuple[tuple[str, Array], tuple[str, Array], Array, str]:
     """Names and values of what is drawn to the right and up, what stands out, and how to say it."""
-    places = quality.places
-    low, high = np.percentile(places, CLEAR, axis=0)
+    positions = quality.positions
+    low, high = np.percentile(positions, CLEAR, axis=0)
     thin = int(np.argmin(high - low))
     right, up = (axis for axis in range(3) if axis != thin)
     names = tuple("xyz"[axis] for axis in (right, up))
-    across, along = (names[0], places[:, right]), (names[1], places[:, up])
+    across, along = (names[0], positions[:, right]), (names[1], positions[:, up])
     if quality.plane is not None:
         return across, along, quality.plane.distance, "above the largest plane"
-    return across, along, places[:, thin], f"by its {'xyz'[thin]} in the base frame"
+    return across, along, positions[:, thin], f"by its {'xyz'[thin]} in the base frame"
 
 
 def _map(
@@ -98,10 +98,10 @@ def _map(
     sides = [1e3 * np.percentile(one, CLEAR) for _, one in (across, along)]
     margin = 0.03 * max(float(np.ptp(side)) for side in sides) or 1.0
     (left, right), (low, high) = ((side[0] - margin, side[1] + margin) for side in sides)
-    places = 1e3 * across[1], 1e3 * along[1]
-    edges = _edges(places, (left, right), (low, high))
-    count = np.histogram2d(*places, bins=edges)[0]
-    total = np.histogram2d(*places, bins=edges, weights=value)[0]
+    positions = 1e3 * across[1], 1e3 * along[1]
+    edges = _edges(positions, (left, right), (low, high))
+    count = np.histogram2d(*positions, bins=edges)[0]
+    total = np.histogram2d(*positions, bins=edges, weights=value)[0]
     i, j = np.nonzero(count)
     mean = total[i, j] / count[i, j]
     size = float(edges[0][1] - edges[0][0])
@@ -125,13 +125,13 @@ def _map(
     return chart(title, caption, alt, [cells], height=height)
 
 
-def _edges(places: tuple[Array, Array], *sides: tuple[float, float]) -> list[Array]:
+def _edges(positions: tuple[Array, Array], *sides: tuple[float, float]) -> list[Array]:
     """Edges of the cells along both sides."""
     longest = max(end - start for start, end in sides)
     tried = []
     for cells in CELLS:
         size = longest / cells
         edges = [np.arange(start, end + size, size) for start, end in sides]
-        tried.append((edges, size**2 * np.count_nonzero(np.histogram2d(*places, bins=edges)[0])))
+        tried.append((edges, size**2 * np.count_nonzero(np.histogram2d(*positions, bins=edges)[0])))
     covered = tried[-1][1]
     return next(edges for edges, area in tried if area >= FILLED * covered or edges is tried[-1][0])

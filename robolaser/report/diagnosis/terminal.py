@@ -15,14 +15,14 @@ from robolaser.report.diagnosis.page import gap_lines
 from robolaser.report.digits import millimetres, percent
 from robolaser.report.setting import setting
 
-MOST_CLASSES, MOST_EFFECTS, MOST_PLACES, MOST_ADVICE = 3, 5, 2, 3
+MOST_CLASSES, MOST_EFFECTS, MOST_SITES, MOST_ADVICE = 3, 5, 2, 3
 """Lines of each."""
 LEAST_SHARE = 5.0
 """Share in per cent, from which on a place is worth a line."""
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print verdict, gap, effects, places and what to do; plain text unless on a terminal.
+    """Print verdict, gap, effects, sites and what to do; plain text unless on a terminal.
 
     Args:
         diagnosis: The result.
@@ -39,10 +39,10 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
             out.print(Text(f"  {name:<17} {probability:>10}   {gaps}"))
     if diagnosis.findings:
         out.print(_effects(diagnosis))
-    places = [place for place in rows.site_rows(diagnosis) if place.share >= LEAST_SHARE]
-    for place in places[:MOST_PLACES]:
+    sites = [site for site in rows.site_rows(diagnosis) if site.share >= LEAST_SHARE]
+    for site in sites[:MOST_SITES]:
         what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
-        out.print(Text(f"{place.share:.0f} % {what} at {place.site} ({place.coordinate})", style="dim"))
+        out.print(Text(f"{site.share:.0f} % {what} at {site.site} ({site.coordinate})", style="dim"))
     for advice in to_do(diagnosis)[:MOST_ADVICE]:
         out.print(Text(f"- {advice}"))
     for remark in diagnosis.noise_remarks:
@@ -54,7 +54,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
 
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
-    """Effects that could be tested at none of their places."""
+    """Effects that could be tested at none of their locations."""
     tested = {limit.candidate_effect.effect.name for limit in diagnosis.limits if limit.size is not None}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
     return [name for name in diagnosis.not_testable if name not in tested]

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from robolaser.arrays import Array
 from robolaser.report.viewer.shapes import Dots
-from robolaser.scan.ply import Vertices, places_of
+from robolaser.scan.ply import Vertices, positions_of
 
 MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
 CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all
@@ -21,13 +21,13 @@ LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger
 def downsampled(vertices: Vertices, most: int = MOST) -> Dots | None:
     """Evenly spaced points of a cloud; None where it has none."""
     every = max(1, -(-len(vertices) // most))
-    places = places_of(vertices[::every])
-    if not len(places):
+    positions = positions_of(vertices[::every])
+    if not len(positions):
         return None
-    low, high = np.percentile(places, CLEAR, axis=0)
+    low, high = np.percentile(positions, CLEAR, axis=0)
     sides = np.sort(high - low)[1:]
-    size = SPACING * float(np.sqrt(sides.prod() / len(places)))
-    return Dots("cloud", places, by_height(places[:, 2], low[2], high[2]), float(np.clip(size, LEAST_M, MOST_M)))
+    size = SPACING * float(np.sqrt(sides.prod() / len(positions)))
+    return Dots("cloud", positions, by_height(positions[:, 2], low[2], high[2]), float(np.clip(size, LEAST_M, MOST_M)))
 
 
 def by_height(z: Array, low: float, high: float) -> NDArray[np.uint8]:

@@ -31,6 +31,6 @@ def draw(scene: "SceneApi", shape: Shape) -> Any:
             )  # fmt: skip
         case Dots():
             return scene.add_point_cloud(
-                shape.name, shape.places.astype(np.float32), shape.colours, point_size=shape.size_m,
+                shape.name, shape.positions.astype(np.float32), shape.colours, point_size=shape.size_m,
                 point_shape="circle", precision="float32",
             )  # fmt: skip

@@ -69,11 +69,11 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
     shapes: list[Shape] = []
     if len(frames.joints):
         robot, _ = dataset.arm
-        places = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
+        points = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
         links = [
-            tube(start, end, radius) for start, end in pairwise(places) if np.linalg.norm(end - start) > 0.1 * radius
+            tube(start, end, radius) for start, end in pairwise(points) if np.linalg.norm(end - start) > 0.1 * radius
         ]
-        links += [sphere(place, radius) for place in places[1:-1]]
+        links += [sphere(point, radius) for point in points[1:-1]]
         if links:
             shapes.append(Mesh("robot/links", *merged(*links), ARM))
         turned = [T[:3, :3] @ robot.axes[i] for T, i in zip(frames.joints, robot.chain, strict=True)]
@@ -120,8 +120,8 @@ def _frustum(eye: Array, corners: Array) -> Array:
     return np.concatenate([np.stack([np.broadcast_to(eye, corners.shape), corners], axis=1), around])
 
 
-def _about(place: Array, axis: Array, half: float) -> tuple[Array, Array]:
-    return place - half * axis, place + half * axis
+def _about(point: Array, axis: Array, half: float) -> tuple[Array, Array]:
+    return point - half * axis, point + half * axis
 
 
 def _slider(T: Array, radius: float) -> tuple[Array, Ints]:

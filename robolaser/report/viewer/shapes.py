@@ -57,13 +57,13 @@ class Dots:
 
     Attributes:
         name: Its place in the tree of the scene.
-        places: (n, 3) [m].
+        positions: (n, 3) [m].
         colours: One for all, or one for each, (n, 3).
         size_m: Of a dot.
     """
 
     name: str
-    places: Array
+    positions: Array
     colours: Colour | NDArray[np.uint8]
     size_m: float
 
@@ -72,7 +72,7 @@ Shape = Mesh | Lines | Dots
 
 
 def tube(start: Array, end: Array, radius: float) -> tuple[Array, Ints]:
-    """A round bar with flat ends between two places (3,), as vertices and faces."""
+    """A round bar with flat ends between two points (3,), as vertices and faces."""
     x, y, _ = _beside(end - start)
     angle = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)[:, None]
     ring = radius * (np.cos(angle) * x + np.sin(angle) * y)
@@ -92,7 +92,7 @@ def tube(start: Array, end: Array, radius: float) -> tuple[Array, Ints]:
 
 
 def sphere(centre: Array, radius: float) -> tuple[Array, Ints]:
-    """A sphere about a place (3,), as vertices and faces."""
+    """A sphere about a point (3,), as vertices and faces."""
     rows = SIDES // 2
     polar = np.linspace(0.0, np.pi, rows + 1)[:, None]
     turn = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)[None]

@@ -176,7 +176,7 @@ def test_frames_of_tf_are_asked_for_and_sought(tmp_path: Path) -> None:
             read(path, ImportOptions(further={one: value for one, value in MARKER.items() if one != key}))
     with pytest.raises(DataError, match=r"has no frame tool1 in tf\. Did you mean 'tool0'"):
         read(path, ImportOptions(further={**MARKER, "flange": "tool1"}))
-    with pytest.raises(DataError, match="camera and island are in trees apart"):
+    with pytest.raises(DataError, match="camera and island are in separate trees"):
         read(path, ImportOptions(further={**MARKER, "marker": "island"}))
 
 

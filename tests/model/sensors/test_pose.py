@@ -15,7 +15,7 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.errors import DataError, EstimationError
-from robolaser.geometry.rigid_motion import from_quaternion, inverse, to_quaternion
+from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_quaternion
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
@@ -159,6 +159,17 @@ def test_the_exported_frame_is_turned_as_the_body_is() -> None:
     truth = {name: np.array([value]) for name, value in made.truth.items()}
     (frame,) = model.sensor.flange_frames(truth, model.perturb({})).values()
     np.testing.assert_allclose(frame, motion(truth, "tool.0")[0])
+
+
+def test_a_bracket_that_slips_is_the_same_for_all_bodies_that_it_carries() -> None:
+    made = cell(noise=None, points=2, poses=10, effects={"hand_eye_drift": 1e-3})
+    model = Model(made.dataset, made.effects)
+    truth = {name: np.array([value]) for name, value in made.truth.items()}
+    assert np.abs(model.residuals_at(truth)).max() < 1e-12
+    points = made.dataset.points
+    T = pose(from_quaternion(points["quaternion"]), points["xyz"])
+    apart = inverse(T[points.number == 0]) @ T[points.number == 1]
+    np.testing.assert_allclose(apart, np.broadcast_to(apart[0], apart.shape), atol=1e-12)
 
 
 @pytest.mark.parametrize("effect", ["backlash:shoulder_lift_joint", "tracker_scale:measuring_system"])

@@ -91,7 +91,7 @@ def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):
     for model in models:
         shapes = by_name(fixed_shapes(model, models))
         assert shapes["points/measured"].colours == MODEL_COLOURS[model.name]
-        np.testing.assert_array_equal(shapes["target/points"].places, model.dataset.points.xyz)
+        np.testing.assert_array_equal(shapes["target/points"].positions, model.dataset.points.xyz)
     sizes = [by_name(fixed_shapes(model, models))["points/measured"].size_m for model in models]
     assert sizes[0] == sizes[1]
 
@@ -171,7 +171,7 @@ def test_a_cloud_is_thinned_evenly(count):
     cloud = np.zeros(count, VERTEX)
     cloud["x"] = np.arange(count)
     dots = downsampled(cloud, 1000)
-    assert len(dots.places) == len(dots.colours) <= 1000
-    assert len(dots.places) >= min(count, 500)
-    assert dots.places[0, 0] == 0
+    assert len(dots.positions) == len(dots.colours) <= 1000
+    assert len(dots.positions) >= min(count, 500)
+    assert dots.positions[0, 0] == 0
     assert downsampled(cloud[:0]) is None

@@ -39,7 +39,7 @@ def cell(diagnosis: Diagnosis) -> Chart:
     marked = suspected(diagnosis)
     view = _view(outline)
     line = np.concatenate([outline.line, outline.tip[None]]) @ view
-    places = _places(outline, view)
+    positions = _positions(outline, view)
     seen = np.concatenate([line, outline.points @ view, outline.light @ view])
     x, y, height = equal_axes(seen, ("", ""), margin=0.12)
     for channel in (x, y):
@@ -63,8 +63,8 @@ def cell(diagnosis: Diagnosis) -> Chart:
             *_target(outline, view, marked, at),
             *_light(outline, view, marked, at),
             *_arm(outline, line, marked, at),
-            *_marks(places, marked, at),
-            *_labels(outline, line, places, marked, at),
+            *_marks(positions, marked, at),
+            *_labels(outline, line, positions, marked, at),
         ],
         height=height,
     )
@@ -76,10 +76,10 @@ def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
     for lies in diagnosis.where:
         shares[lies.site] = shares.get(lies.site, 0.0) + lies.share
     found = [finding.candidate_effect.where for finding in diagnosis.findings]
-    places = [*found, *(site for site, share in shares.items() if share >= LEAST_SHARE and not found)]
+    sites = [*found, *(site for site, share in shares.items() if share >= LEAST_SHARE and not found)]
     if diagnosis.verdict == "unexplained":
-        places += [site for site, share in shares.items() if share >= LEAST_SHARE]
-    return {site: f"{100 * min(1.0, shares[site]):.0f} %" if site in shares else "" for site in dict.fromkeys(places)}
+        sites += [site for site, share in shares.items() if share >= LEAST_SHARE]
+    return {site: f"{100 * min(1.0, shares[site]):.0f} %" if site in shares else "" for site in dict.fromkeys(sites)}
 
 
 def _view(outline: Outline) -> Array:
@@ -94,16 +94,16 @@ def _view(outline: Outline) -> Array:
     return np.column_stack([right, up])
 
 
-def _places(outline: Outline, view: Array) -> Mapping[str, Array]:
+def _positions(outline: Outline, view: Array) -> Mapping[str, Array]:
     """Where in the drawing each site is, those that are somewhere in space."""
-    places = {name: outline.line[1 + i] for i, name in enumerate(outline.joints)}
-    places |= {"base": outline.line[0], "camera": outline.tip}
+    positions = {name: outline.line[1 + i] for i, name in enumerate(outline.joints)}
+    positions |= {"base": outline.line[0], "camera": outline.tip}
     if len(outline.points):
-        places["target"] = outline.points.mean(axis=0)
-    places["hand_eye" if outline.has_camera else "tool"] = (outline.line[-1] + outline.tip) / 2
+        positions["target"] = outline.points.mean(axis=0)
+    positions["hand_eye" if outline.has_camera else "tool"] = (outline.line[-1] + outline.tip) / 2
     if len(outline.light):
-        places["laser"] = outline.light[0]
-    return {site: place @ view for site, place in places.items()}
+        positions["laser"] = outline.light[0]
+    return {site: position @ view for site, position in positions.items()}
 
 
 def _target(outline: Outline, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
@@ -147,12 +147,12 @@ def _arm(outline: Outline, line: Array, marked: Mapping[str, str], at: Spec) -> 
     return layers
 
 
-def _marks(places: Mapping[str, Array], marked: Mapping[str, str], at: Spec) -> list[Spec]:
-    here = [site for site in marked if site in places]
+def _marks(positions: Mapping[str, Array], marked: Mapping[str, str], at: Spec) -> list[Spec]:
+    here = [site for site in marked if site in positions]
     dots = [site for site in here if site != "target"]
     if not dots:
         return []
-    where = np.stack([places[site] for site in dots])
+    where = np.stack([positions[site] for site in dots])
     data = records(x=where[:, 0], y=where[:, 1], site=dots, share=[marked[site] for site in dots])
     return [
         layer(
@@ -162,34 +162,34 @@ def _marks(places: Mapping[str, Array], marked: Mapping[str, str], at: Spec) -> 
 
 
 def _labels(
-    outline: Outline, line: Array, places: Mapping[str, Array], marked: Mapping[str, str], at: Spec
+    outline: Outline, line: Array, positions: Mapping[str, Array], marked: Mapping[str, str], at: Spec
 ) -> list[Spec]:
     """Names of the highlighted places beside them, or in a corner for those nowhere in space; of other joints small."""
     layers = []
     bold = {"type": "text", "align": "left", "color": HELD_OUT, "fontWeight": "bold"}
     size = float(np.ptp(line, axis=0).max()) or 1.0
-    for site in (site for site in marked if site in places):
-        text = records(x=float(places[site][0]), y=float(places[site][1]), label=_label(site, marked))
-        symbols = np.stack([line[-1], *(place for name, place in places.items() if name != site)])
-        layers.append(layer(bold | beside(places[site], symbols, size), text, text={"field": "label"}, **at))
-    for i, site in enumerate(site for site in marked if site not in places):
+    for site in (site for site in marked if site in positions):
+        text = records(x=float(positions[site][0]), y=float(positions[site][1]), label=_label(site, marked))
+        symbols = np.stack([line[-1], *(position for name, position in positions.items() if name != site)])
+        layers.append(layer(bold | beside(positions[site], symbols, size), text, text={"field": "label"}, **at))
+    for i, site in enumerate(site for site in marked if site not in positions):
         corner = {"x": {"value": 4}, "y": {"value": 12 + 17 * i}}
         layers.append(layer(bold, records(label=_label(site, marked)), text={"field": "label"}, **corner))
     others = _other_joints(outline, line, marked)
     if others:
-        where = np.stack([place for _, place in others])
+        where = np.stack([position for _, position in others])
         data = records(x=where[:, 0], y=where[:, 1], label=[label for label, _ in others])
         small = {"type": "text", "align": "right", "dx": -12, "dy": -9, "color": MUTED, "fontSize": 11}
         layers.append(layer(small, data, text={"field": "label"}, **at))
     return layers
 
 
-def beside(place: Array, others: Array, size: float) -> Spec:
+def beside(position: Array, others: Array, size: float) -> Spec:
     """On which side of a symbol its label has the most room, right and below if on both; others (n, 2)."""
 
     def room(side: tuple[int, int]) -> float:
         along = np.linspace(0.0, LABEL_LENGTH, 8)[:, None] * (side[0], 0.0) + np.array([0.0, LABEL_RISE * side[1]])
-        return round(float(np.linalg.norm(others - (place + size * along)[:, None], axis=-1).min() / size), 2)
+        return round(float(np.linalg.norm(others - (position + size * along)[:, None], axis=-1).min() / size), 2)
 
     right, up = max(((1, -1), (1, 1), (-1, -1), (-1, 1)), key=room)
     return {"align": "left" if right > 0 else "right", "dx": 13 * right, "dy": -11 if up > 0 else 15}
@@ -209,15 +209,15 @@ def _other_joints(outline: Outline, line: Array, marked: Mapping[str, str]) -> l
     return labels
 
 
-def _path(places: Array, look: Spec, at: Spec) -> Spec:
-    data = records(x=places[:, 0], y=places[:, 1], order=np.arange(len(places)))
+def _path(positions: Array, look: Spec, at: Spec) -> Spec:
+    data = records(x=positions[:, 0], y=positions[:, 1], order=np.arange(len(positions)))
     mark = {"type": "line", "strokeCap": "round", "strokeJoin": "round"} | look
     return layer(mark, data, order={"field": "order", "type": "quantitative"}, **at)
 
 
-def _shape(places: Array, names: list[str], look: Spec, at: Spec) -> Spec:
+def _shape(positions: Array, names: list[str], look: Spec, at: Spec) -> Spec:
     mark = {"type": "point", "size": 80, "fill": PAPER, "strokeWidth": 2, "opacity": 1} | look
-    return layer(mark, records(x=places[:, 0], y=places[:, 1], site=names), tooltip=hover("site"), **at)
+    return layer(mark, records(x=positions[:, 0], y=positions[:, 1], site=names), tooltip=hover("site"), **at)
 
 
 def _label(site: str, marked: Mapping[str, str]) -> str:

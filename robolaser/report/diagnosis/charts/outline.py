@@ -73,8 +73,8 @@ def typical(model: Model) -> int:
     """The number of the pose with points whose joints, or flange, are nearest to the median."""
     dataset = model.dataset
     seen = np.unique(dataset.points.pose)
-    places = dataset.poses.q if dataset.poses.q is not None else dataset.flange()[:, :3, 3]
-    away = np.linalg.norm(places[seen] - np.median(places[seen], axis=0), axis=1)
+    positions = dataset.poses.q if dataset.poses.q is not None else dataset.flange()[:, :3, 3]
+    away = np.linalg.norm(positions[seen] - np.median(positions[seen], axis=0), axis=1)
     return int(seen[np.argmin(away)])
 
 

@@ -1,0 +1,92 @@
+"""A time offset between arm and sensor, from poses in motion whose velocities nobody recorded."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.calibration.plan import Plan
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.path_velocities import WARNING, with_path_velocities
+from robolaser.data.writing import save
+from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
+
+ROBOT = find_robot("ur5")
+DELAY_S = 0.03
+RATE = np.array([0.9, 0.7, 1.1, 0.8, 1.3, 1.0])
+
+
+def path(t: np.ndarray) -> np.ndarray:
+    return np.array([0.0, -1.2, 1.4, -1.8, -1.57, 0.0]) + 0.6 * np.sin(RATE * t[:, None] + np.arange(6.0))
+
+
+def in_motion(delay_s: float, rate_hz: float = 10.0, seconds: float = 12.0) -> Dataset:
+    """Poses of a body, seen a little later than the joints of a moving arm are read."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, seconds, 1.0 / rate_hz)
+    n = len(t)
+    T_world_base, T_flange_body = (pose(exp_so3(rng.normal(size=3)), rng.normal(size=3)) for _ in range(2))
+    T = T_world_base @ ROBOT.forward(path(t + delay_s)[None])[0] @ T_flange_body
+    T[:, :3, :3] = exp_so3(1e-3 * rng.normal(size=(n, 3))) @ T[:, :3, :3]
+    xyz = T[:, :3, 3] + 3e-4 * rng.normal(size=(n, 3))
+    return Dataset(
+        name="moving",
+        kind="pose",
+        robot=ROBOT,
+        poses=Poses(tuple(map(str, range(n))), time_s=t, q=path(t)),
+        points=Points(np.arange(n), ("body",) * n, xyz=xyz, columns={"quaternion": to_quaternion(T[:, :3, :3])}),
+        noise=Noise(point_m=3e-4, angle_rad=1e-3),
+    )
+
+
+def test_velocities_along_the_path_are_those_of_the_arm() -> None:
+    found = with_path_velocities(in_motion(0.0, rate_hz=30.0))
+    expected = 0.6 * RATE * np.cos(RATE * found.poses.time_s[:, None] + np.arange(6.0))
+    np.testing.assert_allclose(found.poses.qd[1:-1], expected[1:-1], atol=1e-3)
+    assert found.warnings == (WARNING,)
+
+
+def test_a_time_offset_is_found_without_recorded_velocities(tmp_path: Path) -> None:
+    save(in_motion(DELAY_S), tmp_path / "moving")
+    loaded = robolaser.load(tmp_path / "moving")
+    found = robolaser.calibrate(loaded, Plan(effects=("latency",)))
+    at = found.model.parameters.names.index("latency.timing.delay")
+    assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.02 * DELAY_S))
+    assert WARNING in found.warnings
+    assert found.rms_m < 0.2 * robolaser.calibrate(loaded).rms_m
+
+
+def test_they_are_not_written_as_if_they_had_been_read(tmp_path: Path) -> None:
+    save(with_path_velocities(in_motion(0.0)), tmp_path / "moving")
+    assert "qd_" not in (tmp_path / "moving" / "poses.csv").read_text().splitlines()[0]
+
+
+def slow(dataset: Dataset) -> Dataset:
+    return replace(dataset, poses=replace(dataset.poses, time_s=20.0 * dataset.poses.time_s))
+
+
+def anyhow(dataset: Dataset) -> Dataset:
+    order = np.random.default_rng(0).permutation(len(dataset.poses))
+    return replace(dataset, poses=replace(dataset.poses, q=dataset.poses.q[order]))
+
+
+@pytest.mark.parametrize(
+    "but",
+    [
+        slow,
+        anyhow,
+        lambda dataset: replace(dataset, path_known=False),
+        lambda dataset: replace(dataset, time_is_order=True),
+        lambda dataset: replace(dataset, poses=replace(dataset.poses, time_s=None)),
+        lambda dataset: replace(dataset, poses=replace(dataset.poses, q=dataset.poses.q[:1].repeat(120, axis=0))),
+        lambda _: simulate(ROBOT, kind="pose", poses=12).dataset,
+    ],
+    ids=["poses far apart in time", "places in any order", "no path", "an order", "no times", "at rest", "stops"],
+)
+def test_where_the_arm_may_have_stopped_no_velocities_are_made_up(but) -> None:
+    dataset = but(in_motion(0.0))
+    assert with_path_velocities(dataset) is dataset
