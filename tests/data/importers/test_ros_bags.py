@@ -15,11 +15,8 @@ import robolaser
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions, importer_for
 from robolaser.data.importers.writing import checked, write
-from robolaser.data.sensor_format import sensor_kinds
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
-
-pytestmark = pytest.mark.skipif("pose" not in sensor_kinds(), reason="no sensor of kind pose")
 
 ARM = "scorbot_er7"
 MARKER = {
