@@ -189,6 +189,7 @@ def _line(cells: Sequence[str]) -> str:
 
 def _short(cell: str) -> str:
     try:
-        return f"{float(cell):.6g}" if "." in cell or "e" in cell else cell
+        digits = 6 if abs(float(cell)) < 1e6 else 10  # times since 1970 differ in their last digits
+        return f"{float(cell):.{digits}g}" if "." in cell or "e" in cell else cell
     except ValueError:
         return cell
