@@ -1,6 +1,7 @@
-"""The hand-eye for ROS 2: a command that publishes it, and easy_handeye2's file."""
+"""The hand-eye for ROS 2: commands that publish it, and easy_handeye2's file."""
 
 import json
+from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
@@ -11,15 +12,18 @@ OPTICAL = "camera_optical"
 
 
 def static_transform(calibration: Calibration) -> str | None:
-    """The command line that publishes where the camera sits; None where the sensor is no camera of its own."""
-    placed = _placed(calibration)
-    if placed is None:
-        return None
-    parent, T = placed
+    """Command lines that publish where the sensor sits, and what it tracks; None where it has no frames for that."""
+    published = calibration.model.sensor.published_frames
+    every = ((link, name, T) for link, frames in _frames(calibration) for name, T in frames.items())
+    commands = [_command(link, name, T) for link, name, T in every if name in published]
+    return " &\n".join(commands) + "\n" if commands else None
+
+
+def _command(link: str, name: str, T: Array) -> str:
     x, y, z, qx, qy, qz, qw = _numbers(T)
     return (
         f"ros2 run tf2_ros static_transform_publisher --x {x} --y {y} --z {z}"
-        f" --qx {qx} --qy {qy} --qz {qz} --qw {qw} --frame-id {parent} --child-frame-id {OPTICAL}\n"
+        f" --qx {qx} --qy {qy} --qz {qz} --qw {qw} --frame-id {link} --child-frame-id {name}"
     )
 
 
@@ -48,17 +52,19 @@ def easy_handeye2(calibration: Calibration) -> str | None:
 
 def _placed(calibration: Calibration) -> tuple[str, Array] | None:
     """The link that carries the camera, and T_link_camera."""
+    return next(((link, frames[OPTICAL]) for link, frames in _frames(calibration) if OPTICAL in frames), None)
+
+
+def _frames(calibration: Calibration) -> Sequence[tuple[str, Mapping[str, Array]]]:
+    """The sensor's frames on the flange and on the base, each with the link's name."""
     model = calibration.model
     values = model.parameters.values(calibration.x[None])
     perturb = model.perturb(values)
     base, flange = _links(calibration)
-    for link, frames in (
+    return [
         (flange, model.sensor.flange_frames(values, perturb)),
         (base, model.sensor.base_frames(values, perturb)),
-    ):
-        if OPTICAL in frames:
-            return link, frames[OPTICAL]
-    return None
+    ]
 
 
 def _links(calibration: Calibration) -> tuple[str, str]:

@@ -50,9 +50,12 @@ def import_files(
 
         robolaser import log.csv --robot arm.urdf --units mm,deg --column q_joint_1=A1 --output cell
         robolaser import poses.txt points.txt --units mm,deg --column poses.x_m=X --output cell
+        robolaser import cell.samples cell.calib --output cell
+        robolaser import cell.mcap --robot ur10e --set mount=flange --set tolerance_s=0.02 --output cell
 
     Args:
-        sources: Files that belong together: one table, or one of poses and then one of points.
+        sources: Files or folders that belong together, of a kind of `robolaser list importers`; of tables one, or one
+            of poses and then one of points.
         output: Folder for the data set.
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
         robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg numbers as CSV
@@ -189,6 +192,7 @@ def _line(cells: Sequence[str]) -> str:
 
 def _short(cell: str) -> str:
     try:
-        return f"{float(cell):.6g}" if "." in cell or "e" in cell else cell
+        digits = 6 if abs(float(cell)) < 1e6 else 10  # times since 1970 differ in their last digits
+        return f"{float(cell):.{digits}g}" if "." in cell or "e" in cell else cell
     except ValueError:
         return cell

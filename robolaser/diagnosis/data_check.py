@@ -129,7 +129,7 @@ def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[st
     if not len(dataset.points):
         return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
     try:
-        model = Model(dataset.subsampled(MOST_POINTS), ())
+        model = Model(dataset.subsampled(MOST_POINTS), ()).sharing(Model(dataset).sensor_parameters)
         problem = Problem.of(model)
         check_target(model)
         check_poses(problem)

@@ -90,7 +90,9 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
-    return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed))
+    has_turns = start.model.sensor.format.angles > 0
+    turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
+    return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed), turns)
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:

@@ -28,7 +28,7 @@ class HeldOut:
 
     def __init__(self, start: Fit, seed: int) -> None:
         self._folds = assign_folds(start.model, seed)
-        self._known: dict[int, tuple[Fit, Array]] = {}
+        self._known: dict[int, tuple[Fit, Array, Array]] = {}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -43,8 +43,14 @@ class HeldOut:
                 if self._folds is None
                 else held_out(fit.problem, fit.x, self._folds, enough=max(TOLERANCE, SHARE * fit.chi2)).errors
             )
-            self._known[id(fit)] = fit, fit.in_metres(rows)
+            self._known[id(fit)] = fit, fit.in_metres(rows), rows
         return self._known[id(fit)][1]
+
+    def turn(self, fit: Fit) -> float:
+        """Root mean square of those numbers of the rows that are angles [rad]."""
+        self.errors(fit)
+        row_format = fit.model.sensor.format
+        return rms(self._known[id(fit)][2][:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]."""

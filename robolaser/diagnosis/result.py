@@ -98,13 +98,19 @@ class CauseClass:
 @final
 @dataclass(frozen=True)
 class Gap:
-    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m]."""
+    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m].
+
+    Attributes:
+        turns_rad: The same of rotations, after the ordinary parameters were fitted and with all that was found; None
+            where none are measured.
+    """
 
     nominal_m: float
     calibrated_m: float
     after_m: float
     noise_floor_m: float
     after_ci95_m: tuple[float, float]
+    turns_rad: tuple[float, float] | None = None
 
 
 @final

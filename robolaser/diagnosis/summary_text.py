@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from robolaser.arrays import Ints
 from robolaser.diagnosis.cause_classes import UNKNOWN
 from robolaser.diagnosis.cause_words import listed, members, named, noun
@@ -40,6 +42,9 @@ def sentence(
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
         text = _unexplained(findings, classes, where, gap)
+    if gap.turns_rad is not None:
+        before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
+        text += f" Rotations on new poses err by {after}" + (f", {before} without it." if findings else ".")
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
         text += (
             f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance: so well does"

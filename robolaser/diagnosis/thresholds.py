@@ -1,8 +1,8 @@
 """Every threshold that decides what a diagnosis says: its value, its unit, and where it comes from.
 
 "chi-squared" is the sum of squares of whitened residuals and of the parameters' distances from their priors: noise
-alone contributes 1 for each residual. A threshold is either a quantile of a distribution, or a judgement whose
-consequences the blind trials measure; each says which.
+alone contributes 1 for each residual. A threshold is either a quantile of a distribution, or a simulation's,
+or a judgement; each says which. What a factor of 0.5 and 2 changes on a blind trial stands in `benchmarks/thresholds/`.
 """
 
 from statistics import NormalDist
@@ -11,11 +11,12 @@ from typing import Final
 # What an effect must explain before it enters the model.
 
 CHI2_PER_EFFECT: Final = 16.0
-"""Chi-squared that any effect must explain. A quantile: among a hundred candidates of one parameter, chance reaches it
-once in 158 data sets."""
+"""Chi-squared that any effect must explain, and a function of unknown form at a joint as well. A quantile: among a
+hundred candidates of one parameter, chance reaches it once in 158 data sets. With half of it one more of six blind
+worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
-judgement, set by blind trials."""
+judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
 FULLY_PENALIZED: Final = 6
 """Number of parameters up to which each costs that much: those of a rigid motion."""
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
@@ -109,9 +110,8 @@ LIKELIHOOD_RATIO_OF_SITE: Final = 18.0
 chi-squared distribution (Self and Liang 1987): with a hundred coordinates asked, chance reaches it once in 900 data
 sets."""
 CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
-"""Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. By blind worlds, a
-wrong cause is certain in 4 of 6 joints with a dead zone with 12, in 2 with 4, and none with -12; but 4 no longer finds
-some weak true causes, and -12 loses 5 of 18."""
+"""Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. With 6 or 24
+no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
 SMOOTH_POSTURE: Final = 0.6

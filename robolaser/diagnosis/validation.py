@@ -25,7 +25,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameter, Parameters
 
-OWN = ("base.", "target.", "tool.", "socket.")
+OWN = ("base.", "target.", "tool.", "socket.", "ball.")
 """Parameters that are fitted anew: where things were put for a campaign."""
 
 

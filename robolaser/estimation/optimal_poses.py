@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Board, Dataset, Points, Poses
 from robolaser.errors import DataError, PlanError
+from robolaser.estimation.camera_views import CameraBoard, camera_board
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, inverse
@@ -16,6 +17,7 @@ from robolaser.geometry.visibility import TILT, View, random_configurations
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 
@@ -28,7 +30,7 @@ ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half 
 Allowed = Callable[[Array], Bools]
 """Postures (n, j) to whether the arm may stand there, (n,)."""
 ALONG = 7  # points of the stripe that stand for all of them
-ERROR_M = 1e-4  # of such a point
+ERROR_M, ERROR_PX = 1e-4, 0.2  # of such a point, and of a camera's corner
 MOST_SWAPS = 200
 
 
@@ -131,8 +133,13 @@ def planned(
         PlanError: The arm sees the board from too few postures where it may stand.
         UsageError, EffectError: The effects cannot be.
     """
-    target_view = _target_view(description)
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
+    if not sensor_class(description.kind).has_laser_plane():
+        seen = _camera_board(description)
+        candidates = _seeing_board(seen, count, may, np.random.default_rng(seed))
+        chosen = most_telling(_camera_slopes(description, seen, candidates, effects), count)
+        return candidates[chosen][_short_way(candidates[chosen])]
+    target_view = _target_view(description)
     candidates = target_view.candidates(count, may, np.random.default_rng(seed))
     chosen = most_telling(_slopes(description, target_view, candidates, effects), count)
     return candidates[chosen][_short_way(candidates[chosen])]
@@ -184,13 +191,53 @@ def _gain(slopes: Array, known: Array) -> Array:
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
-def _target_view(description: Dataset) -> _TargetView:
+def _camera_board(description: Dataset) -> CameraBoard:
+    pinhole = ("fx", "fy", "cx", "cy", *(f"hand_eye.{part}" for part in SIX))
+    robot, board, size = _seen(description, pinhole)
+    return camera_board(description, robot, board, size)
+
+
+def _seeing_board(seen: CameraBoard, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
+    """Postures from which the whole board is in the image, (≥ wanted, j).
+
+    Raises:
+        PlanError: There are not enough.
+    """
+    enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
+    found, seeing = np.empty((0, len(seen.robot.joints))), 0
+    for _ in range(BATCHES):
+        q = seen.tried(BATCH, rng)
+        q = q[seen.sees(q)]
+        found, seeing = np.concatenate([found, q[allowed(q)]]), seeing + len(q)
+        if len(found) >= enough:
+            break
+    if len(found) < wanted:
+        raise PlanError(
+            f"In {seeing} of {BATCH * BATCHES} configurations of {seen.robot.name} that were tried the camera sees the"
+            f" whole board, {len(found)} of them are allowed, but {wanted} are wanted. Ask for fewer poses, or correct"
+            " hand_eye.x ... and target.x ... in dataset.toml."
+        )
+    return found[:enough]
+
+
+def _camera_slopes(description: Dataset, seen: CameraBoard, q: Array, effects: Sequence[str]) -> Array:
+    """As `_slopes`, of a camera."""
+    poses = Poses(tuple(map(str, range(len(q)))), time_s=np.arange(len(q), dtype=np.float64), q=q)
+    dataset = replace(description, poses=poses, points=seen.points(q), time_is_order=True)
+    model = Model(dataset, candidate_effects(effects, dataset))
+    free = ~np.isin(model.parameters.names, model.sensor.held)
+    slopes = (jacobian_matrix(model, model.parameters.nominal) * model.parameters.width / ERROR_PX)[:, free]
+    return slopes.reshape(len(q), -1, int(free.sum()))
+
+
+def _seen(description: Dataset, needed: Sequence[str]) -> tuple[Robot, Board, tuple[int, int]]:
+    """The robot, the board and the images' size, if all is stated that is needed to look at it."""
     robot, board, size = description.robot, description.board, description.image_px
     if robot is None or size is None:
-        raise _cannot_plan("the cell has no [robot], or no stripe scanner")
+        raise _cannot_plan("the cell has no [robot], or no camera")
     if board is None:
         raise _cannot_plan("dataset.toml has no [board], so there is no target to look at")
-    placement = [f"target.{part}" for part in SIX]
+    placement = [*needed, *(f"target.{part}" for part in SIX)]
     missing = [name for name in placement if name not in description.parameters]
     if missing:
         raise DataError(
@@ -199,6 +246,11 @@ def _target_view(description: Dataset) -> _TargetView:
             " poses with --poses.",
             file="dataset.toml",
         )
+    return robot, board, size
+
+
+def _target_view(description: Dataset) -> _TargetView:
+    robot, board, _ = _seen(description, ())
     values = {name: np.array([item.nominal]) for name, item in description.parameters.items()}
     return _TargetView(robot, view_of(description, values), board, motion(values, "target")[0])
 

@@ -21,6 +21,7 @@ class SensorSetup:
         stripe_axis: Image axis the stripe runs along.
         bracket_quat: Nominal turn of the camera on the flange; None: it looks away from the arm.
         mount: "flange" or "base": what carries the sensor.
+        effects: Names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them.
     """
 
     points: int
@@ -29,6 +30,7 @@ class SensorSetup:
     stripe_axis: str = "u"
     bracket_quat: Quaternion | None = None
     mount: Mount = "flange"
+    effects: frozenset[str] = frozenset()
 
 
 @final

@@ -106,7 +106,8 @@ def simulate(
     _check_noise(noise)
     if sessions < 1:
         raise impossible("number of sessions", sessions, "1 or more")
-    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat, mount)
+    asked = {name.partition(":")[0] for name in effects or ()}
+    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat, mount, frozenset(asked))
 
     def session(seed: int, shared: Mapping[str, float]) -> Simulated:
         random = RandomStreams.of(seed)

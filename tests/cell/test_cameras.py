@@ -259,7 +259,7 @@ def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
     for source in (tmp_path / "shots", tmp_path / "shots" / "s%d.png"):
         with open_camera(replace(cell, camera=CameraLine(str(source))), WallClock(), print) as camera:
             assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
-            with pytest.raises(CameraError, match="all its pictures"):
+            with pytest.raises(CameraError, match="all its images"):
                 camera.shot(0.0)
 
 

@@ -50,8 +50,9 @@ def test_velocities_along_the_path_are_those_of_the_arm() -> None:
     assert found.warnings == (WARNING,)
 
 
-def test_a_time_offset_is_found_without_recorded_velocities(tmp_path: Path) -> None:
-    save(in_motion(DELAY_S), tmp_path / "moving")
+@pytest.mark.parametrize("kind", ["pose", "point"])
+def test_a_time_offset_is_found_without_recorded_velocities(kind: str, tmp_path: Path) -> None:
+    save(replace(in_motion(DELAY_S), kind=kind), tmp_path / "moving")
     loaded = robolaser.load(tmp_path / "moving")
     found = robolaser.calibrate(loaded, Plan(effects=("latency",)))
     at = found.model.parameters.names.index("latency.timing.delay")

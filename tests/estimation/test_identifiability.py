@@ -276,7 +276,9 @@ def test_what_twenty_five_points_barely_see_is_named_with_its_size():
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     weak = [each for each in found if each.parameters != GAUGE]
     assert weak
-    assert all("times the bounds' width" in each.reason and each.parameters[0] in each.reason for each in weak)
+    assert all(
+        "times the distance between the bounds" in each.reason and each.parameters[0] in each.reason for each in weak
+    )
     assert "b" in {name for each in weak for name in each.parameters}
 
 

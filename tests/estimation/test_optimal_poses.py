@@ -10,8 +10,10 @@ from robolaser.errors import DataError, PlanError
 from robolaser.estimation.optimal_poses import most_telling, planned
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
 from robolaser.geometry.robots import find_robot
+from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.parameters import Parameter
+from robolaser.simulation import simulate
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 
 PLACE = {"x": 0.5, "y": 0.0, "z": 0.0, "w": np.pi, "phi": 0.0, "psi": 0.0}
@@ -123,3 +125,20 @@ def test_a_board_whose_place_is_not_said_cannot_be_planned_for(description: Data
         planned(replace(description, parameters=left), count=5, seed=1)
     with pytest.raises(DataError, match="board"):
         planned(replace(description, board=None), count=5, seed=1)
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_a_camera_sees_its_whole_board_from_every_planned_posture(mount: str) -> None:
+    made = simulate(find_robot("ur5"), kind="camera", mount=mount, placed=False, poses=6, points=20, seed=3)
+    given = {name: Parameter(name, "", value, value - 0.1, value + 0.1) for name, value in made.truth.items()}
+    described = replace(made.dataset, parameters=given)
+    q = planned(described, count=10, seed=1)
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    arm = find_robot("ur5")
+    _, good = Model(made.dataset).sensor.seen_from(values, arm.forward(q[None])[0])
+    assert good.all()
+    assert ((q > arm.lower) & (q < arm.upper)).all()
+    assert (planned(described, count=10, seed=1) == q).all()
+    lacking = {name: item for name, item in given.items() if name != "hand_eye.x"}
+    with pytest.raises(DataError, match=r"lacks hand_eye\.x"):
+        planned(replace(described, parameters=lacking), count=10, seed=1)

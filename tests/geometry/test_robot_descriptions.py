@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser import find_robot
-from robolaser.errors import DataError, RobotError
+from robolaser.errors import DataError, RobotError, UsageError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
@@ -87,7 +87,7 @@ def test_what_a_xacro_file_lacks_is_asked_for(tmp_path: Path) -> None:
         find_robot(tmp_path / "arm.xacro")
     (tmp_path / "arm.xacro").write_text(BARE.replace("$(find arm_description)/urdf/", ""))
     (tmp_path / "links.xacro").write_text(MACRO, "utf-8")
-    with pytest.raises(RobotError, match=r"asks for the argument height\. Say it with --xacro-arg height=VALUE"):
+    with pytest.raises(UsageError, match=r"asks for the argument height\. Say it with --xacro-arg height=VALUE"):
         find_robot(tmp_path / "arm.xacro")
     (tmp_path / "arm.xacro").write_text(XACRO.replace("height * 2", "[].__class__"), "utf-8")
     with pytest.raises(RobotError, match=r"arm\.xacro"):
@@ -185,7 +185,7 @@ def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(
     text: str, said: DHStatement, expected: str, tmp_path: Path
 ) -> None:
     (tmp_path / "arm.csv").write_text(text, "utf-8")
-    with pytest.raises(RobotError, match=expected):
+    with pytest.raises((RobotError, UsageError), match=expected):
         find_robot(tmp_path / "arm.csv", options=DescriptionOptions(said))
 
 

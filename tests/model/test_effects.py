@@ -103,7 +103,7 @@ def test_at_zero_nothing_changes_whatever_the_nonlinear_parameters(effect: type[
     for model in homes(effect):
         x = nonlinear_only(model)
         plain = Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)])
-        np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=ROUNDING_M)
+        np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=rounding(model, ROUNDING_M))
 
 
 def test_the_grid_of_its_nonlinear_parameters_lies_within_their_bounds(effect: type[Effect]) -> None:

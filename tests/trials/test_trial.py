@@ -152,7 +152,7 @@ def test_neither_names_nor_sealed_files_speak(made):
         (("new", "{trial}"), 1, "already"),
         (("new", "{new}", "--kinds", "pear"), 2, "Did you mean 'pair'"),
         (("new", "{new}", "--kinds", "hysteresys"), 2, "Did you mean 'hysteresis'"),
-        (("new", "{new}", "--kinds", "outliers", "--tracked"), 1, "its faults have no place there"),
+        (("new", "{new}", "--kinds", "outliers", "--tracked"), 1, "none of its faults applies to it"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),

@@ -32,7 +32,8 @@ def load_description(path: Path, options: DescriptionOptions | None = None) -> s
     """A robot's file as a URDF: a URDF itself, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers.
 
     Raises:
-        RobotError: The file is not what it seems to be, or leaves open what no option says.
+        RobotError: The file is not what it seems to be.
+        UsageError: It leaves open what no option says.
         DataError: It cannot be read.
         DependencyMissing: A package that reads it is not installed.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.errors import RobotError, near
+from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
 from robolaser.geometry.urdf.parsing import load_text
@@ -45,7 +45,8 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
     keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
 
     Raises:
-        RobotError: With row and column of what is wrong or missing; the convention or a unit is stated nowhere.
+        RobotError: With row and column of what is wrong or missing.
+        UsageError: The convention or a unit is stated nowhere.
         DataError: The file cannot be read.
     """
     rows, settings = (_from_toml if path.suffix == ".toml" else _from_csv)(path)
@@ -54,7 +55,7 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
             raise RobotError(f"{path.name}: this key is not known: {key}.{near(key, [*SETTINGS, 'joint'])}")
     convention = settings.get("convention", stated.convention)
     if convention is None:
-        raise RobotError(
+        raise UsageError(
             f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Say it with --dh, or in the file"
             " under convention."
         )
@@ -105,7 +106,7 @@ def _factors(units: object, file: str) -> dict[str, float]:
         if quantity is not None:
             found[quantity] = FACTORS[quantity][name]
         elif name:
-            raise RobotError(f"{file}: no unit {name!r}.{near(name, [*FACTORS[LENGTH], *FACTORS[ANGLE]])}")
+            raise UsageError(f"{file}: no unit {name!r}.{near(name, [*FACTORS[LENGTH], *FACTORS[ANGLE]])}")
     return found
 
 
@@ -128,7 +129,7 @@ def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float],
         factor = FACTORS[quantity].get(unit) if unit else factors.get(quantity, None if value else 1.0)
         if factor is None:
             example = ", ".join(list(FACTORS[quantity])[:3])
-            raise RobotError(
+            raise UsageError(
                 f"{where}: in which unit is {column}? Say it with --units ({example}), or at the end of the name, as"
                 f" {name}_{next(iter(FACTORS[quantity]))}."
             )

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from robolaser.errors import DependencyMissing, RobotError
+from robolaser.errors import DependencyMissing, RobotError, UsageError
 
 _UNDEFINED = re.compile(r"Undefined substitution argument (?P<name>\S+)")
 _NAME = re.compile(r"<name>\s*(\S+?)\s*</name>")
@@ -27,7 +27,8 @@ def expanded(path: Path, arguments: Mapping[str, str]) -> str:
 
     Raises:
         DependencyMissing: The package xacro is not installed.
-        RobotError: An argument or a package is missing, or the file is no xacro.
+        RobotError: A package is missing, or the file is no xacro.
+        UsageError: An argument is missing.
     """
     try:
         import xacro  # noqa: PLC0415 - an extra
@@ -39,18 +40,17 @@ def expanded(path: Path, arguments: Mapping[str, str]) -> str:
         with contextlib.redirect_stderr(said), _packages_near(path, substitution_args):
             document: str = xacro.process_file(str(path), mappings=dict(arguments)).toxml()
     except Exception as error:  # whatever the file makes Python do
-        raise RobotError(_reason(path, error)) from None
+        raise _reason(path, error) from None
     return document
 
 
-def _reason(path: Path, error: Exception) -> str:
+def _reason(path: Path, error: Exception) -> RobotError | UsageError:
     text = " ".join(str(error).split()) or type(error).__name__
     undefined = _UNDEFINED.search(text)
     if undefined:
-        return (
-            f"{path.name} asks for the argument {undefined['name']}. Say it with --xacro-arg {undefined['name']}=VALUE."
-        )
-    return f"{path.name}: xacro does not expand it: {text}"
+        name = undefined["name"]
+        return UsageError(f"{path.name} asks for the argument {name}. Say it with --xacro-arg {name}=VALUE.")
+    return RobotError(f"{path.name}: xacro does not expand it: {text}")
 
 
 @contextlib.contextmanager

@@ -249,6 +249,11 @@ class PerSession(Sensor):
         """Those of all sessions; with the session's name where one differs from the first's of that name."""
         return self._frames(lambda sensor, own: sensor.flange_frames(own, perturb), values)
 
+    @property
+    def published_frames(self) -> tuple[str, ...]:
+        """The kind's, as they are in the first session."""
+        return self._every[0].sensor.published_frames
+
     def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Likewise."""
         return self._frames(lambda sensor, own: sensor.base_frames(own, perturb), values)

@@ -50,7 +50,7 @@ class Pose(Sensor):
         angles=3,
         named_points=True,
     )
-    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
+    stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
     task: ClassVar[str] = "the model predicts tracked bodies"
     row_point: ClassVar[str] = "measured place"
@@ -98,15 +98,20 @@ class Pose(Sensor):
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured less predicted, in the world frame, (c, m, 6) [m, rad]."""
-        T_world_body = self._predicted(values, T_base_flange)
+        T_world_body = self.predicted(values, T_base_flange, perturb)
         apart = self.known(values, T_base_flange, perturb) - T_world_body[..., :3, 3]
         turn = log_so3(self._turned @ np.swapaxes(T_world_body[..., :3, :3], -1, -2))
         return np.concatenate([apart, turn], axis=-1)
 
-    def _predicted(self, values: Values, T_base_flange: Array) -> Array:
-        """T_world_body of each row, (c, m, 4, 4)."""
-        T_world_flange = motion(values, "base")[:, None] @ T_base_flange
-        predicted: Array = T_world_flange[:, self.dataset.points.pose] @ self._tools(values)[:, self._body]
+    def predicted(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """T_world_body of each row, (c, m, 4, 4): one bracket carries all bodies, the first of them is its camera."""
+        T_world_flange, tools = motion(values, "base")[:, None] @ T_base_flange, self._tools(values)
+        if perturb.touches(Stage.MOUNT):
+            T_first_body = inverse(tools[:, :1]) @ tools
+            T_first_body[:, 0] = np.eye(4)
+            T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
+            tools = T_first_body
+        predicted: Array = T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
         return predicted
 
     def _tools(self, values: Values) -> Array:
@@ -118,10 +123,12 @@ class Pose(Sensor):
         turn = log_so3(self._turned @ np.swapaxes(T_world_body[..., :3, :3], -1, -2))
         return -log_slopes(turn)
 
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by T_world_base and the bodies' places, (c, m, 6, 6 + 6b)."""
+        if perturb.touches(Stage.MOUNT):
+            return None
         T_world_base = motion(values, "base")
-        T_world_body = self._predicted(values, T_base_flange)
+        T_world_body = self.predicted(values, T_base_flange, perturb)
         R = (T_world_base[:, None, :3, :3] @ T_base_flange[..., :3, :3])[:, self.dataset.points.pose]
         by_turn = self._turn_slopes(T_world_body)
         arms = T_world_body[..., :3, 3] - T_world_base[:, None, :3, 3]
@@ -137,11 +144,13 @@ class Pose(Sensor):
             J[:, own, 3:, first + 3 : first + 6] = by_turn[:, own] @ R[:, own] @ axes
         return J
 
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """In closed form."""
+    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
+        """In closed form, where no effect moves the bracket."""
+        if chain.moves(Stage.MOUNT):
+            return None
         values, of_pose = chain.values, self.dataset.points.pose
         known, T_world_base = chain(Stage.TARGET, Tangent.constant(self._measured)), motion(values, "base")
-        T_world_body, tools = self._predicted(values, flange.value), self._tools(values)
+        T_world_body, tools = self.predicted(values, flange.value, Perturbation()), self._tools(values)
         to_world = np.swapaxes(T_world_base[:, None, :3, :3], -1, -2)
         J = np.zeros((len(T_world_body), chain.count, len(self._body), 6))
         J[:, known.of, :, :3] = known.slopes
@@ -184,6 +193,15 @@ class Pose(Sensor):
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Each body as `tool_NAME`."""
         return {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
+
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """Where the tracker stands, as `tracker`."""
+        return {"tracker": inverse(motion(values, "base"))[0]}
+
+    @property
+    def published_frames(self) -> tuple[str, ...]:
+        """The tracker and the bodies."""
+        return ("tracker", *(f"tool_{name}" for name in self._bodies))
 
     def prefix_of(self, name: str) -> str | None:
         """A body's place on the flange."""

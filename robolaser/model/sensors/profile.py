@@ -214,6 +214,15 @@ class Profile(Sensor):
             return {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
         return {"profile_sensor": self._mount(values, perturb)[0, 0]}
 
+    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+        """A standing sensor as `profile_sensor`."""
+        return {"profile_sensor": motion(values, "hand_eye")[0]} if self._stands else {}
+
+    @property
+    def published_frames(self) -> tuple[str, ...]:
+        """The sensor."""
+        return ("profile_sensor",)
+
     def prefix_of(self, name: str) -> str | None:
         """A ball's place."""
         return f"ball.{name}" if name in self._balls else None

@@ -247,6 +247,11 @@ class Sensor(ABC):
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
 
+    @property
+    def published_frames(self) -> tuple[str, ...]:
+        """Frames of flange and base, by name, that ROS is told of by commands of their own."""
+        return ("camera_optical",)
+
     def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """T_base_frame of what stands in the cell and belongs into a URDF, by name, one candidate."""
         return {}

@@ -284,6 +284,11 @@ class Several(Sensor):
         """Those of all sensors; with the sensor's name where one differs from an earlier one of that name."""
         return self._frames(lambda sensor, *at: sensor.flange_frames(*at), values, perturb)
 
+    @property
+    def published_frames(self) -> tuple[str, ...]:
+        """Those of all sensors."""
+        return tuple(name for part in self._parts for name in part.sensor.published_frames)
+
     def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """Likewise."""
         return self._frames(lambda sensor, *at: sensor.base_frames(*at), values, perturb)

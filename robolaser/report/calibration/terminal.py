@@ -15,6 +15,7 @@ from robolaser.report.console import plain_unless_terminal, table
 from robolaser.report.setting import setting
 
 MOST_ROWS = 16
+FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
 STYLES = {"held-out": "bold", "noise": "", "fitted": "dim"}
 
 
@@ -44,8 +45,8 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
         out.print(Text(f"These data hardly determine: {', '.join(alone)}", style="dim"))
     if folder is not None:
         if (folder / "static_transform.sh").exists():
-            files = "camera.yaml, robot.urdf, static_transform.sh and easy_handeye2.calib"
-            out.print(Text(f"For ROS: {files} in {folder}", style="dim"))
+            *files, last = (name for name in FOR_ROS if (folder / name).exists())
+            out.print(Text(f"For ROS: {', '.join(files)} and {last} in {folder}", style="dim"))
         out.print(Text(f"Look at {folder / 'report.html'}"))
 
 

@@ -14,7 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera import CameraOptions
 from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
 from robolaser.model.sensors.placements import six_of
-from robolaser.parameters import Values
+from robolaser.parameters import Parameter, Values
 from robolaser.simulation.facing import configurations_facing
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.outliers import impossible, moved_within
@@ -27,6 +27,8 @@ INTRINSICS = {
     "k2": (0.1, 0.05), "p1": (0.0, 5e-4), "p2": (0.0, 5e-4), "k3": (0.0, 0.02),
 }  # fmt: skip
 """Middle and half range [px, 1]: an industrial camera with a lens of 8 mm."""
+HIDING = {"radial_distortion": ("k2", "k3"), "tangential_distortion": ("p1", "p2")}
+"""Terms of the lens that take an effect up where they are fitted."""
 SQUARE_M = 0.03
 FEWEST = 6
 """Corners that show where a board stands."""
@@ -63,7 +65,10 @@ class SimulatedCamera(SimulatedSensor):
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
-        """With its image and board; nothing is stated of camera, hand-eye and target."""
+        """With its image and board; nothing is stated of camera, hand-eye and target.
+
+        Of a lens that has an effect, the terms that would hide it are stated to be zero.
+        """
         columns, rows = _board(setup.points)
         return replace(
             dataset,
@@ -71,6 +76,12 @@ class SimulatedCamera(SimulatedSensor):
             image_px=IMAGE_PX,
             board=Board(columns, rows, SQUARE_M) if min(columns, rows) >= 3 else None,
             options=CameraOptions(setup.mount),
+            parameters={
+                name: Parameter(name, "", 0.0, 0.0, 0.0)
+                for effect, names in HIDING.items()
+                for name in names
+                if effect in setup.effects
+            },
         )
 
     @classmethod
@@ -78,6 +89,7 @@ class SimulatedCamera(SimulatedSensor):
         """A lens within its tolerances, a bracket that is none too straight, and a board that most poses face."""
         rng, (robot, _) = random.build, dataset.arm
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
+        lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
         columns, rows = _board(setup.points)
         grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
         corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))

@@ -12,7 +12,8 @@ from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quatern
 from robolaser.geometry.visibility import random_configurations
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import SIX
+from robolaser.model.sensors.pose import Pose
 from robolaser.parameters import Values
 from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
@@ -52,15 +53,13 @@ class SimulatedPoseTracker(SimulatedSensor):
         """Every body from where the tracker stands."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
-        tools = np.stack([motion(values, f"tool.{name}")[0] for name in self.names])
         points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
         quaternion = np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))
         for _ in range(ROUNDS):
             dataset = replace(dataset, points=replace(points, columns={"quaternion": quaternion}))
             model = Model(dataset, tuple(candidate_effects))
             perturb = model.perturb(values)
-            T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
-            T_world_body = T_world_flange[rows] @ np.tile(tools, (n, 1, 1))
+            T_world_body = Pose(dataset).predicted(values, model.flange(values, perturb), perturb)[0]
             quaternion = to_quaternion(T_world_body[:, :3, :3])
             seen = nominal_points(T_world_body[:, :3, 3], perturb)
             settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()

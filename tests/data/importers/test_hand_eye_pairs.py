@@ -14,11 +14,8 @@ import robolaser
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions, importer_for
 from robolaser.data.importers.writing import checked
-from robolaser.data.sensor_format import sensor_kinds
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
-
-pytestmark = pytest.mark.skipif("pose" not in sensor_kinds(), reason="no sensor of kind pose")
 
 Writer = Callable[[Path, HandEyeCell], list[Path]]
 WRITERS: list[tuple[Writer, dict[str, str], tuple[str, ...]]] = [

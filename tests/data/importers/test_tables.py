@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from examples import JOINTS, MAPPED, log_rows, tracked, written
-from robolaser import find_robot
+from robolaser import find_robot, load
+from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions
 from robolaser.data.importers.orientation import euler_rotations
@@ -244,3 +245,21 @@ def test_a_column_that_is_not_there_is_named_with_the_likeliest(
 
 def test_joints_of_the_example_are_those_of_the_arm(arm: Robot) -> None:
     assert list(arm.joints) == JOINTS
+
+
+def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tmp_path: Path) -> None:
+    (tmp_path / "raw").mkdir()
+    dh = written(tmp_path / "raw" / "arm.csv", [["name", "a", "alpha", "d", "theta"], ["one", 0.0, 90.0, 300.0, 0.0]],
+                 separator=",", decimal=".")  # fmt: skip
+    log = written(
+        tmp_path / "raw" / "log.csv",
+        [["q_one", "x_m", "y_m", "z_m"], *([10.0 * i, 100.0 * i, 0.0, 0.0] for i in range(3))],
+        separator=",",
+        decimal=".",
+    )
+    words = ["--robot", str(dh), "--units", "mm,deg", "--point", "ball", "--output", str(tmp_path / "cell")]
+    assert main(["import", str(log), *words]) == 2  # standard or modified?
+    assert main(["import", str(log), *words, "--dh", "modified"]) == 0
+    read_back = load(tmp_path / "cell")
+    assert "<robot" in (tmp_path / "cell" / "robot.urdf").read_text("utf-8")
+    np.testing.assert_allclose(read_back.flange()[0, :3, 3], [0, -0.3, 0], atol=1e-12)

@@ -1,13 +1,14 @@
 """A camera on the flange or in the cell: OpenCV's projection, a start from nothing, what is fixed stays fixed."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Board, Dataset, Noise, Poses
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.geometry.robots import find_robot
@@ -124,6 +125,26 @@ def test_too_few_views_are_told() -> None:
     few = made.dataset.points.take(made.dataset.points.pose < 2)
     with pytest.raises(EstimationError, match="cannot be found from fewer than 3"):
         robolaser.calibrate(replace(made.dataset, points=few))
+
+
+def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) -> None:
+    made = cell("base", poses=6).dataset
+    fixed = Parameter("k3", "", 0.0, 0.0, 0.0)
+    board = Board(7, 5, 0.03, "charuco", 0.02, "DICT_6X6_250")
+    dataset = replace(made, parameters={"k3": fixed}, board=board)
+    robolaser.save(dataset, tmp_path / "cell")
+    read = robolaser.load(tmp_path / "cell")
+    assert (read.options, read.board, read.placed) == (CameraOptions("base"), board, False)
+    assert read.parameters == {"k3": fixed}
+    assert (read.points.pixel == dataset.points.pixel).all()
+    text = (tmp_path / "cell" / "dataset.toml").read_text()
+    for said, wrong in (("fixed = true", "fixed = true, lower = -1"), ("fixed = true", "lower = -1")):
+        (tmp_path / "cell" / "dataset.toml").write_text(text.replace(said, wrong))
+        with pytest.raises(DataError, match=r"\[parameters\] k3\.(lower|upper)"):
+            robolaser.load(tmp_path / "cell")
+    (tmp_path / "cell" / "dataset.toml").write_text(text.replace("marker_m = 0.02", "marker_m = 0.04"))
+    with pytest.raises(DataError, match="less than square_m"):
+        robolaser.load(tmp_path / "cell")
 
 
 def test_a_target_on_the_flange_cannot_be_placed_in_the_base_frame() -> None:

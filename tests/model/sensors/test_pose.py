@@ -15,7 +15,7 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.errors import DataError, EstimationError
-from robolaser.geometry.rigid_motion import from_quaternion, inverse, to_quaternion
+from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_quaternion
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
@@ -161,9 +161,25 @@ def test_the_exported_frame_is_turned_as_the_body_is() -> None:
     np.testing.assert_allclose(frame, motion(truth, "tool.0")[0])
 
 
+def test_a_bracket_that_slips_is_the_same_for_all_bodies_that_it_carries() -> None:
+    made = cell(noise=None, points=2, poses=10, effects={"hand_eye_drift": 1e-3})
+    model = Model(made.dataset, made.effects)
+    truth = {name: np.array([value]) for name, value in made.truth.items()}
+    assert np.abs(model.residuals_at(truth)).max() < 1e-12
+    points = made.dataset.points
+    T = pose(from_quaternion(points["quaternion"]), points["xyz"])
+    apart = inverse(T[points.number == 0]) @ T[points.number == 1]
+    np.testing.assert_allclose(apart, np.broadcast_to(apart[0], apart.shape), atol=1e-12)
+
+
 @pytest.mark.parametrize("effect", ["backlash:shoulder_lift_joint", "tracker_scale:measuring_system"])
 def test_what_is_wrong_with_the_cell_is_named(effect: str) -> None:
     found = examine(cell(poses=50, effects={effect: 2e-3}).dataset, seed=0)
     assert found.verdict == "explained"
+    before, after = found.gap.turns_rad
+    assert after == pytest.approx(np.sqrt(3.0) * CAPTURED.angle_rad, rel=0.2)
+    assert (
+        f"Rotations on new poses err by {np.degrees(after):.3g}°, {np.degrees(before):.3g}° without" in found.sentence
+    )
     most_important = found.findings[0].candidate_effect
     assert f"{most_important.effect.name}:{most_important.where}" == effect

@@ -9,6 +9,7 @@ import pytest
 import robolaser
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
+from robolaser.calibration.ros_export import static_transform
 from robolaser.data.dataset import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
@@ -133,6 +134,17 @@ def test_it_is_saved_and_loaded(mount: str, tmp_path: Path) -> None:
     )
     with pytest.raises(DataError, match=r"radius_m lacks 1: points\.csv has points on a ball of this name"):
         robolaser.load(tmp_path / "cell")
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_ros_is_told_where_it_sits(mount: str) -> None:
+    made = cell(mount=mount, poses=10)
+    found = robolaser.calibrate(made.dataset)
+    words = (static_transform(found) or "").split()
+    link = {"flange": made.dataset.robot.flange, "base": "world"}[mount]
+    assert words[-4:] == ["--frame-id", link, "--child-frame-id", "profile_sensor"]
+    place = [float(words[words.index(f"--{axis}") + 1]) for axis in "xyz"]
+    np.testing.assert_allclose(place, [found.value(f"hand_eye.{axis}") for axis in "xyz"], atol=1e-8)
 
 
 def test_a_standing_sensor_has_no_bracket() -> None:

@@ -1,0 +1,38 @@
+"""Simulated cameras: what is wrong with arm, bracket, lens or target is named as for a stripe scanner."""
+
+import pytest
+
+from robolaser.data.dataset import Noise
+from robolaser.diagnosis import examine
+from robolaser.geometry.robots import find_robot
+from robolaser.simulation import simulate
+
+CASES = [
+    ("flange", "", 0.0),
+    ("flange", "joint_offset:elbow_joint", 1e-3),
+    ("base", "hand_eye_drift:hand_eye", 5e-4),
+    ("base", "target_scale:target", 3e-3),
+    ("flange", "radial_distortion:camera", 1e8),
+    ("flange", "tangential_distortion:camera", 0.1),
+]
+
+
+@pytest.mark.parametrize(("mount", "effect", "size"), CASES)
+def test_a_single_cause_is_named_and_nothing_else(mount: str, effect: str, size: float) -> None:
+    made = simulate(
+        find_robot("ur5"),
+        kind="camera",
+        mount=mount,
+        placed=False,
+        poses=30,
+        points=20,
+        noise=Noise(pixel_px=0.1),
+        effects={effect: size} if effect else None,
+        seed=5,
+    )
+    found = examine(made.dataset, seed=0)
+    assert [str(one.candidate_effect) for one in found.findings] == [effect.replace(":", " at ")] * bool(effect)
+    assert found.verdict == ("explained" if effect else "no_gap")
+    assert found.gap.after_m == pytest.approx(found.gap.noise_floor_m, rel=0.15)
+    for one in found.findings:
+        assert one.probability > 0.9
