@@ -13,6 +13,7 @@ from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkPro
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.errors import BenchmarkError, UsageError, near
+from robolaser.estimation.search_bounds import check_bounds
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
 from robolaser.problems.reduction import Reduction
@@ -110,7 +111,8 @@ def spec_of(text: str) -> ProblemSpec:
     """Read the name of a problem: a folder or `paper`, with or without `reduced:`, or `pymoo:NAME[-DIMENSION]`.
 
     Raises:
-        UsageError: There is no such problem, or a test function with a wrong dimension or with `reduced:`.
+        UsageError: There is no such problem, or a test function with a wrong dimension or with `reduced:`; or a data
+            set gives no bounds.
         BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
         DataError: The data set cannot be read.
     """
@@ -119,9 +121,10 @@ def spec_of(text: str) -> ProblemSpec:
     whole = text.removeprefix(REDUCED)
     if whole.startswith(PYMOO):
         raise UsageError(f"{text}: test functions have no closed form, only calibrations have. Leave out `reduced:`.")
-    if not text.startswith(REDUCED):
-        return CalibrationSpec(*_dataset(whole))
     name, dataset = _dataset(whole)
+    check_bounds(Model(dataset), "compare")
+    if not text.startswith(REDUCED):
+        return CalibrationSpec(name, dataset)
     if not len(Reduction(Model(dataset)).parameters):
         raise BenchmarkError(
             f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."

@@ -214,8 +214,11 @@ def acted(effect: Effect, value: Array, run: Run) -> Array:
     out = effect.apply(value, run)
     if not run.dataset.members or effect.stage not in OF_ROWS or value.shape[1] == 1:
         return out
-    others = [part.points.pose.size and bool(effect.missing(part)) for part in run.dataset.parts]
-    if not any(others):
-        return out
-    untouched = np.array(others)[run.points.sensor]
-    return np.where(untouched[:, None], value, out)
+    untouched = run.kept("untouched rows", type(effect), lambda: _untouched(effect, run.dataset))
+    return np.where(untouched[:, None], value, out) if untouched.any() else out
+
+
+def _untouched(effect: Effect, dataset: Dataset) -> Array:
+    """Rows of sensors that cannot have an effect, (m,)."""
+    lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in dataset.parts])
+    return np.asarray(lacks[dataset.points.sensor])

@@ -1,9 +1,10 @@
 """A run as effects see it: poses, points, and what follows from them once and for all."""
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -46,6 +47,16 @@ class Run:
 
     dataset: Dataset
     course: Course | None = None
+
+    @cached_property
+    def _kept(self) -> dict[tuple[str, Hashable], Any]:
+        return {}
+
+    def kept(self, what: str, of: Hashable, work_out: Callable[[], Any]) -> Any:
+        """What is worked out for an effect when it is first needed, and kept."""
+        if (what, of) not in self._kept:
+            self._kept[what, of] = work_out()
+        return self._kept[what, of]
 
     @property
     def poses(self) -> Poses:

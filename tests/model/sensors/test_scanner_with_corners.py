@@ -10,6 +10,7 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError, UsageError
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
@@ -110,3 +111,22 @@ def test_units_stay_those_of_each_sensor(noisy: Simulated) -> None:
     rows = as_json(calibrate(noisy.dataset))["rows"]
     assert [(row["sensor"], row["unit"]) for row in rows] == [("stripe", "m"), ("camera", "px")]
     assert rows[1]["rms"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("effects", "cause"), [({"joint_offset:elbow_joint": 0.003}, "arm_geometry"), ({"laser_roll": 0.03}, "laser")]
+)
+def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, float], cause: str) -> None:
+    made = simulate(
+        find_robot("ur10"),
+        kind="stripe+camera",
+        poses=24,
+        placed=False,
+        seed=2,
+        noise=Noise(pixel_px=0.1),
+        effects=effects,
+    )
+    found = examine(made.dataset, seed=0)
+    assert found.verdict == "explained"
+    assert [(one.name, one.probability > 0.9) for one in found.classes] == [(cause, True)]
+    assert found.gap.after_m == pytest.approx(found.gap.noise_floor_m, rel=0.1)
