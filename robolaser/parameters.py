@@ -26,6 +26,7 @@ class Parameter:
         lower: Lower bound of the search.
         upper: Upper bound of the search.
         given: Whether nominal and bounds come from the user; otherwise from a closed form.
+        origin: What the closed form's value comes from: "the board's corners".
 
     Bounds without room hold it at its nominal value.
     """
@@ -36,6 +37,7 @@ class Parameter:
     lower: float
     upper: float
     given: bool = True
+    origin: str = ""
 
     @property
     def fixed(self) -> bool:
@@ -85,6 +87,10 @@ class Parameters:
     def values(self, x: Array) -> Values:
         """Unpack candidates (c, d) into one array (c,) for each name."""
         return {name: x[:, column] for column, name in enumerate(self.names)}
+
+    def unbounded(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Those of the named that nobody gave bounds for."""
+        return tuple(name for name in names if not self.items[self.names.index(name)].given)
 
     def without(self, names: Iterable[str]) -> "Parameters":
         """Those that are not named."""

@@ -19,6 +19,7 @@ from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.search_bounds import check_bounds
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -81,11 +82,13 @@ def find_start(
 
 
 def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:
-    algorithm = plan.algorithm or (SCREENING if model.sensor.free else POLISH_ONLY)
+    unbounded = model.sensor_parameters.unbounded(model.sensor.free)
+    algorithm = plan.algorithm or (SCREENING if model.sensor.free and not unbounded else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
         return _downhill(model, plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
+    check_bounds(model, f"--algorithm {algorithm}")
     if not model.sensor.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
         return replace(_downhill(model, plan), warnings=(warning,))

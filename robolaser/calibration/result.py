@@ -161,7 +161,10 @@ def _number(value: float) -> float | None:
 def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"value": float(value), "std": _number(std), "unit": parameter.unit}
     given = (parameter.nominal, parameter.lower, parameter.upper) if parameter.given else (None, None, None)
-    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True)) | {"start": float(parameter.nominal)}
+    start: dict[str, Any] = {"start": float(parameter.nominal)}
+    if not parameter.given and parameter.origin:
+        start["started_from"] = parameter.origin
+    return entry | dict(zip(("nominal", "lower", "upper"), given, strict=True)) | start
 
 
 def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:

@@ -34,6 +34,9 @@ def extract(
 ) -> None:
     """Find board and laser stripe, or a camera's target, in a recording's images and write points.csv.
 
+    A stripe scanner's board also gives corners.csv. A new data set has two
+    sensors, stripe and camera, which are fitted together.
+
     Without [board], a stripe scanner's line centres in all images go to
     stripes.npy. Where poses.csv names an image with the laser off (image_off),
     the board is found there, and the stripe in the difference of both. For
@@ -50,6 +53,7 @@ def extract(
     """
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
+    from robolaser.data.several_sensors import CORNERS
     from robolaser.data.writing import FOLDER
     from robolaser.model.sensors import sensor_class
 
@@ -59,7 +63,8 @@ def extract(
     if output is not None and output.resolve() == recording.resolve():
         output = None
     folder = output or recording
-    files = {STRIPES if to_scan else POINTS, *(() if output is None else FOLDER)}
+    both = has_stripe and not to_scan
+    files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
     with results_in(folder, command="extract", files=sorted(files), force=force):
         if not has_stripe:
@@ -102,17 +107,19 @@ def _points(
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
     noise = f"{found.pixel_noise_px:.2f} px" if known else "not known: neighbouring lines share it"
-    images = len(found.frames) - len(skipped)
+    images, corners = len(found.frames) - len(skipped), len(dataset.points) - len(found)
     terminal.show(
         {
             "points": len(found),
+            "corners": corners,
             "images": images,
             "skipped": skipped,
             "pixel_noise_px": float(found.pixel_noise_px) if known else None,
             "file": str(file),
         },
         lambda: say(
-            f"{len(found)} points from {images} images, {len(skipped)} skipped; stripe noise {noise}. Wrote {file}"
+            f"{len(found)} points and {corners} corners from {images} images, {len(skipped)} skipped; stripe noise"
+            f" {noise}. Wrote {file} and corners.csv"
         ),
     )
 
@@ -183,7 +190,12 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
     """The data set with the scatter of the stripe's centre as its pixel noise, unless it states one."""
     if dataset.noise.pixel_px is not None or not pixel_px > 0:
         return dataset
-    return replace(dataset, noise=replace(dataset.noise, pixel_px=pixel_px))
+    stated = replace(dataset.noise, pixel_px=pixel_px)
+    members = [
+        replace(one, described=replace(one.described, noise=stated)) if one.described.kind == dataset.kind else one
+        for one in dataset.members
+    ]
+    return replace(dataset, noise=stated, members=tuple(members))
 
 
 def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:

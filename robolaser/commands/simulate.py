@@ -18,7 +18,7 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera"] = "stripe",
     mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
@@ -47,7 +47,7 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: Kind of sensor.
+        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board.
         mount: What carries a camera or a profile sensor; its board, or the balls, are at the other end.
         poses: Number of poses, in each session.
         points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors, sockets or balls, 1

@@ -310,7 +310,7 @@ class Dataset:
             points=Points(
                 points.pose,
                 tuple(name.removeprefix(f"{member.name}/") for name in points.names),
-                points.repeat,
+                None if points.repeat is None or not points.repeat.any() else points.repeat,
                 pixel=points.pixel if "pixel" in columns else None,
                 xyz=points.xyz if "xyz" in columns else None,
                 columns={name: values for name, values in points.columns.items() if name in columns},

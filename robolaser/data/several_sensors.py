@@ -15,6 +15,8 @@ from robolaser.errors import DataError
 FILE = "dataset.toml"
 TABLES = ("scanner", "image", "board", "target", "noise")
 """Tables of dataset.toml that a sensor may have for itself, as `[sensors.noise]`; else it has those of all."""
+CORNERS = "corners.csv"
+"""Where `extract` writes the corners that a stripe scanner's images show."""
 USUAL_M_PER_PX = 1e-4
 """What a pixel shows where the points of no pose tell."""
 
@@ -83,6 +85,18 @@ def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:
         for member, own in zip(dataset.members, points, strict=True)
     )
     return replace(dataset, members=members, points=_joined([member.name for member in members], points))
+
+
+def scanner_with_corners(scanner: Dataset, corners: Points) -> Dataset:
+    """A stripe scanner's data set with what its images show beside the stripe: two sensors, `stripe` and `camera`."""
+    poses, points = scanner.poses.take(np.arange(0)), scanner.points.take(slice(0, 0))
+    alone = replace(scanner, poses=poses, points=points, robot=None, sessions=None, parameters={}, warnings=())
+    camera = replace(alone, kind="camera", options=None, noise=replace(alone.noise, pixel_px=None))
+    members = (
+        Member("stripe", alone, "points.csv", camera="camera", target="target"),
+        Member("camera", camera, CORNERS, camera="camera", target="target"),
+    )
+    return with_points_of(replace(scanner, members=members), [scanner.points, corners])
 
 
 def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:

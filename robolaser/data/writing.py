@@ -34,7 +34,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         OutputError: There is one, or the disk or its rights refuse.
     """
     folder = Path(folder)
-    for file in FILES:
+    for file in {*FILES, *_point_files(dataset)}:
         if not overwrite and (folder / file).exists():
             raise output_exists(folder / file)
     try:

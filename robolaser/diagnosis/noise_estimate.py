@@ -81,7 +81,7 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     residuals = model.residuals(x[None])[0]
     noise = _within_reach(data.dataset, sources, residuals, J, known)
     numbers = int(model.sensor.row_numbers.sum())
-    if not row_excess(noise, _left(noise, residuals, J), numbers - J.shape[1]).is_above:
+    if not row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above:
         return noise
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
     opened = tuple(
@@ -129,7 +129,7 @@ def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
     return Excess.of(squares, float(max(1, freedoms - int(np.count_nonzero(of_poses)))))
 
 
-def _left(noise: NoiseModel, residuals: Array, J: Array) -> Array:
+def left_by(noise: NoiseModel, residuals: Array, J: Array) -> Array:
     """Whitened residuals without what columns J (K, n) explain, (K,)."""
     length = np.linalg.norm(J, axis=0)
     unit = J / np.where(length > 0.0, length, 1.0)

@@ -13,10 +13,11 @@ from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.noise_estimate import row_noise, whole_noise
+from robolaser.diagnosis.noise_estimate import left_by, row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MIN_POSES, SCATTER_CHANGE
+from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
@@ -86,7 +87,7 @@ class Preparation:
         if not _scatter_is_seen(final):
             return None
         noise = self._noise_of(data, final, smooth=False)
-        white = noise.whiten(final.at.plain[None])[0]
+        white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # once fitted with its weights
         if white @ white > IMPLAUSIBLE_NOISE * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))

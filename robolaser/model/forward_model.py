@@ -1,7 +1,7 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.geometry.flange_motion import moved_by_joints, moved_by_placements
-from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
+from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -19,7 +19,31 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import Acting, ChainRule, Tangent
 from robolaser.parameters import Parameters, Values
 
+STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
+
+
+def started(dataset: Dataset) -> Dataset:
+    """A data set with closed forms in the place of free parameters that it does not give; itself where it gives all.
+
+    Raises:
+        DataError: There is no closed form for what is missing.
+        EstimationError: The data do not tell it.
+    """
+    known: Dataset | None = dataset.__dict__.get(STARTED)
+    if known is None:
+        known = _started(dataset) if len(dataset.points) else dataset
+        dataset.__dict__[STARTED] = known.__dict__[STARTED] = known
+    return known
+
+
+def _started(dataset: Dataset) -> Dataset:
+    sensor, given = sensor_of(dataset), dataset.parameters
+    missing = [name for name in sensor.free if name not in given]
+    if not missing:
+        return dataset
+    found = {item.name: item for item in sensor.parameters(dataset.flange()[None], Perturbation()).items}
+    return replace(dataset, parameters={**given, **{name: found[name] for name in missing}})
 
 
 @final
@@ -38,6 +62,7 @@ class Model:
     course: Course | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "dataset", started(self.dataset))
         if not len(self.dataset.points):
             folder = self.dataset.folder
             raise DataError(
@@ -96,7 +121,7 @@ class Model:
         return ChainRule(acting, self.parameters.values(x), steps)
 
     def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
-        return lambda value, values: one.at(values).apply(value, self.run)
+        return lambda value, values: acted(one.at(values), value, self.run)
 
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""

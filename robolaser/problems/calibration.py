@@ -7,6 +7,7 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.estimation.search_bounds import check_bounds
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
@@ -22,6 +23,7 @@ class ScannerCalibration(Problem):
     def __init__(self, dataset: Dataset, effects: Sequence[CandidateEffect] = ()) -> None:
         """Ask for the parameters of a data set's sensor, and of the effects added to the model."""
         self.model = Model(dataset, tuple(effects))
+        check_bounds(self.model, "A pymoo algorithm")
         parameters = self.model.parameters
         self.names = parameters.names
         super().__init__(n_var=len(parameters), n_obj=1, xl=parameters.lower, xu=parameters.upper, vtype=float)

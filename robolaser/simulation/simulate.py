@@ -15,6 +15,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.visibility import limits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
+from robolaser.simulation.corners import along_camera, seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of
 from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
@@ -70,7 +71,8 @@ def simulate(
 
     Args:
         robot: The nominal arm.
-        kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket" or "profile".
+        kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket", "profile", or
+            "stripe+camera": a scanner whose images show a board.
         poses: How many, in each session.
         points: Of a stripe in each pose (12 when absent); corners of a camera's board (35); reflectors on the flange,
             or sockets in the cell (3); bodies on the flange (1); balls of a profile sensor (3), 24 points on one of
@@ -97,6 +99,7 @@ def simulate(
         EffectError: With the effects it no longer can, or they are not possible.
         UsageError: Numbers or words that have no meaning here.
     """
+    kind, with_corners = along_camera(kind)
     sensor_type, noise = simulated_sensor(kind), noise or Noise()
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
@@ -130,6 +133,8 @@ def simulate(
         noisy = _add_noise(exact, sensor, noise, repeats, random)
         rows, sign = gross_rows(len(noisy.points), share, random.gross)
         spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
+        if with_corners:
+            spoilt = seen_beside(exact, truth, candidate_effects, spoilt, noise, random.point_noise)
         return Simulated(spoilt, truth, candidate_effects, rows)
 
     first = session(seed, {})

@@ -60,6 +60,7 @@ class Extraction:
         lens: The lens that was taken off before planes were laid.
         pixel_noise_px: Scatter of the stripe's centre about its smooth course [px]; NaN without points, and where
             centres share their noise.
+        corners: Those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden.
     """
 
     pose: tuple[str, ...]
@@ -70,6 +71,7 @@ class Extraction:
     frames: tuple[Frame, ...]
     lens: Lens
     pixel_noise_px: float
+    corners: Mapping[str, Array]
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -149,6 +151,7 @@ def extract_points(
         pixel_noise_px=float(np.sqrt(np.mean(scatter**2)))
         if len(scatter) and detector not in SMOOTHING
         else float("nan"),
+        corners={images[i].pose: grid for i, grid in zip(boards, grids, strict=True)},
     )
 
 

@@ -1,13 +1,14 @@
 """A recording is a data set whose points are still in its images."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Progress
+from robolaser.arrays import Array, Progress
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
+from robolaser.data.several_sensors import scanner_with_corners, with_points_of
 from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
@@ -30,7 +31,8 @@ def points_from_images(
         progress: Called with what is being done and the share that is done.
 
     Returns:
-        What was found in each image, and the data set with the points; frames without board or stripe have none.
+        What was found in each image, and the data set with the points of two sensors, stripe and camera; frames
+        without board or stripe have none.
 
     Raises:
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
@@ -68,7 +70,25 @@ def points_from_images(
         pixel=found.pixel,
         xyz=found.place,
     )
-    return found, replace(recording, points=points)
+    corners = _corner_points(found.corners, number, board.square_m)
+    if recording.members:
+        kinds = [one.described.kind for one in recording.members]
+        return found, with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
+    return found, scanner_with_corners(replace(recording, points=points), corners)
+
+
+def _corner_points(corners: Mapping[str, Array], number: Mapping[str, int], square_m: float) -> Points:
+    """Corners of all images, by column and row on the board."""
+    poses, names, pixels, places = [], [], [], []
+    for pose, grid in corners.items():
+        row, column = np.nonzero(np.isfinite(grid).all(axis=-1))
+        poses += [number[pose]] * len(row)
+        names += [f"{i}-{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)]
+        pixels.append(grid[row, column])
+        places.append(square_m * np.column_stack([column, row, np.zeros(len(row))]))
+    return Points(
+        np.array(poses, dtype=np.int64), tuple(names), pixel=np.concatenate(pixels), xyz=np.concatenate(places)
+    )
 
 
 def stripes_from_images(

@@ -16,7 +16,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 __all__ = ["CandidateEffect", "CarryOver", "Effect", "Run", "nonlinear", "parameter", "perturb_with"]
@@ -206,4 +206,16 @@ def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
 
 
 def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
-    return lambda value: effect.apply(value, run)
+    return lambda value: acted(effect, value, run)
+
+
+def acted(effect: Effect, value: Array, run: Run) -> Array:
+    """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
+    out = effect.apply(value, run)
+    if not run.dataset.members or effect.stage not in OF_ROWS or value.shape[1] == 1:
+        return out
+    others = [part.points.pose.size and bool(effect.missing(part)) for part in run.dataset.parts]
+    if not any(others):
+        return out
+    untouched = np.array(others)[run.points.sensor]
+    return np.where(untouched[:, None], value, out)

@@ -1,6 +1,6 @@
 """Corners of a board in the images of a stripe scanner: its camera by the parameters that the scanner has for it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, final
 
@@ -15,6 +15,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.sensors.stripe_slopes import IMAGE, known_less_carried, mount_of
@@ -60,6 +61,7 @@ class ScannerCorners(Sensor, registered=False):
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
     task: ClassVar[str] = "the camera places corners"
     row_point: ClassVar[str] = "corner"
+    closed_form: ClassVar[str] = "the board's corners"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -75,6 +77,14 @@ class ScannerCorners(Sensor, registered=False):
         """T_base_target, where the target is not placed."""
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
 
+    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
+        """OpenCV's closed forms in the scanner's terms; also where the target stands."""
+        return camera_start(self.dataset, known, T_base_flange[0])
+
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """As far as lenses, brackets and cells go."""
+        return {**super().spans(values), **spans(values, self.dataset.image_px)}
+
     @property
     def fixed(self) -> tuple[str, ...]:
         """As the scanner's."""
@@ -85,8 +95,10 @@ class ScannerCorners(Sensor, registered=False):
         return values
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Only what is known already: the scanner's stripe places the target."""
-        return {name: values[name] for name in self.derived if name in values}
+        """What is known already, as from the scanner's stripe; else by the boards in the images."""
+        if not self.derived or all(name in values for name in self.derived):
+            return {name: values[name] for name in self.derived}
+        return target_start(self.dataset, values, T_base_flange)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""

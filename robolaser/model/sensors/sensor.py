@@ -45,6 +45,8 @@ class Sensor(ABC):
         task: What it does, as "the scanner places points": reports say how far off that is.
         row_point: What reports call the point that a row compares the model with: "known point".
         frame: The frame of `known`: "base frame".
+        closed_form: What start values of parameters that nobody gives come from.
+        no_start: A sentence on what would make them superfluous, where they must be given.
     """
 
     format: ClassVar[SensorFormat]
@@ -53,6 +55,8 @@ class Sensor(ABC):
     task: ClassVar[str] = "the model predicts measurements"
     row_point: ClassVar[str] = "point"
     frame: ClassVar[str] = "base frame"
+    closed_form: ClassVar[str] = "the measurements"
+    no_start: ClassVar[str] = ""
 
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
@@ -67,11 +71,6 @@ class Sensor(ABC):
     def has_laser_plane(cls) -> bool:
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
-
-    @classmethod
-    def rides(cls, dataset: Dataset) -> bool:
-        """Whether the flange carries it."""
-        return True
 
     @classmethod
     def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
@@ -331,14 +330,10 @@ class Sensor(ABC):
         """
         given = self.dataset.parameters
         self.check_given()
-        missing = [name for name in self.free if name not in given]
-        if missing:
-            raise DataError(
-                f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
-                "{ nominal, lower, upper } for each.",
-                file="dataset.toml",
-                column="[parameters]",
-            )
+        if any(name not in given for name in self.free):
+            started = self.start({name: item.nominal for name, item in given.items()}, T_base_flange)
+            spans = self.spans(started)
+            given = {name: self._start(name, started[name], spans[name]) for name in started} | dict(given)
         items = [given[name] for name in self.free]
         if any(name not in given for name in self.derived):
             known = [*items, *(given[name] for name in self.held if name in given)]
@@ -365,17 +360,41 @@ class Sensor(ABC):
                     column=f"[parameters] {name}",
                 )
 
+    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
+        """Free parameters, and derived ones that are found on the way, in closed form from the data alone.
+
+        Args:
+            known: Those that the data set gives.
+            T_base_flange: (1, n, 4, 4).
+
+        Raises:
+            DataError: There is no closed form for what is missing.
+            EstimationError: The data do not tell them.
+        """
+        raise self.lacks([name for name in self.free if name not in known])
+
+    def lacks(self, missing: Sequence[str]) -> DataError:
+        """The error of free parameters that the data set must give."""
+        return DataError(
+            f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
+            f"{{ nominal, lower, upper }} for each.{self.no_start}",
+            file="dataset.toml",
+            column="[parameters]",
+        )
+
     def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """How far each derived parameter may be from what `initialize` found, by name.
+        """How far parameters may be from where a closed form starts them, by name.
 
         Args:
             values: All parameters.
         """
-        units = {name: self.format.unit_of(name) for name in self.derived}
+        units = {name: self.format.unit_of(name) for name in self.free + self.derived}
         return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
 
     def _start(self, name: str, at: float, span: float) -> Parameter:
-        return Parameter(name, self.format.unit_of(name), at, at - span, at + span, given=False)
+        return Parameter(
+            name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form
+        )
 
 
 def too_few_turns(T_base_flange: Array) -> str:

@@ -127,11 +127,20 @@ class Several(Sensor):
         """
         self.check_given()
         found = dict(self.dataset.parameters)
-        for part in self._parts:
+        for part in self._by_knowledge():
             knowing = self._sensor_of(replace(part.sensor.dataset, parameters=_given(found, part.named)), part.number)
             own = knowing.parameters(T_base_flange, self._perturbed(part, perturb))
             found |= {part.named[item.name]: replace(item, name=part.named[item.name]) for item in own.items}
         return Parameters(tuple(found[name] for name in self.free + self.derived))
+
+    def _by_knowledge(self) -> list[_Part]:
+        """Sensors whose free parameters are given, then those that start from a closed form, laser planes last."""
+        given = self.dataset.parameters
+
+        def rank(part: _Part) -> tuple[bool, bool]:
+            return any(part.named[name] not in given for name in part.sensor.free), part.sensor.has_laser_plane()
+
+        return sorted(self._parts, key=rank) if any(rank(part)[0] for part in self._parts) else list(self._parts)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Each sensor's, those with the most rows first; the others leave what it found."""

@@ -18,6 +18,7 @@ from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
@@ -52,6 +53,11 @@ class Stripe(Sensor):
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
     task: ClassVar[str] = "the scanner places points"
     row_point: ClassVar[str] = "known point"
+    closed_form: ClassVar[str] = "the stripe on the target"
+    no_start: ClassVar[str] = (
+        " Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them, all"
+        " start from closed forms."
+    )
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -77,6 +83,17 @@ class Stripe(Sensor):
             "bracket_quat": list(dataset.bracket_quat),
             "angles": dataset.angles,
         }
+
+    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
+        """The laser plane, where the camera is known and the target has a place; other parameters must be given."""
+        missing = [name for name in (*self.free, *self.derived) if name not in known]
+        if not set(missing) <= {"b", "theta"}:
+            raise self.lacks([name for name in missing if name in self.free])
+        return {**known, **laser_start(self.dataset, known, T_base_flange[0])}
+
+    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """As far as lenses, laser planes, brackets and cells go."""
+        return {**super().spans(values), **(spans(values, self.dataset.image_px) if "s_u" in values else {})}
 
     @property
     def conditionally_linear(self) -> tuple[str, ...]:

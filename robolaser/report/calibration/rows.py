@@ -144,4 +144,6 @@ def note(calibration: Calibration, i: int) -> str:
     shared = [set(direction.parameters) for direction in calibration.unidentifiable if name in direction.parameters]
     if any(not held & names for names in shared):
         return CORRELATED
-    return f"given {' and '.join(sorted(held))}" if shared else ""
+    item = calibration.model.parameters.items[i]
+    started = "" if item.given or not item.origin else f"started from {item.origin}"
+    return f"given {' and '.join(sorted(held))}" if shared else started

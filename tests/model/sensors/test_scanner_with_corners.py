@@ -1,0 +1,112 @@
+"""A stripe scanner whose images show a board: one camera, seen twice."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser import find_robot
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import as_json
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import DataError, UsageError
+from robolaser.finite_differences import central_differences
+from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
+from robolaser.model.derivatives import jacobian
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.simulation import Simulated, simulate
+
+
+def scanner(**options: object) -> Simulated:
+    """On a UR10, its target somewhere."""
+    return simulate(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)  # type: ignore[arg-type]
+
+
+def with_nothing_given(dataset: Dataset) -> Dataset:
+    return replace(dataset, parameters={})
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Simulated:
+    return scanner(noise=Noise(pixel_px=0.1))
+
+
+@pytest.mark.parametrize("axis", ["u", "v"])
+@pytest.mark.parametrize("effects", [{}, {"laser_roll": 0.1, "tangential_distortion": 0.3, "hand_eye_drift": 0.002}])
+def test_the_truth_leaves_nothing(axis: str, effects: dict[str, float]) -> None:
+    made = scanner(stripe_axis=axis, effects=effects)
+    model = Model(made.dataset, made.effects)
+    left = model.residuals_at({name: np.array([value]) for name, value in made.truth.items()})
+    assert np.abs(left).max() < 1e-10
+
+
+def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
+    names = Model(noisy.dataset).parameters.names
+    assert set(names) == set(noisy.truth)
+
+
+@pytest.mark.parametrize("axis", ["u", "v"])
+def test_derivatives_are_those_of_the_residuals(axis: str) -> None:
+    made = scanner(stripe_axis=axis, noise=Noise(pixel_px=0.1))
+    kinds = ("laser_roll", "radial_distortion", "hand_eye_drift", "joint_offset:elbow_joint")
+    model = Model(made.dataset, candidate_effects(kinds, made.dataset))
+    x, steps = model.parameters.nominal, 1e-5 * model.parameters.width
+    numerical = np.moveaxis(central_differences(lambda shifts: model.residuals(x + shifts), steps), -1, 0)
+    exact = jacobian(model, x[None])[0]
+    size = np.abs(numerical).max(axis=(1, 2), keepdims=True) + 1e-9
+    assert exact / size == pytest.approx(numerical / size, abs=1e-6)
+
+
+def test_with_nothing_given_it_ends_where_it_ends_with_bounds(noisy: Simulated) -> None:
+    given, nothing = calibrate(noisy.dataset), calibrate(with_nothing_given(noisy.dataset))
+    assert nothing.rms_m == pytest.approx(given.rms_m, rel=1e-6)
+    for name in ("b", "theta", "u_0", "v_0", "t_x", "phi"):
+        assert nothing.value(name) == pytest.approx(given.value(name), rel=1e-4, abs=1e-6)
+
+
+def test_the_result_says_where_each_parameter_started(noisy: Simulated) -> None:
+    started = as_json(calibrate(with_nothing_given(noisy.dataset)))["parameters"]
+    assert started["s_u"]["started_from"] == "the board's corners"
+    assert started["theta"]["started_from"] == "the stripe on the target"
+    assert "started_from" not in as_json(calibrate(noisy.dataset))["parameters"]["s_u"]
+
+
+@pytest.mark.parametrize("angles", ["xyz", "zyz"])
+def test_a_bracket_that_is_far_off_is_found(noisy: Simulated, angles: str) -> None:
+    turned = from_quaternion(np.array(noisy.dataset.bracket_quat)) @ exp_so3(
+        np.deg2rad(171.0) * np.array([0.6, 0.0, 0.8])
+    )
+    bracket = tuple(to_quaternion(turned).tolist())
+    members = tuple(
+        replace(one, described=replace(one.described, bracket_quat=bracket, angles=angles))
+        for one in noisy.dataset.members
+    )
+    wrong = replace(with_nothing_given(noisy.dataset), members=members, bracket_quat=bracket, angles=angles)
+    right = calibrate(noisy.dataset)
+    assert calibrate(wrong).rms_m == pytest.approx(right.rms_m, rel=1e-6)
+
+
+def test_a_search_needs_bounds(noisy: Simulated) -> None:
+    with pytest.raises(UsageError, match=r"searches within bounds, but dataset\.toml gives none for f, s_u"):
+        calibrate(with_nothing_given(noisy.dataset), Plan(algorithm="rcga"))
+
+
+def test_a_stripe_without_corners_must_be_told_its_scanner(noisy: Simulated) -> None:
+    alone = noisy.dataset.parts[0]
+    with pytest.raises(DataError, match=r"lacks f, s_u.*board's corners as a second sensor"):
+        Model(alone).parameters  # noqa: B018 - asked for what it raises
+
+
+def test_corners_tell_the_camera_better(noisy: Simulated) -> None:
+    both = calibrate(noisy.dataset)
+    alone = calibrate(replace(noisy.dataset.parts[0], parameters=noisy.dataset.parameters))
+    std = [one.std[one.model.parameters.names.index("v_0")] for one in (both, alone)]
+    assert std[0] < 0.5 * std[1]
+
+
+def test_units_stay_those_of_each_sensor(noisy: Simulated) -> None:
+    rows = as_json(calibrate(noisy.dataset))["rows"]
+    assert [(row["sensor"], row["unit"]) for row in rows] == [("stripe", "m"), ("camera", "px")]
+    assert rows[1]["rms"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.1)
