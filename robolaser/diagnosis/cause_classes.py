@@ -126,7 +126,7 @@ def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     unmodelled = [refits.unmodelled(final, without)]
     own = [one for one in final.effects if class_of(one) == name]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
-        unmodelled.append(refits.locally_unmodelled(final, own[0].where))
+        unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
     return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))
 
 

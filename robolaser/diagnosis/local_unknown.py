@@ -31,7 +31,7 @@ def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
 
 
 def local_unknown_chi2(fit: Fit, joint: str) -> float:
-    """Chi-squared that a rough function of one coordinate of a joint explains there beyond the cost of its freedom.
+    """Chi-squared that a rough function of a joint's coordinate, or chance there, explains beyond its freedom's cost.
 
     Args:
         fit: The model.
@@ -45,20 +45,23 @@ def local_unknown_chi2(fit: Fit, joint: str) -> float:
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:
     """Probability that a function of unknown form is at work at a joint, instead of the effects there or beside them.
 
+    What such a function explains more than they do, or beside them, may be their form being a little different.
+
     Args:
         final: Cost of the model with the effects.
         left: Chi-squared that such a function explains beside them.
         without: Cost of the model without them.
         instead: Chi-squared that it explains there.
     """
-    is_wrong = left > FORM_SHARE * (without - final)
-    beside = final - left + CHI2_PER_EFFECT if is_wrong else np.inf
-    weights = posterior_weights(np.array([final, beside, without - instead + CHI2_PER_EFFECT]))
+    explained = without - final
+    beside = final - left + CHI2_PER_EFFECT if left > FORM_SHARE * explained else np.inf
+    alone = without - instead + CHI2_PER_EFFECT if instead > (1.0 + FORM_SHARE) * explained else np.inf
+    weights = posterior_weights(np.array([final, beside, alone]))
     return float(weights[1:].sum())
 
 
 def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
-    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, and of time."""
+    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, of time; and each pose by itself."""
     robot, q = fit.model.dataset.arm
     column, run = robot.joints.index(joint), fit.model.run
     yield rough(q[:, column])
@@ -66,3 +69,4 @@ def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
         yield rough(torque)
     if fit.model.dataset.poses.time_s is not None and np.ptp(run.progress) > 0:
         yield rough(run.progress)
+    yield np.eye(len(q))

@@ -63,7 +63,7 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
             without = refits.refit(without, removed=one)
         probabilities.append(refits.unmodelled(final, without))
     if has_form(final, candidate_effect):
-        probabilities.append(refits.locally_unmodelled(final, where))
+        probabilities.append(refits.locally_unmodelled(final, candidate_effect))
     return max(probabilities)
 
 

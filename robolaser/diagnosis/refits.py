@@ -119,15 +119,19 @@ class Refits:
         """
         return probability_of_unmodelled(self._cost_beside_unmodelled(without), self._cost_beside_unmodelled(fit))
 
-    def locally_unmodelled(self, fit: Fit, joint: str) -> float:
-        """Probability that a function of unknown form at a joint explains what the effects there do, or their rest."""
-        without = fit
-        for one in fit.effects:
+    def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
+        """Probability that a function of unknown form at a joint explains what an effect there does, or its rest.
+
+        Or what all effects there do together.
+        """
+        joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
+        sets = [without]
+        for one in without.effects:
             if one.where == joint and has_form(fit, one):
                 without = self.refit(without, removed=one)
-        return probability_of_local_unknown(
-            *self._cost_and_local_unknown(fit, joint), *self._cost_and_local_unknown(without, joint)
-        )
+        sets.append(without)
+        final = self._cost_and_local_unknown(fit, joint)
+        return max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
         key = frozenset(fit.effects), joint

@@ -19,7 +19,7 @@ class Stage(Enum):
     JOINTS = "joint angles as read, (c, n, j) [rad or m]"
     LINKS = "placement of each joint on the link before it, (c, n or 1, j, 4, 4)"
     FLANGE = "T_base_flange, (c, n, 4, 4)"
-    MOUNT = "T_flange_camera, (c, n or 1, 4, 4)"
+    MOUNT = "T_flange_camera, or T_flange_target of a camera in the cell, (c, n or 1, 4, 4)"
     PIXELS = "pixels as read, (c, m, 2) [px]"
     IMAGE = "metric image coordinates, distortion taken off, (c, m, 2) [m]"
     LASER_PLANE = "laser plane for each row, (n, d) with n · P = d in the camera frame, (c, m or 1, 4)"

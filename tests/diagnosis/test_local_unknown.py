@@ -53,6 +53,8 @@ def test_a_form_beside_which_much_is_left_at_its_joint_is_wrong() -> None:
 def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> None:
     left = 60.0
     assert probability_of_local_unknown(0.0, left, 1.01 * left / FORM_SHARE, 0.0) < 1e-6
+    assert probability_of_local_unknown(0.0, 0.0, 3000.0, 3050.0) < 1e-6
+    assert probability_of_local_unknown(0.0, 0.0, 2000.0, 2050.0) > 1.0 - 1e-6
 
 
 @pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.requirements import carried, weight
+from robolaser.model.effects.requirements import weight
 from robolaser.model.stages import Stage
 
 
@@ -32,7 +32,7 @@ class HandEyeSag(Effect):
     stage = Stage.MOUNT
     cause = "elasticity"
     site = "hand_eye"
-    needs = (carried, weight)
+    needs = (weight,)
 
     sag: Array = parameter(unit="m", bound=0.02, prior_scale=3e-4, lower=0.0)
     moment_x: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)

@@ -79,15 +79,6 @@ def laser_plane(dataset: Dataset) -> str:
     return passes(Stage.LASER_PLANE, dataset)
 
 
-def carried(dataset: Dataset) -> str:
-    """The flange carries the sensor."""
-    return (
-        ""
-        if sensor_class(dataset.kind).rides(dataset)
-        else "the sensor stands in the cell, and its bracket does not turn"
-    )
-
-
 def centred_lens(dataset: Dataset) -> str:
     """The sensor's own parameters do not have a decentred lens."""
     own = "tangential" in sensor_class(dataset.kind).lens_terms(dataset)

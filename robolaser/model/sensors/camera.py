@@ -84,11 +84,6 @@ class Camera(Sensor):
         self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
 
     @classmethod
-    def rides(cls, dataset: Dataset) -> bool:
-        """Whether the flange carries it."""
-        return dataset.options is None or dataset.options.mount == "flange"
-
-    @classmethod
     def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
         """Those that the data set does not fix."""
         fixed = {name for name, item in dataset.parameters.items() if item.fixed}
@@ -139,15 +134,19 @@ class Camera(Sensor):
         return self._hand_eye(values, perturb) if self._rides else None
 
     def _hand_eye(self, values: Values, perturb: Perturbation) -> Array:
-        return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
+        """T_flange_camera or T_base_camera, (c, n or 1, 4, 4)."""
+        placed = motion(values, "hand_eye")[:, None]
+        return perturb(Stage.MOUNT, placed) if self._rides else placed
 
-    def _target(self, values: Values) -> Array:
-        """T_base_target or T_flange_target, (c or 1, 1, 4, 4)."""
-        return UNIT if self.dataset.placed else motion(values, "target")[:, None]
+    def _target(self, values: Values, perturb: Perturbation) -> Array:
+        """T_base_target or T_flange_target, (c or 1, n or 1, 4, 4)."""
+        placed = UNIT if self.dataset.placed else motion(values, "target")[:, None]
+        return placed if self._rides else perturb(Stage.MOUNT, placed)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target's points in the base frame, (c, m, 3) [m]."""
-        T_base_target = self._target(values) if self._rides else T_base_flange @ self._target(values)
+        target = self._target(values, perturb)
+        T_base_target = target if self._rides else T_base_flange @ target
         return self._carried(T_base_target, perturb(Stage.TARGET, self._xyz))
 
     def in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -200,13 +199,13 @@ class Camera(Sensor):
 
     def _point(self, flange: Tangent, chain: ChainRule) -> Tangent:
         """The target's points in the camera frame, (c, m, 3) [m]."""
-        target = chain.through(
-            lambda _, six: self._target(six), () if self.dataset.placed else TARGET, Tangent.constant(UNIT)
-        )
-        hand_eye = chain(
-            Stage.MOUNT,
-            chain.through(lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, Tangent.constant(UNIT)),
-        )
+        at = Tangent.constant(UNIT)
+        target = at if self.dataset.placed else chain.through(lambda _, six: motion(six, "target")[:, None], TARGET, at)
+        hand_eye = chain.through(lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, at)
+        if self._rides:
+            hand_eye = chain(Stage.MOUNT, hand_eye)
+        else:
+            target = chain(Stage.MOUNT, target)
         point = chain(Stage.TARGET, Tangent.constant(self._xyz))
         point = moved(target, self._rows(target.value), point)
         way = moved_back if self._rides else moved
@@ -266,7 +265,9 @@ class Camera(Sensor):
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
         return (
-            {OPTICAL: self._hand_eye(values, perturb)[0, 0]} if self._rides else {"target": self._target(values)[0, 0]}
+            {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
+            if self._rides
+            else {"target": self._target(values, perturb)[0, 0]}
         )
 
     def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:

@@ -73,11 +73,6 @@ class Sensor(ABC):
         return Stage.LASER_PLANE in cls.stages
 
     @classmethod
-    def rides(cls, dataset: Dataset) -> bool:
-        """Whether the flange carries it."""
-        return True
-
-    @classmethod
     def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
         """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
         return frozenset()

@@ -1,5 +1,7 @@
 """Where in the image the errors are."""
 
+from typing import Any
+
 import numpy as np
 
 from robolaser.arrays import Array
@@ -13,7 +15,7 @@ DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
 
 
 def image(analysis: ErrorAnalysis) -> Chart | None:
-    """Errors over the pixel plane: lines across the view, colour along it. For cameras on the flange."""
+    """Errors over the pixel plane: lines across the view, colour along it where a row places a point in space."""
     dataset = analysis.calibration.model.dataset
     mount = analysis.calibration.model.sensor.mount(analysis.values, analysis.perturb)
     pixel = dataset.points.pixel
@@ -23,33 +25,33 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     across_mm, depth_mm = _in_view(analysis, mount)
     rows = some_rows(analysis.fitted_mm, MOST)
     factor = magnification(float(np.percentile(np.linalg.norm(across_mm, axis=-1), 95)), float(width))
-    limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
     end = pixel + factor * across_mm
     data = analysis.named(
-        rows, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1],
-        depth=depth_mm[rows], error=analysis.fitted_mm[rows],
+        rows, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1], error=analysis.fitted_mm[rows],
+        **({} if depth_mm is None else {"depth": depth_mm[rows]}),
     )  # fmt: skip
     corners = np.array([[-0.5, -0.5], [width - 0.5, height - 0.5]])
     x, y, tall = equal_axes(corners, ("u [px]", "v [px]"), margin=0.01)
     y["scale"]["reverse"] = True
     frame = records(x=-0.5, y=-0.5, x2=width - 0.5, y2=height - 0.5)
     ends = {"x": x, "y": y, "x2": {"field": "x2"}, "y2": {"field": "y2"}}
-    colour = {
-        "field": "depth",
-        "type": "quantitative",
-        "title": "error along the view [mm]",
-        "scale": {"domain": [-limit, 0, limit], "range": DIVERGING, "clamp": True},
-        "legend": {"gradientLength": 180, "format": ".2~g"},
-    }
-    said = hover("pose", "point", error="error [mm]", depth="along the view [mm]")
+    dots = {"type": "point", "size": 22, "opacity": 1}
+    in_space = depth_mm is not None
+    if depth_mm is not None:
+        said = hover("pose", "point", error="error [mm]", depth="along the view [mm]")
+        coloured = layer(dots, data, tooltip=said, x=x, y=y, color=_colour(depth_mm))
+    else:
+        coloured = layer({**dots, "color": MUTED}, data, tooltip=hover("pose", "point", error="error [mm]"), x=x, y=y)
+    seen = "the stripe" if in_space else "the target"
+    of_colour = "its colour is the error along the view (red: estimated too far away), " if in_space else ""
     return chart(
         "Errors over the image",
-        f"Each dot is a pixel of the stripe: its colour is the error along the view (red: estimated too far away), its"
-        f" line the error across the view ({factor:.3g} px per mm). Colours or lines that change slowly over the image"
-        " indicate the lens or the laser plane; a random mixture is noise.",
-        f"The image of {width} × {height} pixels with coloured dots where the stripe was seen.",
+        f"Each dot is a pixel of {seen}: {of_colour}its line is the error across the view ({factor:.3g} px per mm)."
+        f" {'Colours or lines' if in_space else 'Lines'} that change slowly over the image indicate the lens"
+        f"{' or the laser plane' if in_space else ''}; a random mixture is noise.",
+        f"The image of {width} × {height} pixels with dots where {seen} was seen.",
         [
-            layer({"type": "point", "size": 22, "opacity": 1}, data, tooltip=said, x=x, y=y, color=colour),
+            coloured,
             layer({"type": "rule", "color": MUTED, "strokeWidth": 0.8}, data, **ends),
             layer({"type": "rect", "filled": False, "stroke": MUTED, "strokeWidth": 0.7}, frame, **ends),
         ],
@@ -57,11 +59,27 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     )
 
 
-def _in_view(analysis: ErrorAnalysis, mount: Array) -> tuple[Array, Array]:
-    """Errors of estimated points across the view, along image u and v, (m, 2), and along it, (m,) [mm]."""
+def _colour(depth_mm: Array) -> dict[str, Any]:
+    limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
+    return {
+        "field": "depth",
+        "type": "quantitative",
+        "title": "error along the view [mm]",
+        "scale": {"domain": [-limit, 0, limit], "range": DIVERGING, "clamp": True},
+        "legend": {"gradientLength": 180, "format": ".2~g"},
+    }
+
+
+def _in_view(analysis: ErrorAnalysis, mount: Array) -> tuple[Array, Array | None]:
+    """Errors of estimates across the view, along image u and v, (m, 2), and along it, (m,) [mm].
+
+    The second is None where a row is seen in the image alone, as a camera's.
+    """
     model, values, perturb = analysis.calibration.model, analysis.values, analysis.perturb
-    R = (model.flange(values, perturb) @ mount)[0, :, :3, :3]
     errors = -1e3 * analysis.fitted_m
+    if errors.shape[1] == 2:
+        return errors, None
+    R = (model.flange(values, perturb) @ mount)[0, :, :3, :3]
     x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
     u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)
     return np.stack([u, v], axis=-1), z

@@ -1,0 +1,39 @@
+"""Every kind of sensor goes through the commands: simulated, checked, calibrated and diagnosed, with pages."""
+
+import json
+
+import pytest
+
+from robolaser.cli import main
+from robolaser.model.sensors import sensors
+
+MOUNTED = [("camera", "base"), ("profile", "base")]
+KINDS = [*((kind, None) for kind in sorted(sensors())), *MOUNTED]
+
+
+@pytest.fixture(scope="module", params=KINDS, ids=lambda kind: "-".join(filter(None, kind)))
+def dataset(request, tmp_path_factory):
+    kind, mount = request.param
+    folder = tmp_path_factory.mktemp(kind) / "cell"
+    typed = ["simulate", "--robot", "ur5e", "--sensor", kind, "--poses", "24", "--output", str(folder), "--quiet"]
+    assert main([*typed, *(["--mount", mount] if mount else [])]) == 0
+    return folder
+
+
+def test_it_is_checked(dataset, capsys):
+    assert main(["check", str(dataset), "--json"]) == 0
+    json.loads(capsys.readouterr().out)
+
+
+def test_it_is_calibrated_and_the_page_is_whole(dataset, tmp_path):
+    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "result"), "--quiet"]) == 0
+    found = json.loads((tmp_path / "result" / "calibration.json").read_text())
+    assert found["rms_m"] < 1e-6
+    assert "</html>" in (tmp_path / "result" / "report.html").read_text()
+
+
+def test_a_cell_as_it_should_be_has_no_gap_and_no_noise_that_is_larger_than_what_is_left(dataset, tmp_path):
+    assert main(["diagnose", str(dataset), "--output", str(tmp_path / "result"), "--quiet"]) == 0
+    found = json.loads((tmp_path / "result" / "diagnosis.json").read_text())
+    assert found["verdict"] == "no_gap"
+    assert found["gap_mm"]["noise_floor"] < 0.05
