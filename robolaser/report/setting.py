@@ -7,9 +7,9 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.report.digits import plain
 
 SOURCES: Mapping[str, str] = {
-    "pixel": "line centre in the image",
+    "pixel": "position in the image",
     "target": "target points",
-    "point": "tracked points",
+    "point": "measured points",
     "angle": "rotation of tracked bodies",
     "seat": "seat of the ball",
     "joint": "joint readings",
