@@ -89,8 +89,8 @@ def compare(
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
-        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
+        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
     ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)

@@ -72,7 +72,7 @@ def scan(
     for warning in (*made.recording.warnings, *made.warnings):
         terminal.warn(warning)
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, inputs=[recording], force=force):
+    with results_in(output.parent, command="scan", files=names, force=force):
         subsample = Subsample()
         with terminal.progress() as progress:
             pieces = subsample.watch(made.cloud.pieces(progress))

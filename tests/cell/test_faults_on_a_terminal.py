@@ -20,7 +20,7 @@ def acl(tmp_path: Path) -> Rig:
         ("silent@52", "is lost"),
         ("cut@52", "is lost"),
         ("flood:100000@52", "without end"),
-        ("reboot@52", "started anew"),
+        ("reboot@52", "restarted"),
     ],
 )
 def test_after_a_fault_the_recording_is_gone_on_with(

@@ -141,7 +141,6 @@ MISTAKES = {
         replaced("dataset.toml", "lower = 0.0, upper = 0.785", "lower = 0.0, upper = 45.785"),
         ["theta", "degrees"],
     ),
-    "parameter missing": (replaced("dataset.toml", "theta =", "# theta ="), ["lacks theta", "stripe"]),
     "unknown parameter": (replaced("dataset.toml", "theta =", "thetta ="), ["thetta", "theta"]),
     "bound beyond all numbers": (
         replaced("dataset.toml", "upper = 0.01 ", f"upper = 1{'0' * 400} "),

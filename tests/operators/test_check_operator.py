@@ -89,7 +89,7 @@ def test_each_broken_law_has_its_sentence(operator, way):
 
 
 def test_what_is_no_operator_is_refused():
-    with pytest.raises(AlgorithmError, match="no operator"):
+    with pytest.raises(AlgorithmError, match="not an operator"):
         check_operator(lambda: None)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser.errors import DataError, OutputError
-from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
+from robolaser.scan.ply import VERTEX, map_ply, positions_of, write_ply
 
 
 def some(count, seed=0):
@@ -37,7 +37,7 @@ def test_trimesh_reads_places_and_what_belongs_to_them(tmp_path):
     cloud = some(1000)
     write_ply(tmp_path / "c.ply", in_pieces(cloud), ["測定 of\na cell"])
     read = trimesh.load(tmp_path / "c.ply")
-    np.testing.assert_allclose(read.vertices, places_of(cloud), rtol=1e-6)
+    np.testing.assert_allclose(read.vertices, positions_of(cloud), rtol=1e-6)
     data = read.metadata["_ply_raw"]["vertex"]["data"]
     for name in ("std", "pose", "intensity"):
         np.testing.assert_array_equal(np.asarray(data[name]).ravel(), cloud[name])

@@ -14,7 +14,7 @@ from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.scan import prepare, read_calibration, sources
-from robolaser.scan.ply import VERTEX, places_of
+from robolaser.scan.ply import VERTEX, positions_of
 from robolaser.scan.subsample import Subsample
 
 EFFECTS = {
@@ -71,7 +71,7 @@ def scan_of(calibration, recording, folder):
 
 
 def places(scan):
-    return np.concatenate([places_of(piece) for piece in scan.cloud.pieces()])
+    return np.concatenate([positions_of(piece) for piece in scan.cloud.pieces()])
 
 
 def elsewhere(data, **changes):
@@ -105,8 +105,8 @@ def test_compiled_and_plain_ways_agree(data, effects, tmp_path):
     )
     assert len(compiled) == len(plain) > 1000
     np.testing.assert_array_equal(compiled["pose"], plain["pose"])
-    near = np.linalg.norm(places_of(plain), axis=1) < 2.0
-    np.testing.assert_allclose(places_of(compiled)[near], places_of(plain)[near], atol=1e-6)
+    near = np.linalg.norm(positions_of(plain), axis=1) < 2.0
+    np.testing.assert_allclose(positions_of(compiled)[near], positions_of(plain)[near], atol=1e-6)
     np.testing.assert_allclose(compiled["std"][near], plain["std"][near], rtol=0.05)
 
 
@@ -131,7 +131,7 @@ def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tm
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path)
     straight = places(scan)
     cloud = replace(scan.cloud, scanner=replace(scan.cloud.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
-    smudged = np.concatenate([places_of(piece) for piece in cloud.pieces()])
+    smudged = np.concatenate([positions_of(piece) for piece in cloud.pieces()])
     stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
     wanted = cloud.scanner.in_base(sources.as_points(stripes))
     np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)

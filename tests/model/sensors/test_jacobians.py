@@ -34,7 +34,8 @@ def numeric(model, x):
     def flat(candidates):
         return model.residuals(candidates).reshape(len(candidates), -1)
 
-    step = np.minimum(STEP * model.parameters.width, 2e-6)  # balls are small
+    small = 0.02 if model.dataset.kind == "profile" else 1.0  # as balls are beside boards
+    step = STEP * small * model.parameters.width
     return differences(flat, x[None], step, np.arange(len(x)), -everywhere, everywhere)[0].T
 
 

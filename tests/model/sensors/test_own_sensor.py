@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -148,7 +148,7 @@ def board_cell(mount: str, *, poses: int = 24, offset: float = 0.0, seed: int = 
     pixel = seen + PIXEL_PX * rng.normal(size=seen.shape)
     points = Points(rows, names, pixel=pixel, xyz=blank.points.xyz)
     read = Poses(blank.poses.names, q=q, time_s=blank.poses.time_s)
-    return Dataset(**{**blank.__dict__, "points": points, "poses": read}), truth
+    return replace(blank, points=points, poses=read), truth
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
