@@ -22,8 +22,8 @@ MOST_BYTES = 1 << 26
 
 def key_beside(folder: Path) -> Path:
     """Where the key of a trial lies unless it is said: beside the folder, which may be given away."""
-    whole = folder.resolve()
-    return whole.with_name(f"{whole.name}.key")
+    named = folder if folder.name not in ("", "..") else folder.resolve()
+    return named.with_name(f"{named.name}.key")
 
 
 def seal(folder: Path, truths: Mapping[str, Mapping[str, Any]], rng: np.random.Generator, key: Path) -> None:
