@@ -9,6 +9,7 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
 from robolaser.errors import AlgorithmError
+from robolaser.operators.stock_algorithms import STOCK_ALGORITHMS
 from robolaser.operators.testing import WORKS, check_operator
 
 
@@ -95,6 +96,6 @@ def test_what_is_no_operator_is_refused():
 
 @pytest.mark.parametrize("operator", [SBX(), PM(), Shuffling()], ids=["SBX", "PM", "ours"])
 def test_whole_operators_pass_and_serve(operator):
-    found = check_operator(operator)
+    found = check_operator(operator, algorithms={name: STOCK_ALGORITHMS[name] for name in ("GA", "NSGA2")})
     assert found.algorithms["NSGA2"] == (WORKS, "")
     assert "keeps to the contract" in str(found)
