@@ -107,3 +107,16 @@ def _each(R: Array, of: Ints, bodies: int) -> Array:
 def _mean(R: Array) -> Array:
     nearest, _ = nearest_rotation(R.sum(axis=0))
     return nearest
+
+
+def too_few_turns(T_base_flange: Array) -> str:
+    """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
+    about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
+    if about_second >= LEAST_TURN:
+        return ""
+    return (
+        "All poses have one orientation of the flange, or turn it about one axis only"
+        f" ({np.degrees(about_second):.2g}° about a second one): what sits on the flange cannot be told from what"
+        " stands in the cell. Measure poses that turn the flange about two axes, by"
+        f" {np.degrees(LEAST_TURN):.0f}° at least and better by 30°."
+    )

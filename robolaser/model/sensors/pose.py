@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
-from robolaser.geometry.hand_eye import robot_world_hand_eye
+from robolaser.geometry.hand_eye import robot_world_hand_eye, too_few_turns
 from robolaser.geometry.rigid_motion import (
     angle_axes,
     common_length,
@@ -23,7 +23,7 @@ from robolaser.geometry.rigid_motion import (
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
-from robolaser.model.sensors.sensor import Sensor, too_few_turns
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values

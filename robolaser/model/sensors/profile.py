@@ -9,11 +9,12 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
+from robolaser.geometry.hand_eye import too_few_turns
 from robolaser.geometry.rigid_motion import angle_axes, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
-from robolaser.model.sensors.sensor import Sensor, too_few_turns
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values

@@ -12,7 +12,6 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.errors import DataError, near
 from robolaser.finite_differences import central_differences
-from robolaser.geometry.hand_eye import LEAST_TURN, turn_about_second_axis
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
@@ -279,7 +278,11 @@ class Sensor(ABC):
 
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles."""
-        return sum_of_squares(self.residuals(values, T_base_flange, perturb))
+        residuals = self.residuals(values, T_base_flange, perturb)
+        flat = residuals.reshape(len(residuals), -1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            J = np.einsum("ij,ij->i", flat, flat)
+        return np.where(np.isfinite(J), J, np.inf)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
         """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
@@ -395,24 +398,3 @@ class Sensor(ABC):
         return Parameter(
             name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form
         )
-
-
-def too_few_turns(T_base_flange: Array) -> str:
-    """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
-    about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
-    if about_second >= LEAST_TURN:
-        return ""
-    return (
-        "All poses have one orientation of the flange, or turn it about one axis only"
-        f" ({np.degrees(about_second):.2g}° about a second one): what sits on the flange cannot be told from what"
-        " stands in the cell. Measure poses that turn the flange about two axes, by"
-        f" {np.degrees(LEAST_TURN):.0f}° at least and better by 30°."
-    )
-
-
-def sum_of_squares(residuals: Array) -> Array:
-    """Of residuals (c, ...) -> (c,); infinite where one of them is not finite."""
-    flat = residuals.reshape(len(residuals), -1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        J = np.einsum("ij,ij->i", flat, flat)
-    return np.where(np.isfinite(J), J, np.inf)
