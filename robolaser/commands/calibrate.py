@@ -59,9 +59,8 @@ def calibrate(
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
     from robolaser.calibration.ros_export import easy_handeye2, static_transform
-    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.estimation.least_squares_solver import DEFAULT
     from robolaser.report.calibration import page, print_summary
 
@@ -101,9 +100,7 @@ def calibrate(
                 "report.html": page(found, command=typed),
                 "calibration.json": result,
             }
-            write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
-            for name in (name for name, text in texts.items() if text is None):
-                (output / name).unlink(missing_ok=True)  # of the result that was here before
+            write_results(output, texts)
         except KeyboardInterrupt:
             kept = (output / CHECKPOINT).exists()
             state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."

@@ -4,7 +4,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.diagnosis.data_check import DataCheck
@@ -29,7 +29,7 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
     if not terminal.json:
         for warning in found.dataset.warnings:
             terminal.warn(warning)
-    terminal.show(found.to_dict(), lambda: print(_text(found)))
+    terminal.show(found.to_dict(), lambda: say(_text(found)))
 
 
 def _text(found: "DataCheck") -> str:

@@ -156,14 +156,14 @@ def _conclude(
     from robolaser.benchmark.iohprofiler import export
     from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
-    from robolaser.data.atomic_write import write_together
+    from robolaser.data.result_folder import write_results
     from robolaser.report.comparison import page, print_comparison
 
     result = plan.result(plan.select(record.runs), record.effort)
     ranked = tuple(standings(result, family) for family in result.families)
     text = comparison_json(result, ranked)
     texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
-    write_together({output / name: text.encode() for name, text in texts.items()})
+    write_results(output, texts)
     if export_to is not None:
         export(result, export_to)
     terminal.show(text, lambda: print_comparison(result, ranked, output))

@@ -41,9 +41,8 @@ def diagnose(
         force: Overwrite an earlier result.
     """
     from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
-    from robolaser.data.atomic_write import write_together
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json
     from robolaser.diagnosis.result_json import diagnosis_json
@@ -65,7 +64,5 @@ def diagnose(
             "report.html": page(found, command=typed),
             "diagnosis.json": result,
         }
-        write_together({output / name: text.encode() for name, text in texts.items() if text is not None})
-        for name in (name for name, text in texts.items() if text is None):
-            (output / name).unlink(missing_ok=True)  # of the result that was here before
+        write_results(output, texts)
     terminal.show(result, lambda: print_diagnosis(found, output))

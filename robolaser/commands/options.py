@@ -19,6 +19,11 @@ Typed = Annotated[str, Parameter(parse=False)]
 """The command line as it was typed, which a page repeats: passed in, not an option."""
 
 
+def stated(**options: float | None) -> dict[str, float]:
+    """Those that were typed."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
 def shown_default(value: object) -> str | None:
     """What the help says of a default: nothing of an option that is off or empty."""
     if value is None or value is False or value == ():

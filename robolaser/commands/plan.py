@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from robolaser.commands.options import Count, Positive, Seed
+from robolaser.commands.options import Count, Positive, Seed, stated
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import UsageError, near
 
@@ -70,15 +70,10 @@ def plan(
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
-    deviations = {
-        "pixel_px": pixel_px,
-        "target_m": target_m,
-        "joint_rad": joint_rad,
-        "point_m": point_m,
-        "angle_rad": angle_rad,
-    }
-    stated = {name: value for name, value in deviations.items() if value is not None}
-    dataset = replace(dataset, noise=replace(dataset.noise, **stated))
+    typed_noise = stated(
+        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
+    )
+    dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
     for warning in dataset.warnings:
         terminal.warn(warning)
     found = examine_plan(dataset, points=points, mount=mount, seed=seed)

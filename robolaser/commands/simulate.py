@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Seed
+from robolaser.commands.options import RESULT, Count, Force, Seed, stated
 from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
@@ -73,14 +73,9 @@ def simulate(
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of
 
-    deviations = {
-        "pixel_px": pixel_px,
-        "target_m": target_m,
-        "joint_rad": joint_rad,
-        "point_m": point_m,
-        "angle_rad": angle_rad,
-    }
-    stated = {name: deviation for name, deviation in deviations.items() if deviation is not None}
+    typed_noise = stated(
+        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
+    )
     fixed = {
         "--sensor": sensor != "stripe",
         "--mount": mount != "flange",
@@ -89,7 +84,7 @@ def simulate(
         "--repeats": repeats != 1,
         "--sessions": sessions != 1,
         "--unplaced": unplaced,
-        **{f"--{name.replace('_', '-')}": True for name in stated},
+        **{f"--{name.replace('_', '-')}": True for name in typed_noise},
     }
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
@@ -107,7 +102,7 @@ def simulate(
                 points=points,
                 repeats=repeats,
                 sessions=sessions,
-                noise=Noise(**stated) if stated else None,
+                noise=Noise(**typed_noise) if typed_noise else None,
                 placed=not unplaced,
                 mount=mount,
                 effects=sizes,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from robolaser.data.atomic_write import write_text
+from robolaser.data.atomic_write import write_text, write_together
 from robolaser.errors import OutputError, unwritable
 
 MANIFEST = ".robolaser.json"
@@ -60,6 +60,17 @@ def results_in(
         finally:
             left = {name: command for name in names if (folder / name).exists()}
             _note(folder, {name: owner for name, owner in known.items() if name not in names} | left)
+
+
+def write_results(folder: Path, texts: Mapping[str, str | None]) -> None:
+    """Write files by their names, all or none; what is None this time goes, if an earlier result left it.
+
+    Raises:
+        OutputError: The disk or the rights say no.
+    """
+    write_together({folder / name: text.encode() for name, text in texts.items() if text is not None})
+    for name in (name for name, text in texts.items() if text is None):
+        (folder / name).unlink(missing_ok=True)
 
 
 def refuse_input(folder: Path, inputs: Sequence[Path]) -> None:

@@ -4,7 +4,6 @@ from typing import Any, final
 
 import numpy as np
 from pymoo.core.survival import Survival
-from pymoo.operators.selection.tournament import TournamentSelection
 
 from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
@@ -73,8 +72,8 @@ def _refuse(algorithm: Any) -> None:
     """Name an algorithm that reads what its own survival would have written on its individuals."""
     if algorithm is None:
         return
-    bases = {base.__name__ for base in type(algorithm).__mro__}
-    ranked = bases & RANKED and isinstance(getattr(algorithm.mating, "selection", None), TournamentSelection)
+    bases = _class_names(algorithm)
+    ranked = bases & RANKED and "TournamentSelection" in _class_names(getattr(algorithm.mating, "selection", None))
     if ranked or bases & BOUND_TO_THEIR_SURVIVAL:
         name = type(algorithm).__name__
         raise AlgorithmError(
@@ -82,3 +81,8 @@ def _refuse(algorithm: Any) -> None:
             f" ({'ranks for its tournaments' if ranked else 'its own state'}). Leave {name} its survival, or give"
             " ElitistReplacement to GA or RCGA."
         )
+
+
+def _class_names(part: Any) -> set[str]:
+    """Of its class and all above it: known without importing any."""
+    return {base.__name__ for base in type(part).__mro__}

@@ -1,5 +1,6 @@
 """Selection by a wheel: parents are drawn in proportion to their fitness."""
 
+from abc import ABC, abstractmethod
 from typing import Any, Literal, final
 
 import numpy as np
@@ -20,8 +21,37 @@ def roulette_wheel(weights: Array, at: Array) -> Ints:
     return slots
 
 
+class _Wheel(Selection, ABC):
+    """Parents are where a wheel with a slot for each individual stops."""
+
+    def __init__(self, scaling: Scaling = "inverse", **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        if scaling not in SCALINGS:
+            raise AlgorithmError(
+                f"{type(self).__name__}: scaling is {scaling!r}, expected one of {', '.join(SCALINGS)}."
+            )
+        self.scaling = scaling
+
+    def _do(
+        self,
+        problem: Any,
+        pop: Any,
+        n_select: int,
+        n_parents: int = 1,
+        *,
+        random_state: Any = None,
+        **kwargs: Any,
+    ) -> Ints:
+        weights = SCALINGS[self.scaling](cost.of_population(pop))
+        return roulette_wheel(weights, self._stops((n_select, n_parents), random_state))
+
+    @abstractmethod
+    def _stops(self, shape: tuple[int, int], random_state: Any) -> Array:
+        """Where the wheel stops for each parent, at [0, 1)."""
+
+
 @final
-class RouletteSelection(Selection):
+class RouletteSelection(_Wheel):
     """Roulette-wheel selection for pymoo, with replacement.
 
     Draws random((n_select, n_parents)) from `random_state`. With several objectives the cost of an individual
@@ -36,26 +66,13 @@ class RouletteSelection(Selection):
         AlgorithmError: There is no such scaling.
     """
 
-    def __init__(self, scaling: Scaling = "inverse", **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.scaling = _known(scaling, type(self).__name__)
-
-    def _do(
-        self,
-        problem: Any,
-        pop: Any,
-        n_select: int,
-        n_parents: int = 1,
-        *,
-        random_state: Any = None,
-        **kwargs: Any,
-    ) -> Ints:
-        weights = SCALINGS[self.scaling](cost.of_population(pop))
-        return roulette_wheel(weights, random_state.random((n_select, n_parents)))
+    def _stops(self, shape: tuple[int, int], random_state: Any) -> Array:
+        stops: Array = random_state.random(shape)
+        return stops
 
 
 @final
-class StochasticUniversalSampling(Selection):
+class StochasticUniversalSampling(_Wheel):
     """All parents by one turn of a wheel with equally spaced marks. Baker 1987.
 
     Each individual is chosen as often as its weight says, rounded up or down. What costs mean is as in
@@ -69,28 +86,8 @@ class StochasticUniversalSampling(Selection):
         AlgorithmError: There is no such scaling.
     """
 
-    def __init__(self, scaling: Scaling = "inverse", **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.scaling = _known(scaling, type(self).__name__)
-
-    def _do(
-        self,
-        problem: Any,
-        pop: Any,
-        n_select: int,
-        n_parents: int = 1,
-        *,
-        random_state: Any = None,
-        **kwargs: Any,
-    ) -> Ints:
-        weights = SCALINGS[self.scaling](cost.of_population(pop))
-        n = n_select * n_parents
-        chosen = roulette_wheel(weights, (random_state.random() + np.arange(n)) / n)
-        parents: Ints = chosen[random_state.permutation(n)].reshape(n_select, n_parents)
-        return parents
-
-
-def _known(scaling: Scaling, operator: str) -> Scaling:
-    if scaling not in SCALINGS:
-        raise AlgorithmError(f"{operator}: scaling is {scaling!r}, expected one of {', '.join(SCALINGS)}.")
-    return scaling
+    def _stops(self, shape: tuple[int, int], random_state: Any) -> Array:
+        n = shape[0] * shape[1]
+        marks: Array = (random_state.random() + np.arange(n)) / n
+        order: Ints = random_state.permutation(n)
+        return marks[order].reshape(shape)

@@ -56,6 +56,13 @@ def test_a_name_in_a_data_set_commands_no_terminal_and_no_page(hostile, tmp_path
     assert "\\u001b]0;OWNED" in said.out
 
 
+def test_what_is_checked_commands_no_terminal(hostile, capsys):
+    assert main(["check", str(hostile)]) == 0
+    said = capsys.readouterr()
+    assert "\x1b" not in said.out + said.err
+    assert "\\u001b]0;OWNED" in said.out
+
+
 @pytest.mark.parametrize("file", ["poses.csv", "points.csv", "dataset.toml"])
 def test_a_bad_cell_or_key_commands_no_terminal(hostile, tmp_path, capsys, file):
     path = hostile / file
