@@ -47,9 +47,9 @@ def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
     return [x], sentences
 
 
-def _nearest_angles(found: Mapping[str, float], given: Mapping[str, float], place: str) -> dict[str, float]:
+def _nearest_angles(found: Mapping[str, float], given: Mapping[str, float], frame: str) -> dict[str, float]:
     """The three angles of a rotation, of all that mean the same those nearest to the given ones."""
-    names = [f"{place}.{part}" for part in SIX[3:]]
+    names = [f"{frame}.{part}" for part in SIX[3:]]
     if any(name not in found or name not in given for name in names):
         return {}
     w, phi, psi = (found[name] for name in names)

@@ -76,8 +76,8 @@ class AveragedData:
         return AveragedData(dataset, self.shots[kept], number[self.group])
 
 
-def _of_one_sign(quaternions: Array, place: Ints) -> Array:
-    """Quaternions (m, 4), at one place all near its first, where q and −q are one rotation."""
-    first = np.unique(place, return_index=True)[1][place]
+def _of_one_sign(quaternions: Array, group: Ints) -> Array:
+    """Quaternions (m, 4), in one group all near its first, where q and −q are one rotation."""
+    first = np.unique(group, return_index=True)[1][group]
     along = (quaternions * quaternions[first]).sum(axis=1, keepdims=True)
     return np.asarray(np.where(along < 0.0, -quaternions, quaternions))

@@ -51,7 +51,7 @@ def evidence_for(
     """
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
-    others = _in_its_place(refits, final, candidate_effect)
+    others = _alternatives_refitted(refits, final, candidate_effect)
     costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
@@ -67,7 +67,9 @@ def evidence_for(
     )
 
 
-def _in_its_place(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> list[tuple[CandidateEffect, Fit]]:
+def _alternatives_refitted(
+    refits: Refits, final: Fit, candidate_effect: CandidateEffect
+) -> list[tuple[CandidateEffect, Fit]]:
     """Candidates that promise as much as an effect of the final model, and that model with each in its place."""
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
@@ -109,4 +111,4 @@ def _explained_beside(
 
 
 def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:
-    return {other.where for other, _ in _alike(final, _in_its_place(refits, final, one))} - {one.where}
+    return {other.where for other, _ in _alike(final, _alternatives_refitted(refits, final, one))} - {one.where}

@@ -143,7 +143,7 @@ def _in_plane(T_flat_board: Array, points: Array, *, flat: bool) -> Array:
     return np.ascontiguousarray(apply(T_flat_board, points) * np.array([1.0, 1.0, 0.0 if flat else 1.0]))
 
 
-def place_board(view: BoardView, intrinsics: Mapping[str, float]) -> Array:
+def board_pose(view: BoardView, intrinsics: Mapping[str, float]) -> Array:
     """T_camera_board of one view that is telling, (4, 4); the likelier one where a flat board leaves two."""
     import cv2  # noqa: PLC0415
 

@@ -190,6 +190,7 @@ class Bag:
         """Times of a topic of images, in the order in which they were recorded, (n,) [s]."""
         return np.array([self.time_of(one.header, received, topic) for _, received, one in self.messages([topic])])
 
-    def _motion(self, place: Any, turn: Any, topic: str) -> Array:
-        seven = np.array([place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w], dtype=np.float64)
+    def _motion(self, position: Any, rotation: Any, topic: str) -> Array:
+        at, turned = (position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w)
+        seven = np.array([*at, *turned], dtype=np.float64)
         return motion_of_seven(seven, self.file, f"topic {topic}")

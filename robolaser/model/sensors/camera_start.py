@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
-from robolaser.geometry.board_views import INTRINSICS, BoardView, find_intrinsics, place_board
+from robolaser.geometry.board_views import INTRINSICS, BoardView, board_pose, find_intrinsics
 from robolaser.geometry.hand_eye import LEAST_TURN, robot_world_hand_eye, turn_about_second_axis
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors.placements import SIX, motion, six_of
@@ -88,7 +88,7 @@ class CameraStart:
                 f"{len(self._views)} of the poses show enough of the target to say where it stands: a hand-eye takes"
                 f" {FEWEST_PLACED} or more, with turns about two axes. Take more images."
             )
-        return intrinsics, np.stack([place_board(view, intrinsics) for view in self._views])
+        return intrinsics, np.stack([board_pose(view, intrinsics) for view in self._views])
 
 
 def _views_of(dataset: Dataset) -> tuple[Sequence[BoardView], Ints]:
