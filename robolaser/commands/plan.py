@@ -70,6 +70,7 @@ def plan(
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
+        _warn_of_collisions(dataset, terminal)
     typed_noise = stated(
         pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
     )
@@ -78,6 +79,17 @@ def plan(
         terminal.warn(warning)
     found = examine_plan(dataset, points=points, mount=mount, seed=seed)
     terminal.show(json.dumps(found.to_dict(), indent=1, allow_nan=False), lambda: print_plan(found))
+
+
+def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
+    """Say at which poses the arm would hit itself."""
+    from robolaser.cell.cell_collisions import collision_model, collisions
+    from robolaser.data.cell_config import Limits
+
+    bodies = collision_model(dataset, Limits())
+    for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
+        for hit in collisions(bodies, 0.0, name, q[None]):
+            terminal.warn(f"{hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml).")
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":
