@@ -84,7 +84,9 @@ def test_angles_agree_with_scipy_and_come_back() -> None:
     np.testing.assert_allclose(np.stack(to_angles(R)), np.stack([w, phi, psi]), atol=1e-12)
     R = from_angles(w, phi, psi, order="zyz")
     np.testing.assert_allclose(R, Rotation.from_euler("ZYZ", np.stack([w, phi, psi], 1)).as_matrix(), atol=1e-14)
-    np.testing.assert_allclose(np.stack(to_angles(R, order="zyz"), 1), Rotation.from_matrix(R).as_euler("ZYZ"), atol=1e-12)
+    np.testing.assert_allclose(
+        np.stack(to_angles(R, order="zyz"), 1), Rotation.from_matrix(R).as_euler("ZYZ"), atol=1e-12
+    )
 
 
 def test_skew_is_the_cross_product() -> None:
