@@ -56,6 +56,9 @@ class Arm(ABC):
         There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
         """
 
+    def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
+        """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""
+
     @abstractmethod
     def stop(self) -> None:
         """Stop where it is and discard its motion. Sends at once and waits for no answer."""

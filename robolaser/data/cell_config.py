@@ -22,6 +22,7 @@ USUAL_SETTLE_S = 0.3
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 NotNegative = Annotated[float, Meta(ge=0)]
 USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
+Axes = Literal["er7", "er5plus"]
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -39,6 +40,7 @@ class ArmLine:
         reference_rad: Joint angles at the controller's reference posture; empty: all zero.
         direction: +1 or -1 for each joint: which way it counts; empty: all +1.
         home: Whether it searches its home before it measures.
+        axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
     """
 
     kind: Text
@@ -49,6 +51,7 @@ class ArmLine:
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
+    axes: Axes = "er7"
 
 
 @final

@@ -5,14 +5,15 @@ from pathlib import Path
 import bench
 import numpy as np
 import pytest
+from emulated_cell import ARMS as EMULATED
 
-from robolaser.cell.arms import ARMS
+from robolaser.cell.arms import ARMS as KINDS
 from robolaser.cell.failures import ArmAlarm
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell
 from robolaser.errors import LineLost
 
-WIRED = sorted(set(ARMS) - {"replay"})
+WIRED = sorted(EMULATED)
 PLUGGED_S, NOTICED_S = 2.5, 2.0
 
 
@@ -24,6 +25,10 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
 def mover(rig: bench.Bench, cell: Cell) -> Mover:
     assert cell.description.robot is not None
     return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
+
+
+def test_every_kind_of_arm_is_held_to_these_promises() -> None:
+    assert {bench.kind_of(name) for name in WIRED} == set(KINDS) - {"replay"}
 
 
 def test_opening_moves_nothing(cell: Cell) -> None:
