@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Image, Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
@@ -22,8 +23,7 @@ from robolaser.cell.route import Waypoint, read_route, route_text
 from robolaser.data.atomic_write import write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import read_text
-from robolaser.data.image_list import UNLIT
+from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
 from robolaser.geometry.kinematics import Robot
 
@@ -141,6 +141,17 @@ class RecordingWriter:
     def done(self) -> int:
         """How many poses are on the disk."""
         return len(self.waypoints) - len(self.remaining)
+
+    @property
+    def files(self) -> list[str]:
+        """Names of what will be written to the folder or cleared away there."""
+        stems, shots = map(self._stem, (one.name for one in self.remaining)), self._columns()
+        images = [f"{IMAGES}/{stem}{_ending(shot)}" for stem in stems for shot in shots if shot.startswith(LIT)]
+        if self.begun:
+            return images
+        urdf = tomllib.loads(read_text(self._cell.folder / DATASET))["robot"]["urdf"]
+        own = [str(file.relative_to(self.folder)) for file in (*self._pictured(), *self._files())]
+        return [*own, *([urdf] if (self._cell.folder / urdf).is_file() else []), *images]
 
     def unused(self, name: str) -> str:
         """A name that no pose bears: the one given, or with a number after it."""

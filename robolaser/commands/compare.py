@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robolaser.benchmark.engines import Engine
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.record import RunRecord
+    from robolaser.benchmark.result import BenchmarkResult
     from robolaser.benchmark.run_loop import RunProgress
 
 RESULT_FILE, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
@@ -65,10 +66,11 @@ def compare(
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
+    from robolaser.benchmark.iohprofiler import exported
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.record import RunRecord
     from robolaser.benchmark.solvers import DEFAULT
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -85,29 +87,36 @@ def compare(
         time_limit_s=time_limit,
         memory_limit_b=round(memory_limit * GB),
     )
-    export_to = output / EXPORT if iohprofiler else None
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
-        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
+        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume) as claim,
     ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)
         record = RunRecord(output / RECORD)
+
+        def conclude() -> None:
+            result = _conclude(plan, record, output, terminal, typed)
+            if iohprofiler:
+                files = {f"{EXPORT}/{name}": text for name, text in exported(result).items()}
+                claim(files)
+                write_results(output, files)
+
         try:
             record.begin(plan, engine=engine.label, workers=engine.workers)
             _run(plan, engine, record, terminal)
         except (KeyboardInterrupt, EngineLost) as stopped:
             engine.close()
             with suppress(KeyboardInterrupt):  # the record is there even without the report
-                _conclude(plan, record, output, export_to, terminal, typed)
+                conclude()
             why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
             raise Interrupted(
                 f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
                 f" {output / RECORD}: continue with --resume."
             ) from None
-        _conclude(plan, record, output, export_to, terminal, typed)
+        conclude()
 
 
 def _refuse_to_mix(output: Path) -> None:
@@ -149,11 +158,8 @@ def _duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
 
 
-def _conclude(
-    plan: "RunPlan", record: "RunRecord", output: Path, export_to: Path | None, terminal: Terminal, typed: str
-) -> None:
+def _conclude(plan: "RunPlan", record: "RunRecord", output: Path, terminal: Terminal, typed: str) -> "BenchmarkResult":
     """Write and show the result."""
-    from robolaser.benchmark.iohprofiler import export
     from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
     from robolaser.data.result_folder import write_results
@@ -164,6 +170,5 @@ def _conclude(
     text = comparison_json(result, ranked)
     texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
     write_results(output, texts)
-    if export_to is not None:
-        export(result, export_to)
     terminal.show(text, lambda: print_comparison(result, ranked, output))
+    return result

@@ -1,8 +1,7 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
 import os
-import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
 from robolaser.commands.terminal import TERMINAL, Terminal, say
-from robolaser.errors import Interrupted, unwritable
+from robolaser.errors import Interrupted, unreadable
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -66,24 +65,26 @@ def extract(
     both = has_stripe and not to_scan
     files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
-    with results_in(folder, command="extract", files=sorted(files), force=force):
+    images = [] if output is None else _images(dataset, recording)
+    with results_in(folder, command="extract", files=[*sorted(files), *images], force=force):
         if not has_stripe:
-            _corners(dataset, recording, output, force=force, terminal=terminal)
+            _corners(dataset, recording, output, images, terminal=terminal)
             return
-        write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
+        write(dataset, recording, output, images, step=step, centre=centre, terminal=terminal)
 
 
 def _points(
     recording: "Dataset",
     source: Path,
     output: Path | None,
+    copied: Sequence[str],
     *,
     step: int | None,
     centre: Centre,
-    force: bool,
     terminal: Terminal,
 ) -> None:
-    from robolaser.data.writing import save, save_points
+    from robolaser.data.result_folder import write_results
+    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
@@ -98,11 +99,11 @@ def _points(
     if not found.lens.known:
         terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
     if output is None:
-        save_points(dataset, source)
+        write_results(source, point_texts(dataset))
     else:
         with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy_images(recording, source, output)
-            save(_with_noise_stated(dataset, found.pixel_noise_px), output, overwrite=force)
+            _copy(copied, source, output)
+            write_results(output, texts_of(_with_noise_stated(dataset, found.pixel_noise_px)))
     file = (output or source) / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
@@ -124,8 +125,11 @@ def _points(
     )
 
 
-def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: bool, terminal: Terminal) -> None:
-    from robolaser.data.writing import save, save_points
+def _corners(
+    recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], *, terminal: Terminal
+) -> None:
+    from robolaser.data.result_folder import write_results
+    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.target_corners import points_of_target
 
     with terminal.progress() as progress:
@@ -135,11 +139,11 @@ def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: 
         rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
         terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
     if output is None:
-        save_points(dataset, source)
+        write_results(source, point_texts(dataset))
     else:
         with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy_images(recording, source, output)
-            save(dataset, output, overwrite=force)
+            _copy(copied, source, output)
+            write_results(output, texts_of(dataset))
     file = (output or source) / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
@@ -153,14 +157,15 @@ def _stripes(
     recording: "Dataset",
     source: Path,
     output: Path | None,
+    copied: Sequence[str],
     *,
     step: int | None,
     centre: Centre,
-    force: bool,
     terminal: Terminal,
 ) -> None:
+    from robolaser.data.result_folder import write_results
     from robolaser.data.stripe_file import write_stripes
-    from robolaser.data.writing import save
+    from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
 
     file = (output or source) / STRIPES
@@ -175,11 +180,11 @@ def _stripes(
 
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, step=step, detector=centre, progress=progress)
-        centres = write_stripes(file, counted(blocks), overwrite=force)
+        centres = write_stripes(file, counted(blocks))
     if output is not None:
         with _told_if_stopped(str(file), "its poses and images"):
-            _copy_images(recording, source, output)
-            save(recording, output, overwrite=force)
+            _copy(copied, source, output)
+            write_results(output, texts_of(recording))
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
@@ -198,18 +203,25 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
     return replace(dataset, noise=stated, members=tuple(members))
 
 
-def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
+def _images(recording: "Dataset", source: Path) -> list[str]:
+    """Names of a recording's images in its folder."""
     from robolaser.data.image_list import images_of_poses
+
+    return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
+
+
+def _copy(images: Sequence[str], source: Path, folder: Path) -> None:
+    from robolaser.data.atomic_write import write_bytes
     from robolaser.data.result_folder import make_folder
 
-    for image in (file.relative_to(source) for shots in images_of_poses(recording) for file in shots.files):
+    for image in images:
         make_folder((folder / image).parent)
         try:
-            shutil.copyfile(source / image, folder / image)
-            taken = (source / image).stat()
-            os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
+            copied, taken = (source / image).read_bytes(), (source / image).stat()
         except OSError as error:
-            raise unwritable(folder / image, error.strerror or str(error)) from None
+            raise unreadable(source / image, error.strerror or str(error)) from None
+        write_bytes(folder / image, copied)
+        os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
 
 
 @contextmanager

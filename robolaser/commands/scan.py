@@ -72,11 +72,11 @@ def scan(
     for warning in (*made.recording.warnings, *made.warnings):
         terminal.warn(warning)
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, force=force):
+    with results_in(output.parent, command="scan", files=names, inputs=[calibration], force=force):
         subsample = Subsample()
         with terminal.progress() as progress:
             pieces = subsample.watch(made.cloud.pieces(progress))
-            write_ply(output, pieces, made.comments(), overwrite=force)
+            write_ply(output, pieces, made.comments())
         wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
             quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from robolaser.bounded_reading import SEALED_BYTES, read_bytes, read_text
 from robolaser.data.atomic_write import write_text
 from robolaser.data.writing import FOLDER
-from robolaser.errors import TrialError, unwritable
+from robolaser.errors import DataError, TrialError, unwritable
 
 FORMAT = "robolaser-seal/3"
 TRUTH = "truth.sealed"
 SEAL = "seal.txt"
-MOST_BYTES = 1 << 26
-"""Of truth.sealed; a world takes some two thousand."""
 
 
 def key_beside(folder: Path) -> Path:
@@ -62,7 +61,7 @@ def unseal(folder: Path, key: Path) -> dict[str, dict[str, Any]]:
         path = folder / name / SEAL
         if not path.is_file():
             raise _broken(path, "is not there")
-        if path.read_text(encoding="utf-8", errors="replace").split()[-1:] != [_hash(world["salt"], world["truth"])]:
+        if read_text(path).split()[-1:] != [_hash(world["salt"], world["truth"])]:
             raise _broken(path, "does not match the truth in truth.sealed")
         if data_hash(folder / name) != world["data"]:
             raise _broken(folder / name, "holds other data than were made")
@@ -75,7 +74,7 @@ def data_hash(dataset: Path) -> str:
     for name in FOLDER:
         file = dataset / name
         if file.is_file():
-            total.update(f"{name} {hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())
+            total.update(f"{name} {hashlib.sha256(read_bytes(file)).hexdigest()}\n".encode())
     return total.hexdigest()
 
 
@@ -83,22 +82,25 @@ def _opened(folder: Path, key: Path) -> dict[str, Any]:
     from cryptography.fernet import Fernet, InvalidToken  # noqa: PLC0415
 
     sealed = folder / TRUTH
-    if not sealed.is_file() or sealed.stat().st_size > MOST_BYTES:
+    if not sealed.is_file() or sealed.stat().st_size > SEALED_BYTES:
         raise TrialError(
             f"{folder} has no truth.sealed that can be read, so it is not a blind trial. Make one with"
             " `robolaser challenge new`."
         )
     try:
-        said = json.loads(Fernet(key.read_bytes().strip()).decrypt(sealed.read_bytes().strip()))
+        said = json.loads(Fernet(_secret(key)).decrypt(read_bytes(sealed, SEALED_BYTES).strip()))
         if said["format"] == FORMAT:
             return dict(said["worlds"])
-    except OSError as error:
-        raise TrialError(
-            f"The key {key} cannot be read ({error.strerror or error}). Whoever made the trial has it: --key FILE."
-        ) from None
     except (InvalidToken, ValueError, KeyError, TypeError):
         pass
     raise TrialError(f"{key} does not open {sealed}: it is the key of another trial, or one of the two was changed.")
+
+
+def _secret(key: Path) -> bytes:
+    try:
+        return read_bytes(key).strip()
+    except DataError as error:
+        raise TrialError(f"{error} Whoever made the trial has its key: --key FILE.") from None
 
 
 def _hash(salt: str, truth: Mapping[str, Any]) -> str:

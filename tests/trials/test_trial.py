@@ -12,6 +12,7 @@ from cryptography.fernet import Fernet
 
 from robolaser.cli import main
 from robolaser.data.loading import load
+from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.errors import TrialError
 from robolaser.trials.sealed_truth import TRUTH, key_beside, unseal
 from robolaser.trials.trial import DIAGNOSIS
@@ -33,6 +34,7 @@ def trial(made, tmp_path):
     folder = tmp_path / "trial"
     shutil.copytree(made, folder)
     shutil.copy(key_beside(made), key_beside(folder))
+    shutil.copy(made.parent / MANIFEST, tmp_path)
     for name, truth in unseal(folder, key_beside(folder)).items():
         file = folder / name / DIAGNOSIS
         file.parent.mkdir()
@@ -127,7 +129,17 @@ def test_what_is_no_diagnosis_is_said_in_a_sentence(trial, text, capsys):
     assert "is not a diagnosis in the format" in capsys.readouterr().err
 
 
-def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
+def test_a_diagnosis_of_the_world_before_is_not_scored_and_somebodys_own_stays(trial, capsys):
+    kept = {file: file.read_bytes() for file in trial.rglob("*") if file.is_file()}
+    assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 1
+    assert "diagnosis.json, but what is there is not its own" in capsys.readouterr().err
+    assert {file: file.read_bytes() for file in trial.rglob("*") if file.is_file()} == kept
+    names = [str(file.relative_to(trial)) for file in trial.rglob(DIAGNOSIS.name)]
+    for name in names:
+        (trial / name).unlink()
+    with results_in(trial, command="challenge score", files=names):
+        for name in names:
+            (trial / name).write_bytes(kept[trial / name])
     assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 0
     assert not list(trial.rglob(DIAGNOSIS.name))
 
