@@ -1,6 +1,7 @@
 """robolaser compare: algorithms side by side."""
 
 import time
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from robolaser.benchmark.engines import Engine
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.record import RunRecord
-    from robolaser.benchmark.result import BenchmarkResult
     from robolaser.benchmark.run_loop import RunProgress
 
 RESULT_FILE, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
@@ -66,11 +66,10 @@ def compare(
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
-    from robolaser.benchmark.iohprofiler import exported
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.record import RunRecord
     from robolaser.benchmark.solvers import DEFAULT
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import results_in
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -97,26 +96,19 @@ def compare(
             (output / RECORD).unlink(missing_ok=True)
         record = RunRecord(output / RECORD)
 
-        def conclude() -> None:
-            result = _conclude(plan, record, output, terminal, typed)
-            if iohprofiler:
-                files = {f"{EXPORT}/{name}": text for name, text in exported(result).items()}
-                claim(files)
-                write_results(output, files)
-
         try:
             record.begin(plan, engine=engine.label, workers=engine.workers)
             _run(plan, engine, record, terminal)
         except (KeyboardInterrupt, EngineLost) as stopped:
             engine.close()
             with suppress(KeyboardInterrupt):  # the record is there even without the report
-                conclude()
+                _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
             why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
             raise Interrupted(
                 f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
                 f" {output / RECORD}: continue with --resume."
             ) from None
-        conclude()
+        _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
 
 
 def _refuse_to_mix(output: Path) -> None:
@@ -158,8 +150,16 @@ def _duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
 
 
-def _conclude(plan: "RunPlan", record: "RunRecord", output: Path, terminal: Terminal, typed: str) -> "BenchmarkResult":
+def _conclude(
+    plan: "RunPlan",
+    record: "RunRecord",
+    output: Path,
+    export_claim: Callable[[Iterable[str]], None] | None,
+    terminal: Terminal,
+    typed: str,
+) -> None:
     """Write and show the result."""
+    from robolaser.benchmark.iohprofiler import exported
     from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
     from robolaser.data.result_folder import write_results
@@ -169,6 +169,9 @@ def _conclude(plan: "RunPlan", record: "RunRecord", output: Path, terminal: Term
     ranked = tuple(standings(result, family) for family in result.families)
     text = comparison_json(result, ranked)
     texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
+    if export_claim is not None:
+        runs = {f"{EXPORT}/{name}": text for name, text in exported(result).items()}
+        export_claim(runs)
+        texts = runs | texts
     write_results(output, texts)
     terminal.show(text, lambda: print_comparison(result, ranked, output))
-    return result

@@ -1,9 +1,9 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
 from robolaser.commands.terminal import TERMINAL, Terminal, say
-from robolaser.errors import Interrupted, unreadable
 
 if TYPE_CHECKING:
+    from robolaser.data.atomic_write import Contents
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
 
@@ -101,9 +101,7 @@ def _points(
     if output is None:
         write_results(source, point_texts(dataset))
     else:
-        with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy(copied, source, output)
-            write_results(output, texts_of(_with_noise_stated(dataset, found.pixel_noise_px)))
+        _write(output, source, copied, texts_of(_with_noise_stated(dataset, found.pixel_noise_px)))
     file = (output or source) / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
@@ -141,9 +139,7 @@ def _corners(
     if output is None:
         write_results(source, point_texts(dataset))
     else:
-        with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy(copied, source, output)
-            write_results(output, texts_of(dataset))
+        _write(output, source, copied, texts_of(dataset))
     file = (output or source) / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
@@ -163,7 +159,6 @@ def _stripes(
     centre: Centre,
     terminal: Terminal,
 ) -> None:
-    from robolaser.data.result_folder import write_results
     from robolaser.data.stripe_file import write_stripes
     from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
@@ -178,13 +173,12 @@ def _stripes(
             blank += not len(block)
             yield block
 
+    written = file if output is None else file.with_name(f".{STRIPES}")
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, step=step, detector=centre, progress=progress)
-        centres = write_stripes(file, counted(blocks))
+        centres = write_stripes(written, counted(blocks))
     if output is not None:
-        with _told_if_stopped(str(file), "its poses and images"):
-            _copy(copied, source, output)
-            write_results(output, texts_of(recording))
+        _write(output, source, copied, {**texts_of(recording), STRIPES: written})
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
@@ -210,26 +204,12 @@ def _images(recording: "Dataset", source: Path) -> list[str]:
     return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
 
 
-def _copy(images: Sequence[str], source: Path, folder: Path) -> None:
-    from robolaser.data.atomic_write import write_bytes
-    from robolaser.data.result_folder import make_folder
+def _write(output: Path, source: Path, copied: Sequence[str], files: "Mapping[str, str | Contents | None]") -> None:
+    """Write a new data set with its images."""
+    from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+    from robolaser.data.result_folder import write_results
 
-    for image in images:
-        make_folder((folder / image).parent)
-        try:
-            copied, taken = (source / image).read_bytes(), (source / image).stat()
-        except OSError as error:
-            raise unreadable(source / image, error.strerror or str(error)) from None
-        write_bytes(folder / image, copied)
-        os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
-
-
-@contextmanager
-def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
-    """Say what is on the disk, and what is not, if the user stops it here."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(
-            f"Stopped. {written} was written, but not {missing}: run the command again with --force."
-        ) from None
+    write_results(output, {**{name: partial(read_bytes, source / name, IMAGE_BYTES) for name in copied}, **files})
+    for name in copied:
+        taken = (source / name).stat()
+        os.utime(output / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes

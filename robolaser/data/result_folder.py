@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from robolaser.bounded_reading import read_json
-from robolaser.data.atomic_write import write_text, write_together
+from robolaser.data.atomic_write import Contents, finish_writing, write_text, write_together
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
 MANIFEST = ".robolaser.json"
@@ -50,6 +50,7 @@ def results_in(
     _refuse_input(folder, files, inputs)
     make_folder(folder)
     with _locked(folder):
+        finish_writing(folder)
         known, own = _manifest(folder), dict[str, str]()
 
         def claim(names: Iterable[str]) -> None:
@@ -71,17 +72,18 @@ def results_in(
                 _note(folder, left)
 
 
-def write_results(folder: Path, texts: Mapping[str, str] | Mapping[str, str | None]) -> None:
+def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -> None:
     """Write files by their names, all or none; what is None this time goes, if an earlier result left it.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    for home in {(folder / name).parent for name in texts}:
+    for home in {(folder / name).parent for name in contents}:
         make_folder(home)
-    write_together({folder / name: text.encode() for name, text in texts.items() if text is not None})
-    for name in (name for name, text in texts.items() if text is None):
-        (folder / name).unlink(missing_ok=True)
+    files = {
+        name: file.encode() if isinstance(file, str) else file for name, file in contents.items() if file is not None
+    }
+    write_together(folder, files, [name for name, file in contents.items() if file is None])
 
 
 def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:

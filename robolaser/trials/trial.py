@@ -25,9 +25,8 @@ from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
-from robolaser.trials.sealed_truth import SEAL, TRUTH, data_hash, seal, unseal
+from robolaser.trials.sealed_truth import DIAGNOSIS, SEAL, TRUTH, data_hash, seal, unseal
 
-DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"
 _NEEDED = ("verdict", "gap_mm", "where", "effects")
 
@@ -84,16 +83,16 @@ def new(
     patterns = [reference_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)
     children = rng.integers(1 << 40, size=count)
+    files: dict[str, dict[str, str | None]] = {}
     truths = {}
     for i, kind in enumerate(drawn):
         tell("making worlds", i / count)
         name = worlds[i]
         source = patterns[i % len(patterns)]
         world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
-        write_results(folder / name, texts_of(world.dataset))
-        (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
+        files[name] = texts_of(world.dataset)
         truths[name] = world.truth
-    seal(folder, truths, rng, key)
+    seal(folder, files, truths, rng, key)
     return list(truths)
 
 

@@ -5,11 +5,10 @@ from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robolaser.data.atomic_write import write_bytes
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers.importer import Imported
 from robolaser.data.loading import load
-from robolaser.data.result_folder import make_folder, write_results
+from robolaser.data.result_folder import write_results
 from robolaser.data.writing import point_columns, pose_columns, save, texts_of
 from robolaser.errors import UsageError
 
@@ -41,15 +40,12 @@ def checked(imported: Imported) -> Dataset:
 
 
 def write(imported: Imported, folder: Path) -> None:
-    """Write a data set with its images; the tables come last, so that a folder that was cut off is no data set.
+    """Write a data set with its images, whole or not at all.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    for path, contents in imported.images.items():
-        make_folder((folder / path).parent)
-        write_bytes(folder / path, contents())
-    write_results(folder, texts_of(imported.dataset))
+    write_results(folder, {**imported.images, **texts_of(imported.dataset)})
 
 
 def preview(imported: Imported, rows: int = ROWS_SHOWN) -> Mapping[str, Mapping[str, Sequence[str]]]:
