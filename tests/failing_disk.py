@@ -1,4 +1,4 @@
-"""A disk that is watched, or fails, at each change below a folder: a file opened to write, flushed, renamed, removed."""
+"""A disk that is watched, or fails, at each change below a folder: a file opened, flushed, renamed, removed."""
 
 import errno
 import os

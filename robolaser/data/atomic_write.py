@@ -49,11 +49,10 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
     Raises:
         OutputError: The disk or the rights say no.
     """
-    staged: dict[str, str] = {}
+    staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
             if isinstance(data, Path):
-                staged[os.path.relpath(data, folder)] = name
                 continue
             with _beside(folder / name, keep=True) as file:
                 staged[os.path.relpath(file.name, folder)] = name

@@ -51,11 +51,8 @@ def seal(
     worlds, written = {}, dict[str, str | Contents | None]()
     for name, truth in truths.items():
         salt = rng.bytes(16).hex()
-        worlds[name] = {
-            "salt": salt,
-            "truth": truth,
-            "data": _hash_of({n: t.encode() for n, t in files[name].items() if t is not None}),
-        }
+        there = {file: text.encode() for file, text in files[name].items() if text is not None}
+        worlds[name] = {"salt": salt, "truth": truth, "data": _hash_of(there)}
         written |= {f"{name}/{file}": text for file, text in files[name].items()}
         written[f"{name}/{SEAL}"] = f"sha256 {_hash(salt, truth)}\n"
         written[f"{name}/{DIAGNOSIS}"] = None  # of the world that was here before
