@@ -18,6 +18,7 @@ USUAL_BAUD = 9600
 USUAL_SETTLE_S = 0.3
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 Axes = Literal["er7", "er5plus"]
+UNATTENDED_S = 0.9
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -35,6 +36,8 @@ class ArmLine:
         reference_rad: Joint angles at the controller's reference posture; empty: all zero.
         direction: +1 or -1 for each joint: which way it counts; empty: all +1.
         home: Whether it searches its home before it measures.
+        unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
+            computer dies [s].
         axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
     """
 
@@ -46,6 +49,7 @@ class ArmLine:
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
+    unattended_s: Positive = UNATTENDED_S
     axes: Axes = "er7"
 
 
