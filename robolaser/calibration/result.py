@@ -88,8 +88,12 @@ class Calibration:
     @cached_property
     def objective_m2(self) -> float:
         """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit; without angles."""
-        row_format = self.model.sensor.format
-        return float((self.residuals[:, : row_format.numbers - row_format.angles] ** 2).sum())
+        sensor = self.model.sensor
+        numbers = sensor.row_numbers.copy()
+        for name, (rows, _) in sensor.kinds_of_rows.items():
+            numbers[rows] -= sensor.angles_of(name)
+        lengths = np.arange(self.residuals.shape[1]) < numbers[:, None]
+        return float((self.residuals[lengths] ** 2).sum())
 
     @cached_property
     def errors_m(self) -> Array:
@@ -125,7 +129,7 @@ class Calibration:
 
     def _of_rows(self, name: str, rows: Ints, unit: str) -> Iterator[RowErrors]:
         """The errors of one sensor's rows, and of their angles."""
-        sensor, angles = self.model.sensor, self.model.sensor.format.angles
+        sensor, angles = self.model.sensor, self.model.sensor.angles_of(name)
         held_out = self.held_out_rows
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out

@@ -13,7 +13,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
-from robolaser.cell.plan_validation import tool_points, unsafe, violations
+from robolaser.cell.plan_validation import cell_violations, unsafe
 from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
@@ -118,8 +118,7 @@ class Session:
 
     def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
         if waypoints:
-            tools = tool_points(self._cell.description)
-            broken = violations(self._robot, self._cell.limits, tools, start, *way(waypoints))
+            broken = cell_violations(self._cell, start, *way(waypoints))
             if broken:
                 run_up = any(waypoint.approach is not None for waypoint in waypoints)
                 raise unsafe(broken, run_up=run_up)

@@ -157,7 +157,7 @@ def _planned(
     from robolaser.cell.route import numbered
     from robolaser.estimation.optimal_poses import planned
 
-    may = allowed(cell.description, cell.limits, approach_rad)
+    may = allowed(cell, approach_rad)
     return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
@@ -167,17 +167,17 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
     Raises:
         PlanError: It breaks the cell's limits.
     """
+    from robolaser.cell.cell_collisions import collision_model, tool_points
     from robolaser.cell.joint_text import joint_text
     from robolaser.cell.motion_time import seconds_for
-    from robolaser.cell.plan_validation import lowest, tool_points, unsafe, violations
+    from robolaser.cell.plan_validation import cell_violations, lowest, unsafe
     from robolaser.cell.route import way
 
     if not waypoints:
         terminal.print("No pose remains.")
         return
     names, q = way(waypoints)
-    tools = tool_points(cell.description)
-    heights = lowest(robot, q, tools)
+    heights = lowest(robot, q, tool_points(cell.description))
     seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
     width = max(4, *map(len, names))
     terminal.print(f"{'pose':<{width}} {' '.join(f'{joint:>10}' for joint in robot.joints)}  way [s]  lowest [m]")
@@ -185,7 +185,9 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
         angles = " ".join(f"{joint_text(robot, i, float(value)):>10}" for i, value in enumerate(row))
         terminal.print(f"{name:<{width}} {angles}  {time_s:>7.1f}  {height:>10.3f}")
     terminal.print(f"{len(waypoints)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
-    broken = violations(robot, cell.limits, tools, None, names, q)
+    for pair in collision_model(cell.description, cell.limits, cell.boxes).unchecked:
+        terminal.warn(f"{pair} overlap wherever the arm is, so they are not checked: correct [[box]] in cell.toml.")
+    broken = cell_violations(cell, None, names, q)
     if broken:
         run_up = any(waypoint.approach is not None for waypoint in waypoints)
         raise unsafe(broken, run_up=run_up)

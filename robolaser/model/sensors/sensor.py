@@ -208,6 +208,10 @@ class Sensor(ABC):
         """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
         return residuals
 
+    def angles_of(self, kind: str) -> int:
+        """How many numbers of a row of one of these kinds, the last ones, are angles."""
+        return self.format.angles
+
     def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)

@@ -185,8 +185,15 @@ class Several(Sensor):
 
     def own_rows(self, residuals: Array, kind: str) -> Array:
         """Rows of one sensor as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
-        part = next(part for part in self._parts if part.name == kind)
+        part = self._named(kind)
         return np.asarray(residuals[..., part.rows, : part.numbers] / part.scale)
+
+    def angles_of(self, kind: str) -> int:
+        """That sensor's."""
+        return self._named(kind).sensor.format.angles
+
+    def _named(self, name: str) -> _Part:
+        return next(part for part in self._parts if part.name == name)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Each sensor's."""
