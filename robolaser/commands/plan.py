@@ -78,6 +78,7 @@ def plan(
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
+        _warn_of_collisions(dataset, terminal)
     typed_noise = stated(
         pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
     )
@@ -91,6 +92,17 @@ def plan(
         if output:
             write_results(output, {"report.html": page(found, command=typed), "plan.json": result})
     terminal.show(result, lambda: print_plan(found, output))
+
+
+def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
+    """Say at which poses the arm would hit itself."""
+    from robolaser.cell.cell_collisions import collision_model, collisions
+    from robolaser.data.cell_config import Limits
+
+    bodies = collision_model(dataset, Limits())
+    for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
+        for hit in collisions(bodies, 0.0, name, q[None]):
+            terminal.warn(f"{hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml).")
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":

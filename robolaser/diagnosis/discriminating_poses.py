@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Ints
+from robolaser.cell.cell_collisions import collision_model
+from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
 from robolaser.geometry.inverse_kinematics import touching
@@ -26,7 +28,9 @@ APART_RAD = 0.3
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """Configurations within the joint limits, the target in sight, that would tell two fitted models apart best.
+    """Configurations that would tell two fitted models apart best.
+
+    They are within the joint limits, have the target in sight, and the arm and its sensor do not hit themselves.
 
     Both models, each with its own best parameters, predict what would be measured; where they differ most, in standard
     deviations of the noise, a measurement decides most (T-optimality: Atkinson, Fedorov 1975).
@@ -52,8 +56,10 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
     distance = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
+    bodies = collision_model(dataset, Limits())
     for i in np.argsort(-distance, kind="stable"):
-        if all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen):
+        apart_from_others = all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen)
+        if apart_from_others and bodies.clear(tried[[i]])[0]:
             chosen.append(int(i))
         if len(chosen) == WANTED:
             break

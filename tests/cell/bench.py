@@ -199,14 +199,22 @@ def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     return numbered(home + offsets)
 
 
-def session(cell: Cell, bench: Bench, writer: RecordingWriter, camera: Camera | None = None) -> Session:
+def session(
+    cell: Cell,
+    bench: Bench,
+    writer: RecordingWriter,
+    camera: Camera | None = None,
+    *,
+    position_confirmed: bool = False,
+) -> Session:
     """A recording on the bench, ready to run."""
     robot = cell.description.robot
     size = cell.description.image_px
     assert robot is not None
     assert size is not None
     eye = camera or Painted(bench, size)
-    return Session(cell, robot, arm_on(bench, cell), eye, writer, bench.clock, lambda said: None)
+    arm = arm_on(bench, cell)
+    return Session(cell, robot, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:

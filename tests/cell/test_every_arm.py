@@ -79,6 +79,24 @@ def test_it_stops_on_the_way(cell: Cell) -> None:
     assert np.abs(stands - home).max() < 0.45
 
 
+def test_an_arm_whose_computer_dies_stops_within_a_second(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    moving = mover(rig, cell)
+    home = moving.resting("Before")
+
+    def dies() -> None:
+        raise SystemExit
+
+    rig.clock.at.append((rig.clock.now() + 2.3, dies))
+    with pytest.raises(SystemExit):
+        moving.move_and_wait(home + 1.0, "p", home)
+    rig.clock.wait(1.0)
+    stands = rig.motor()
+    rig.clock.wait(60.0)
+    np.testing.assert_array_equal(rig.motor(), stands)
+    assert 0.02 < np.abs(stands - home).max() < 0.9
+
+
 @pytest.mark.parametrize("fault", ["silent", "cut", "lost:1", "late:60"])
 def test_a_lost_line_is_noticed_within_two_seconds(cell: Cell, fault: str) -> None:
     rig = bench.bench_for(cell, [f"{fault}@>{PLUGGED_S}s"])
