@@ -33,7 +33,10 @@ HOMELESS = "lss"
 
 
 def _acl(cell: Cell) -> Controller:
-    return AclController(cell.robot, Encoders(cell.robot, cell.arm.reference_rad, cell.arm.direction))
+    arm = cell.arm
+    return AclController(
+        cell.robot, Encoders(cell.robot, arm.reference_rad, arm.direction, decoupled=arm.axes == "er5plus")
+    )
 
 
 def _lss(cell: Cell) -> Controller:

@@ -236,6 +236,15 @@ def test_an_output_that_is_a_file_is_told_before_any_image_is_read(tmp_path, cap
     assert str(tmp_path / "file") in capsys.readouterr().err
 
 
+def test_no_image_is_copied_over_the_users_own(tmp_path, capsys):
+    folder, out = scan(tmp_path / "scan", poses=1), tmp_path / "out"
+    out.mkdir()
+    (out / "a0.png").write_text("mine")
+    assert main(["extract", str(folder), "--output", str(out), "--force"]) == 1
+    assert "a0.png, but what is there is not its own" in capsys.readouterr().err
+    assert [(file.name, file.read_text()) for file in out.iterdir()] == [("a0.png", "mine")]
+
+
 @pytest.mark.parametrize("kind", ["boards", "scan"])
 def test_who_stops_it_leaves_nothing(kind, boards, tmp_path, monkeypatch, capsys):
     def stopped(*_):
