@@ -250,6 +250,20 @@ def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None
     assert (large.size, large.identifiable, large.at_tool_m) == (None, None, None)
 
 
+def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean: tuple[AveragedData, Fit]) -> None:
+    _, start = clean
+    last, offset, geometry = "joint_offset:joint_5", "joint_offset:joint_3", "link_geometry:joint_3"
+    candidates = candidate_effects([last, offset, geometry], start.model.dataset)
+    refits = Refits(start, candidates)
+    alone = refits.score_tests(start)
+    final = refits.refit(start, [test for test in alone if test.candidate_effect == candidates[2]])
+    found = {str(one.candidate_effect): one for one in detection_limits(refits.score_tests(final), alone)}
+    assert {name: (one.size is None, one.is_imitated) for name, one in found.items()} == {
+        "joint_offset at joint_3": (True, True),
+        "joint_offset at joint_5": (True, False),
+    }
+
+
 def _search(dataset: Dataset) -> Fit:
     _, fitted = begun(dataset)
     return select(Refits(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.model.dataset)))
