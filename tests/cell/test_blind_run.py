@@ -81,6 +81,7 @@ def _hide(cell: Path) -> None:
     (cell / "world.toml").write_text(world, "utf-8")
     said = (cell / "cell.toml").read_text("utf-8")
     said = said.replace("settle_s = 0.3", "settle_s = 0.03").replace("speed_rad_s = 0.3", "speed_rad_s = 1.0")
+    said = said.replace("[arm]\n", f"[arm]\nunattended_s = {0.9 * HURRY}\n")  # which the arm's clock counts
     (cell / "cell.toml").write_text(said, "utf-8")
 
 
