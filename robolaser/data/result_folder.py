@@ -78,7 +78,7 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
     Raises:
         OutputError: The disk or the rights say no.
     """
-    for home in {(folder / name).parent for name in contents}:
+    for home in {(folder / name).parent for name, file in contents.items() if file is not None}:
         make_folder(home)
     files = {
         name: file.encode() if isinstance(file, str) else file for name, file in contents.items() if file is not None
