@@ -1,4 +1,4 @@
-"""A function of unknown form at one joint: the rival of whatever the library names there.
+"""A function of unknown form at one joint, or at several at once: the rival of whatever the library names there.
 
 A parametric form is believed where it explains the residuals better than any function of the same joint does, each at
 its cost. Both pay for being one of many causes; an effect pays for its parameters, a random function for its freedom,
@@ -12,7 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
+from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, OfPoses, rough
 from robolaser.diagnosis.localization import likelihood_ratio
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
@@ -22,6 +22,8 @@ from robolaser.model.effects.joints import moving_joints
 
 GEOMETRY: Final = "arm_geometry"
 """The class of effects that are constants of the arm."""
+SEVERAL: Final = 2
+"""Joints, from which on they are several."""
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
@@ -40,6 +42,23 @@ def local_unknown_chi2(fit: Fit, joint: str) -> float:
     by_joint = StageDerivatives(fit).joint(joint)
     columns = (by_joint * basis[fit.pose_of_number] for basis in _coordinates(fit, joint))
     return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
+
+
+def posture_unknown_chi2(fit: Fit) -> float:
+    """Chi-squared that one smooth function of the whole posture explains that turns several joints, beyond its cost.
+
+    What pulls at the flange, as a cable does, turns the last joints most; from which one on, the likelihood says. All
+    of them have one size, and each a function of its own.
+    """
+    joints = moving_joints(fit.model.dataset.robot)
+    if len(joints) < SEVERAL:
+        return 0.0
+    derivatives = StageDerivatives(fit)
+    (_, basis), *_ = OfPoses(fit.model.dataset, fit.model.run).posture()
+    by_pose = basis[fit.pose_of_number]
+    columns = fit.at.project(np.hstack([derivatives.joint(name) * by_pose for name in reversed(joints)]))
+    ends = range(SEVERAL * basis.shape[1], columns.shape[1] + 1, basis.shape[1])
+    return max(likelihood_ratio(columns[:, :end], fit.at.r, np.inf)[0] for end in ends)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:

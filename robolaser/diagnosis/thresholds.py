@@ -127,6 +127,9 @@ MAX_DISTORTION_PX: Final = 0.1
 """Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement."""
 LEVER_M: Final = 0.3
 """Distance, at which a turn counts as the shift that it makes there. A judgement."""
+CHI2_HOPELESS: Final = 200.0
+"""Chi-squared above the cheapest model, from which on no further effect is taken out beside an unknown function of the
+posture. A judgement: half of it is odds of 1 to 1e21, and a function's first use costs up to 50."""
 MIN_CREDIBILITY: Final = 0.1
 """Credibility of an effect, below which it is not worth a person's time. A judgement, set by blind trials."""
 
