@@ -1,4 +1,4 @@
-"""One function of the posture that turns several joints, of unknown form: the rival of several effects together.
+"""One function of unknown form that turns several joints: the rival of several effects together.
 
 A cable that pulls at the wrist looks like a compliance here, a turned link there and a sagging bracket. Each of them is
 needed beside the others, but one unknown function does what all of them do.

@@ -150,7 +150,7 @@ class Refits:
         return self.cost_by_chi2(fit), self._at_joint[key][1]
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:
-        """Cost of a fit beside a smooth function of the posture that turns several joints, which costs as an effect."""
+        """Cost of a fit beside a smooth function that turns several joints, which costs what an effect does."""
         key = frozenset(fit.effects)
         if key not in self._beside_posture or self._beside_posture[key][0] != fit.chi2:
             unknown = posture_unknown_chi2(fit) - CHI2_PER_EFFECT
