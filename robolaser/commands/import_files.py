@@ -118,7 +118,8 @@ def import_files(
         imported = _with_points(imported, terminal)
         read_back = imported.dataset
     if not dry_run:
-        with results_in(output, command="import", files=(*FOLDER, *imported.images), force=force):
+        files = (*FOLDER, *(member.file for member in imported.dataset.members), *imported.images)
+        with results_in(output, command="import", files=files, force=force):
             write(imported, output, overwrite=force)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {

@@ -117,13 +117,13 @@ def _link(name: str, element: ET.Element, source: str) -> Link:
         return Link(name, 0.0, np.zeros(3))
     mass_element, inertia = inertial.find("mass"), inertial.find("inertia")
     text = None if mass_element is None else mass_element.get("value")
-    mass = float(_numbers(text, 1, f"the mass of link '{name}'", source)[0])
+    mass = float(numbers(text, 1, f"the mass of link '{name}'", source)[0])
     if mass < 0:
         raise _bad_numbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
     if inertia is not None:
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-            _numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
-    return Link(name, mass, _origin(inertial, f"link '{name}', inertial", source)[:3, 3])
+            numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
+    return Link(name, mass, origin_of(inertial, f"link '{name}', inertial", source)[:3, 3])
 
 
 def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: str) -> Joint:
@@ -138,7 +138,7 @@ def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: st
         kind=kind,
         parent=_end(name, "parent", element, links, source),
         child=_end(name, "child", element, links, source),
-        origin=_origin(element, where, source),
+        origin=origin_of(element, where, source),
         axis=_axis(element, where, source) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
         lower=lower,
         upper=upper,
@@ -162,7 +162,7 @@ def _limits(name: str, kind: str, element: ET.Element, source: str) -> tuple[flo
     if limit is None or not {"lower", "upper"} & limit.attrib.keys():
         raise _limits_missing(source, name, "has no limits")
     lower, upper = (
-        float(_numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
+        float(numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
         for side in ("lower", "upper")
     )
     if lower > upper:
@@ -185,7 +185,7 @@ def _axis(element: ET.Element, where: str, source: str) -> Array:
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
     text = axis.get("xyz")
-    direction = _numbers(text, 3, f"the axis of {where}", source)
+    direction = numbers(text, 3, f"the axis of {where}", source)
     largest = np.abs(direction).max()
     if largest < 1e-9:
         raise _bad_numbers(source, f"the axis of {where}", text, "a direction, not zero")
@@ -193,16 +193,22 @@ def _axis(element: ET.Element, where: str, source: str) -> Array:
     return unit / np.linalg.norm(unit)
 
 
-def _origin(element: ET.Element, where: str, source: str) -> Array:
+def origin_of(element: ET.Element, where: str, source: str) -> Array:
+    """The placement that an element's `<origin>` says, (4, 4); the identity where it has none."""
     origin = element.find("origin")
     attributes = {} if origin is None else origin.attrib
-    xyz = _numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
-    rpy = _numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
+    xyz = numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
+    rpy = numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
     R = rot_z(rpy[2]) @ rot_y(rpy[1]) @ rot_x(rpy[0])
     return pose(R, xyz)
 
 
-def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+def numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+    """So many finite numbers in the text of an attribute, (count,).
+
+    Raises:
+        RobotError: They are fewer or more, or beyond what a robot has.
+    """
     words = [] if text is None else text.split()
     wanted = "a number" if count == 1 else f"{count} numbers"
     if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):
