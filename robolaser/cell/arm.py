@@ -26,6 +26,8 @@ class Arm(ABC):
     """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
     absolute_encoders: ClassVar[bool]
     """Whether its readings still mean the same angles after its power was off."""
+    stops_alone: ClassVar[bool] = False
+    """Whether it stops by itself within a second when nobody speaks with it any more."""
 
     @classmethod
     @abstractmethod

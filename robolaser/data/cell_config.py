@@ -23,6 +23,7 @@ Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 NotNegative = Annotated[float, Meta(ge=0)]
 USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
 Axes = Literal["er7", "er5plus"]
+UNATTENDED_S = 0.9
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -40,6 +41,8 @@ class ArmLine:
         reference_rad: Joint angles at the controller's reference posture; empty: all zero.
         direction: +1 or -1 for each joint: which way it counts; empty: all +1.
         home: Whether it searches its home before it measures.
+        unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
+            computer dies [s].
         axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
     """
 
@@ -51,6 +54,7 @@ class ArmLine:
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
+    unattended_s: Positive = UNATTENDED_S
     axes: Axes = "er7"
 
 
@@ -60,6 +64,7 @@ class CameraLine:
     """The camera.
 
     Attributes:
+        kind: Name under which an installed package announces it; empty: the source decides.
         source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
         exposure: In the driver's own unit; None: as it is.
         gain: Likewise.
@@ -70,6 +75,7 @@ class CameraLine:
     exposure: float | None = None
     gain: float | None = None
     settle_s: Positive = USUAL_SETTLE_S
+    kind: str = ""
 
 
 @final

@@ -16,7 +16,7 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
         model: Data and effects.
         x: Parameters near the optimum, (d,).
     """
-    if not any(map(model.sensor.angles_of, model.sensor.kinds_of_rows)):
+    if not any(angles for *_, angles in model.sensor.kinds_of_rows.values()):
         return None
     values = model.parameters.values(x[None])
     perturb = model.perturb(values)

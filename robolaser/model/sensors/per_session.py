@@ -309,6 +309,11 @@ class PerSession(Sensor):
         last = self._every[-1]
         return last.sensor.seen_from(self._values(last, values), T_base_flange)
 
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
+        """Likewise."""
+        last = self._every[-1]
+        return last.sensor.aims(self._values(last, values), T_base_flange)
+
     def undetermined(self, T_base_flange: Array) -> str:
         """Sessions share the sensor: one that tells where it sits is enough for all."""
         reasons = [one.sensor.undetermined(T_base_flange) for one in self._every]

@@ -179,21 +179,15 @@ class Several(Sensor):
         return [(part.rows, part.sensor.stages) for part in self._parts]
 
     @property
-    def kinds_of_rows(self) -> dict[str, tuple[Ints, str]]:
-        """Rows of each sensor and their unit, by its name."""
-        return {part.name: (part.rows, part.sensor.format.unit) for part in self._parts}
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
+        """Each sensor's, by its name."""
+        formats = ((part, part.sensor.format) for part in self._parts)
+        return {part.name: (part.rows, declared.unit, declared.angles) for part, declared in formats}
 
     def own_rows(self, residuals: Array, kind: str) -> Array:
         """Rows of one sensor as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
-        part = self._named(kind)
+        part = next(part for part in self._parts if part.name == kind)
         return np.asarray(residuals[..., part.rows, : part.numbers] / part.scale)
-
-    def angles_of(self, kind: str) -> int:
-        """That sensor's."""
-        return self._named(kind).sensor.format.angles
-
-    def _named(self, name: str) -> _Part:
-        return next(part for part in self._parts if part.name == name)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Each sensor's."""
