@@ -51,6 +51,12 @@ t_z = { nominal = -0.065, lower = -0.1, upper = -0.05 }
 ARMS = {
     "acl": 'kind = "acl"\nport = "/dev/ttyUSB0"\nbaud = 9600\nreference_rad = [0, 0, 0, -1.5707963267948966, 0]\n'
     "direction = [1, -1, 1, 1, -1]",
+    "er5plus": 'kind = "acl"\naxes = "er5plus"\nport = "/dev/ttyUSB0"\n'
+    "reference_rad = [0, 0, 0, -1.5707963267948966, 0]\ndirection = [-1, 1, 1, 1, -1]",
+    "dynamixel": 'kind = "dynamixel"\nport = "/dev/ttyUSB0"\nbaud = 57600\nreference_rad = [0, 0, 0.2, 0, 0]\n'
+    "direction = [1, 1, -1, 1, 1]\nids = [11, 12, 13, 14, 15]",
+    "feetech": 'kind = "feetech"\nport = "/dev/ttyUSB0"\nbaud = 1000000\nreference_rad = [0, 0, 0, -0.3, 0]',
+    "ur": 'kind = "ur"\nport = "192.0.2.1"',
     "lss": 'kind = "lss"\nport = "/dev/ttyUSB0"\nbaud = 115200\nreference_rad = [0, 0, 0.2, 0, 0]\n'
     "direction = [1, 1, -1, 1, 1]",
 }
@@ -68,11 +74,11 @@ name = "backlash"
 where = "joint_2"
 size = 0.003
 """
-LASER = {"acl": "[laser]\noutput = 1\n", "lss": ""}
+LASER = {"acl": "[laser]\noutput = 1\n"}
 
 
 def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
-    """Write a cell whose arm speaks "acl" or "lss", and say where it is."""
+    """Write a cell with one of `ARMS`, and say where it is."""
     folder = tmp_path / f"cell-{kind}"
     folder.mkdir()
     (folder / "robot.urdf").write_text(find_robot("scorbot_er7").urdf, encoding="utf-8")
@@ -80,7 +86,7 @@ def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
     (folder / "cell.toml").write_text(
         f'format = "robolaser-cell/1"\n\n[arm]\n{ARMS[kind]}\n\n'
         '[camera]\nsource = "tcp://127.0.0.1:5001"\nsettle_s = 0.3\n\n'
-        f"{LASER[kind]}[limits]\nfloor_m = 0.02\nspeed_rad_s = 0.3\n",
+        f"{LASER.get(kind, '')}[limits]\nfloor_m = 0.02\nspeed_rad_s = 0.3\n",
         encoding="utf-8",
     )
     return folder

@@ -32,7 +32,7 @@ def no_finite_residuals() -> EstimationError:
     """The error raised where no candidate has finite residuals."""
     return EstimationError(
         "No set of parameters within the bounds puts the points at finite places. "
-        "Check the bounds in [parameters], stripe_axis and the units."
+        "Check the bounds in [parameters], the sensor's mount or stripe_axis, and the units."
     )
 
 

@@ -88,8 +88,12 @@ class Calibration:
     @cached_property
     def objective_m2(self) -> float:
         """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit; without angles."""
-        row_format = self.model.sensor.format
-        return float((self.residuals[:, : row_format.numbers - row_format.angles] ** 2).sum())
+        sensor = self.model.sensor
+        numbers = sensor.row_numbers.copy()
+        for rows, _, angles in sensor.kinds_of_rows.values():
+            numbers[rows] -= angles
+        lengths = np.arange(self.residuals.shape[1]) < numbers[:, None]
+        return float((self.residuals[lengths] ** 2).sum())
 
     @cached_property
     def errors_m(self) -> Array:
@@ -115,18 +119,15 @@ class Calibration:
     def row_errors(self) -> tuple[RowErrors, ...]:
         """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
         sensor, known = self.model.sensor, self.model.known_distances
-        of_sensors = [
-            errors for name, (rows, unit) in sensor.kinds_of_rows.items() for errors in self._of_rows(name, rows, unit)
-        ]
+        of_sensors = [errors for name, kind in sensor.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
         if known is None:
             return tuple(of_sensors)
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
         return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
-    def _of_rows(self, name: str, rows: Ints, unit: str) -> Iterator[RowErrors]:
+    def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:
         """The errors of one sensor's rows, and of their angles."""
-        sensor, angles = self.model.sensor, self.model.sensor.format.angles
-        held_out = self.held_out_rows
+        sensor, held_out = self.model.sensor, self.held_out_rows
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out
         fitted = sensor.own_rows(self.residuals, name)

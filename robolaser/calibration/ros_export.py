@@ -4,11 +4,18 @@ import json
 from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Array
+from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
 
 OPTICAL = "camera_optical"
+
+
+def exported(calibration: Calibration) -> Sequence[str | None]:
+    """All that other programs read: `robot_urdf`, `corrected_urdf`, `camera_yaml` and the two below."""
+    every = (robot_urdf, corrected_urdf, camera_yaml, static_transform, easy_handeye2)
+    return [write(calibration) for write in every]
 
 
 def static_transform(calibration: Calibration) -> str | None:

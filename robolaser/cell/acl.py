@@ -7,29 +7,33 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.cell.acl_axes import AXES, pitch_in_world, radians_per_count
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
-from robolaser.errors import ArmError
+from robolaser.errors import ArmError, DataError
 
-AXES = 5
 PER_QUARTER = 33
 """PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's."""
 AT_REFERENCE = 52
 """PAR 52 to 56: counts of axes 1 to 5 at the reference posture."""
 MOST_COUNTS = 10_000_000
-PLACE = "RLP"
-"""The controller's position that is overwritten for each motion; names have five letters at most."""
+PLACES = ("RLP", "RLQ")
+"""The controller's positions, overwritten in turn: one is stored while the arm moves to the other.
+
+Names have five letters at most."""
 SEARCH = "HOME"
 HOMING_S = 300.0
 """Homing takes one to three minutes."""
 HOMING_QUIET_S = 1.5
 PAIRS = re.compile(r"([1-8])\s*:\s*(-?\d+)(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
-PARAMETER = re.compile(r"(-?\d+)\s*>")
+PITCH = re.compile(r"P\s*:\s*(-?\d+)(?=\s)")
+PITCH_OFF = 0.03
+"""Largest difference of the sines of two pitches that are the same."""
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)
 HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
@@ -37,9 +41,9 @@ HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
 
 @final
 class AclArm(Arm):
-    """A SCORBOT: encoder counts become joint angles by the controller's own parameters.
+    """A SCORBOT: encoder counts become joint angles by the controller's own parameters and the type of the arm.
 
-    angle = reference_rad + direction (count - PAR(51 + axis)) (pi / 2) / PAR(32 + axis).
+    angles = reference_rad + direction M (counts - PAR(51 + axis)), M as in `robolaser.cell.acl_axes`.
     """
 
     outputs: ClassVar[int | None] = 16
@@ -49,6 +53,13 @@ class AclArm(Arm):
     def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
         if not 0 < len(joints) <= AXES:
             raise joints_differ("acl", len(joints), AXES)
+        if arm.axes == "er5plus" and len(joints) < AXES:
+            raise DataError(
+                f"cell.toml, [arm] axes 'er5plus' couples {AXES} joints, but dataset.toml, [robot] joints lists"
+                f" {len(joints)}. List all of them, base first.",
+                file="dataset.toml",
+                column="joints",
+            )
         self._line = line
         self._joints = tuple(joints)
         self._talk = AclProtocol(line, self._joints)
@@ -62,11 +73,18 @@ class AclArm(Arm):
                 f"The controller on {line.port} says PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees, not"
                 " 0. Check its parameters and that cell.toml names the right arm."
             )
-        self.step = np.abs(np.pi / 2 / self._per_quarter)
+        self._per_count = radians_per_count(arm.axes, self._per_quarter)
+        self._counts_per_rad = np.linalg.inv(self._per_count)
+        self.step = np.linalg.norm(self._per_count, axis=1)
+        if arm.axes == "er5plus":
+            self._check_pitch()
         self._talk.command("CON")
         self._talk.command(f"SPEED {SLOW_PERCENT}")
-        self._talk.ask(f"DEFP {PLACE}", lambda said: True if "O.K." in said or "DEFINED" in said.upper() else None)
-        self._talk.command(f"HERE {PLACE}")
+        for place in PLACES:  # which may be there already; if they are not, HERE is refused
+            self._talk.ask(f"DEFP {place}", lambda said: True if ">" in said else None)
+        self._store_here()
+        self._place = PLACES[0]
+        self._prepared: Ints | None = None
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
@@ -88,16 +106,24 @@ class AclArm(Arm):
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,)."""
+        self.prepare(q)
+        self._prepared = None
+        self._talk.command(f"MOVE {self._place} {max(1, round(100 * seconds))}")
+
+    def prepare(self, q: Array) -> None:
+        """Store where the next motion goes, in the position that the arm is not on its way to."""
         counts = self._nearest(q)
+        if self._prepared is not None and (counts == self._prepared).all():
+            return
+        self._place = PLACES[1 - PLACES.index(self._place)]
         for _ in range(2):  # a disturbed line may have spoilt what was stored
             for axis, count in enumerate(counts.tolist(), start=1):
-                self._talk.command(f"SETPV {PLACE} {axis} {count}")
-            stored = self._counts(PLACE)
+                self._talk.command(f"SETPV {self._place} {axis} {count}")
+            stored = self._counts(self._place)
             if (stored == counts).all():
-                break
-        else:
-            raise unclear(self._line.port, f"LISTPV {PLACE}", str(stored.tolist()), 2)
-        self._talk.command(f"MOVE {PLACE} {max(1, round(100 * seconds))}")
+                self._prepared = counts
+                return
+        raise unclear(self._line.port, f"LISTPV {self._place}", str(stored.tolist()), 2)
 
     def stop(self) -> None:
         """Stop where it is."""
@@ -115,10 +141,9 @@ class AclArm(Arm):
             if failure:
                 raise self._home_not_found(f"the switch of axis {failure[1]} was not found")
             self._talk.inspect(text, SEARCH)
-            self._talk.check_restart()
             if ended:
                 self._talk.settle()
-                self._talk.command(f"HERE {PLACE}")
+                self._store_here()
                 return
             listens |= asked and bool(text)
             silent = 0 if text else silent + 1
@@ -140,6 +165,11 @@ class AclArm(Arm):
         """Close the port."""
         self._line.close()
 
+    def _store_here(self) -> None:
+        """Give both positions counts, of axes too that are not this robot's."""
+        for place in PLACES:
+            self._talk.command(f"HERE {place}")
+
     def _home_not_found(self, reason: str) -> ArmError:
         return ArmError(
             f"The arm on {self._line.port} did not find its home: {reason}."
@@ -148,38 +178,58 @@ class AclArm(Arm):
 
     def _counts(self, place: str) -> Ints:
         """Encoder counts of the arm as it is, or of a position that is stored."""
+        return self._talk.ask(f"LISTPV {place}", lambda answer: _listed(answer, len(self._joints)))
 
-        def all_axes(answer: str) -> Ints | None:
-            whole = WHOLE.search(answer)
-            pairs = PAIRS.findall(whole[0])[: len(self._joints)] if whole else []
-            if [int(axis) for axis, _ in pairs] != list(range(1, len(self._joints) + 1)):
-                return None
-            counts = np.array([int(count) for _, count in pairs])
-            return counts if (np.abs(counts) < MOST_COUNTS).all() else None
+    def _check_pitch(self) -> None:
+        """Whether the controller works out the hand's pitch from its encoders as we do.
 
-        return self._talk.ask(f"LISTPV {place}", all_axes)
+        Raises:
+            ArmError: It does not.
+        """
+
+        def counts_and_pitch(answer: str) -> tuple[Ints, float] | None:
+            counts, pitch = _listed(answer, AXES), PITCH.search(answer)
+            return None if counts is None or pitch is None else (counts, np.deg2rad(int(pitch[1]) / 10))
+
+        counts, said = self._talk.ask("LISTPV POSITION", counts_and_pitch)
+        ours = pitch_in_world(self._per_quarter, counts - self._at_reference)
+        if abs(abs(np.sin(ours)) - abs(np.sin(said))) > PITCH_OFF:
+            raise ArmError(
+                f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(said):.1f}°, but as"
+                f" the encoders of an ER V plus count it is {np.rad2deg(ours):.1f}°. Check [arm] axes in cell.toml:"
+                " this is another arm, and its joint angles would be wrong."
+            )
 
     def _parameter(self, number: int) -> int:
         """A parameter, as two answers in a row say: there is no check sum."""
+        pattern = re.compile(rf"PAR\s*{number}\s*=\s*(-?\d+)\s")
 
-        def last_number(answer: str) -> int | None:
-            found = PARAMETER.search(answer)
+        def value(answer: str) -> int | None:
+            found = pattern.search(answer)
             return int(found[1]) if found else None
 
-        said = [self._talk.ask(f"SHOW PAR {number}", last_number) for _ in range(2)]
+        said = [self._talk.ask(f"SHOW PAR {number}", value) for _ in range(2)]
         while said[-1] != said[-2]:
             if len(said) > 5:
                 raise unclear(self._line.port, f"SHOW PAR {number}", str(said), len(said))
-            said.append(self._talk.ask(f"SHOW PAR {number}", last_number))
+            said.append(self._talk.ask(f"SHOW PAR {number}", value))
         return said[-1]
 
     def _angles(self, counts: Ints) -> Array:
-        angles: Array = self._reference + self._direction * (counts - self._at_reference) * (
-            np.pi / 2 / self._per_quarter
-        )
+        angles: Array = self._reference + self._direction * (self._per_count @ (counts - self._at_reference))
         return angles
 
     def _nearest(self, q: Array) -> Ints:
-        counts = self._at_reference + self._direction * (q - self._reference) * self._per_quarter / (np.pi / 2)
+        counts = self._at_reference + self._counts_per_rad @ (self._direction * (q - self._reference))
         nearest: Ints = np.rint(counts).astype(np.int64)
         return nearest
+
+
+def _listed(answer: str, axes: int) -> Ints | None:
+    """The counts of so many axes in a listing, (axes,); None: it is not whole."""
+    whole = WHOLE.search(answer)
+    pairs = PAIRS.findall(whole[0])[:axes] if whole else []
+    if [int(axis) for axis, _ in pairs] != list(range(1, axes + 1)):
+        return None
+    counts = np.array([int(count) for _, count in pairs])
+    return counts if (np.abs(counts) < MOST_COUNTS).all() else None

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TypeVar, final
 
-from robolaser.cell.failures import AnswerUnclear, ArmRefused, ArmRestarted, alarm, line_lost, refused, unclear
+from robolaser.cell.failures import AnswerUnclear, ArmRestarted, alarm, line_lost, refused, unclear
 from robolaser.cell.serial_line import SerialLine
 
 Value = TypeVar("Value")
@@ -21,15 +21,16 @@ QUIET_S = 0.9
 TRIES = 3
 PAUSE_S = 0.2
 SLOW_PERCENT = 10
-"""Speed that is set for what moves the arm without saying how fast [percent]; who has started anew has another."""
+"""Speed that is set for what moves the arm without saying how fast [percent]."""
 PROMPT = re.compile(">")
 ECHO = re.compile("echo", re.IGNORECASE)
 NOTHING = re.compile(r"(?!)")
 LINE_END = re.compile(r"[\r\n>]")
-BOOT = re.compile(r"[\r\n]>_")
-"""The prompt after power comes on; a disturbed line may write one too."""
+BOOT = re.compile(r"SYSTEM READY|R[AO]M TEST|TEST COMPLETE|DEFAULT SETUP", re.IGNORECASE)
+"""What a controller prints when its power comes on, any of it: a disturbed line may swallow the rest."""
 SAID = re.compile(r"\*\*\*[^\r\n>]*")
-IS_SLOW = re.compile(rf"\b{SLOW_PERCENT}\b")
+REFUSAL = re.compile(r"\*\*\*|ERROR|UNRECOGNI[SZ]ED|UNKNOWN|UNDEFINED|ILLEGAL|INVALID|\bBAD\b|\bNOT\b", re.IGNORECASE)
+"""Versions of the controller differ in their words; what carries a command out says none of these."""
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
 AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
 TROUBLE = {
@@ -62,8 +63,7 @@ class AclProtocol:
         self._turn = 0
         self._mixing = False
         self._begun = False
-        self._restarted = False
-        self._unfinished = self._last = ""
+        self._unfinished = ""
 
     def begin(self) -> None:
         """Stop whatever runs, get a prompt and the echo.
@@ -119,7 +119,7 @@ class AclProtocol:
             ArmRefused: The controller says no.
             AnswerUnclear: Its echo was never right.
         """
-        self.ask(command, lambda answer: True if "***" not in answer and ">" in answer else None)
+        self.ask(command, lambda answer: True if ">" in answer and not REFUSAL.search(answer) else None)
 
     def start(self, command: str) -> None:
         """Enter a command whose answer takes its time."""
@@ -132,7 +132,6 @@ class AclProtocol:
     def listen(self) -> None:
         """Take in what the controller has reported unasked since the last command."""
         self.inspect(self._line.discard())
-        self.check_restart()
 
     def inspect(self, text: str, command: str = "") -> None:
         """Look for reports of trouble in what came, or for the rejection of a command whose echo was right.
@@ -142,31 +141,16 @@ class AclProtocol:
         """
         if not self._begun:
             return
-        self._restarted |= BOOT.search(self._last + text) is not None
-        self._last = (self._last + text)[-2:]
         *lines, rest = LINE_END.split(self._unfinished + text)
         self._unfinished = rest
         for line in lines:
+            if BOOT.search(line):
+                raise ArmRestarted(
+                    f"The controller on {self._line.port} has restarted: its counts may no longer mean the same angles."
+                    " Home the arm (home = true in cell.toml, [arm]) before going on."
+                )
             if "***" in line:
                 self._complain(line[line.index("***") :].strip(), command)
-
-    def check_restart(self) -> None:
-        """Where a prompt looked like the one after power-on: a restarted controller has lost the speed that was set."""
-        if not self._restarted:
-            return
-        self._restarted = False
-        try:
-            slow = any(
-                self.ask("SHOW SPEED", lambda said: bool(IS_SLOW.search(said)) if ">" in said else None)
-                for _ in range(2)  # one answer may be spoilt
-            )
-        except (AnswerUnclear, ArmRefused):
-            slow = False
-        if not slow:
-            raise ArmRestarted(
-                f"The controller on {self._line.port} has restarted: its counts may no longer mean the same angles."
-                " Home the arm (home = true in cell.toml, [arm]) before going on."
-            )
 
     def abort(self) -> None:
         """Stop all motion, now."""

@@ -26,6 +26,8 @@ class Arm(ABC):
     """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
     absolute_encoders: ClassVar[bool]
     """Whether its readings still mean the same angles after its power was off."""
+    stops_alone: ClassVar[bool] = False
+    """Whether it stops by itself within a second when nobody speaks with it any more."""
 
     @classmethod
     @abstractmethod
@@ -55,6 +57,9 @@ class Arm(ABC):
 
         There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
         """
+
+    def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
+        """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""
 
     @abstractmethod
     def stop(self) -> None:

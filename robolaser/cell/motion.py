@@ -10,6 +10,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, NotSettled, not_settled
 from robolaser.cell.joint_text import joint_text
 from robolaser.cell.motion_time import seconds_for, time_to_show
+from robolaser.data.cell_config import UNATTENDED_S
 from robolaser.errors import ArmError
 from robolaser.geometry.kinematics import Robot
 
@@ -37,11 +38,12 @@ TINY = 1e-12
 class Mover:
     """Moves one arm from configuration to configuration and monitors it."""
 
-    def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock) -> None:
+    def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, unattended_s: float = UNATTENDED_S) -> None:
         self._arm = arm
         self._robot = robot
         self._speed = speed
         self._clock = clock
+        self._unattended_s = np.inf if arm.stops_alone else unattended_s
         self.near = np.maximum(STEPS * arm.step, NEAR)
 
     def resting(self, when: str, patience_s: float = STILL_S) -> Array:
@@ -66,6 +68,8 @@ class Mover:
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
         """Go straight, joint by joint, to a goal, and wait until the arm rests there.
 
+        It goes by stops so near to each other that it comes to rest soon at one of them, should nobody send it on.
+
         Args:
             goal: (j,).
             place: What messages call it.
@@ -78,7 +82,18 @@ class Mover:
             ArmError: It rests elsewhere, does not come to rest, or is on another path than the straight one.
         """
         seconds = seconds_for(goal - start, self._speed)
+        legs = max(1, int(np.ceil(seconds / self._unattended_s)))
+        stops = np.linspace(start, goal, legs + 1)
+        for leg in range(legs):
+            then = stops[leg + 2] if leg + 2 <= legs else None
+            at = self._leg(stops[leg], stops[leg + 1], then, seconds / legs, place)
+        return at
+
+    def _leg(self, start: Array, goal: Array, then: Array | None, seconds: float, place: str) -> Array:
+        """Move to a stop, (j,), from where the next motion goes to another, (j,), or nowhere: then the arm rests."""
         self._arm.start_move(goal, seconds)
+        if then is not None:
+            self._arm.prepare(then)
         began = alike = self._clock.now()
         before, last, moved, astray = start, start, np.full(len(goal), began), 0
         still_s = STILL_S + seconds * self._unseen(goal - start)
@@ -93,6 +108,8 @@ class Mover:
             if moving.any():
                 alike = now
             elif now - alike >= ALIKE_S and there.all():
+                return q
+            if then is not None and there.all():
                 return q
             before, moved = np.where(moving, q, before), np.where(moving, now, moved)
             off = self._off(q, last, start, goal)

@@ -1,4 +1,4 @@
-"""Validation of a route before its first motion: joint limits, reach and floor, at poses and on the way between."""
+"""Validation of a route before its first motion: limits and collisions, at poses and on the way between."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,12 +7,12 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.cell.cell_collisions import Collision, collision_model, collisions, tool_points
 from robolaser.cell.joint_text import joint_text
-from robolaser.data.cell_config import Limits
-from robolaser.data.dataset import Dataset
+from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import PlanError
+from robolaser.geometry.collisions import CollisionModel
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.rigid_motion import from_quaternion
 
 FINE = 0.02
 """No joint turns further than this from one place that is checked to the next: 12 mm at 0.6 m [rad or m]."""
@@ -44,16 +44,6 @@ class Violation:
         return f"{way}{self.place}: {self.what} at {self.value}, limit {self.limit}"
 
 
-def tool_points(description: Dataset) -> Array:
-    """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
-    drawn = description.parameters
-    if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
-        return np.empty((0, 3))
-    camera = np.array([drawn[name].nominal for name in ("t_x", "t_y", "t_z")])
-    R = from_quaternion(np.array(description.bracket_quat))
-    return np.stack([camera, camera + R @ np.array([drawn["b"].nominal, 0.0, 0.0])])
-
-
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
     """Height of the lowest moving part: joint, flange or what it carries, (n,) [m].
 
@@ -79,29 +69,37 @@ def reach(robot: Robot, q: Array) -> Array:
 
 
 def violations(
-    robot: Robot, limits: Limits, tools: Array, start: Array | None, names: Sequence[str], q: Array
-) -> list[Violation]:
+    robot: Robot,
+    limits: Limits,
+    tools: Array,
+    start: Array | None,
+    names: Sequence[str],
+    q: Array,
+    bodies: CollisionModel | None = None,
+) -> list[Violation | Collision]:
     """All that a route would break, pose by pose.
 
     Args:
         robot: Any arm.
         limits: Of the cell; joint limits are the robot's.
         tools: Points in the flange frame, (k, 3) [m].
+        bodies: What could collide; nothing when absent.
         start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
         names: Of the poses.
         q: Joint values in the order of the route, (n, j).
     """
     before = q[0] if start is None else start
-    found: list[Violation] = []
+    found: list[Violation | Collision] = []
     for name, goal in zip(names, q, strict=True):
         steps = 1 + int(np.ceil(np.abs(goal - before).max() / FINE))
         line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
         found += _broken(robot, limits, tools, name, line)
+        found += [] if bodies is None else collisions(bodies, limits.margin_m, name, line)
         before = goal
     return found
 
 
-def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> PlanError:
+def unsafe(broken: Sequence[Violation | Collision], *, run_up: bool, most: int = 12) -> PlanError:
     """The error of a route that breaks the cell's limits.
 
     Args:
@@ -114,20 +112,25 @@ def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> Plan
     return PlanError(
         f"Nothing was moved, because the plan violates the cell's limits:{shown}{rest}\n"
         f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
-        " [limits] in cell.toml or the URDF's."
+        " [limits] or [[box]] in cell.toml, or the URDF's."
     )
 
 
-def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Array], Bools]:
-    """A test of configurations (n, j): whether the limits allow the arm to stand there, and so far below and above.
+def cell_violations(cell: Cell, start: Array | None, names: Sequence[str], q: Array) -> list[Violation | Collision]:
+    """All that a route in a cell would break, as `violations` says."""
+    bodies = collision_model(cell.description, cell.limits, cell.boxes)
+    return violations(cell.robot, cell.limits, tool_points(cell.description), start, names, q, bodies)
+
+
+def allowed(cell: Cell, run_up: float) -> Callable[[Array], Bools]:
+    """A test of configurations (n, j): whether the arm may stand there, and so far below and above.
 
     Args:
-        description: The cell's robot and scanner.
-        limits: Of the cell.
+        cell: With its limits and what stands in it.
         run_up: Beginning of the approach, below and above in each joint [rad or m].
     """
-    robot, tools = description.robot, tool_points(description)
-    assert robot is not None  # the caller checked it
+    robot, tools, limits = cell.robot, tool_points(cell.description), cell.limits
+    bodies = collision_model(cell.description, limits, cell.boxes)
 
     def may(q: Array) -> Bools:
         good: Bools = np.ones(len(q), dtype=np.bool_)
@@ -135,6 +138,8 @@ def allowed(description: Dataset, limits: Limits, run_up: float) -> Callable[[Ar
             good &= ((place >= robot.lower) & (place <= robot.upper)).all(axis=1)
             good &= True if limits.floor_m is None else lowest(robot, place, tools) >= limits.floor_m
             good &= True if limits.reach_m is None else reach(robot, place) <= limits.reach_m
+        for place in (q, q - run_up, q + run_up)[: 3 if run_up else 1]:
+            good[good] = bodies.clear(place[good], limits.margin_m)
         return good
 
     return may

@@ -21,6 +21,7 @@ class ReplayArm(Arm):
     outputs: ClassVar[int | None] = None
     synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = True
+    stops_alone: ClassVar[bool] = True
 
     def __init__(self, folder: Path, joints: Sequence[str]) -> None:
         q = load(folder).poses.q

@@ -13,7 +13,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
-from robolaser.cell.plan_validation import tool_points, unsafe, violations
+from robolaser.cell.plan_validation import cell_violations, unsafe
 from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
@@ -35,7 +35,16 @@ class Session:
     """One arm, one camera, one recording."""
 
     def __init__(
-        self, cell: Cell, robot: Robot, arm: Arm, camera: Camera, writer: RecordingWriter, clock: Clock, warn: Warn
+        self,
+        cell: Cell,
+        robot: Robot,
+        arm: Arm,
+        camera: Camera,
+        writer: RecordingWriter,
+        clock: Clock,
+        warn: Warn,
+        *,
+        position_confirmed: bool = False,
     ) -> None:
         self._cell = cell
         self._robot = robot
@@ -44,7 +53,8 @@ class Session:
         self._writer = writer
         self._clock = clock
         self._warn = warn
-        self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock)
+        self._position_confirmed = position_confirmed
+        self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
         self._sure = arm.absolute_encoders or not cell.arm.home
@@ -78,7 +88,7 @@ class Session:
             self._sure = True
         self._writer.state_quantization_noise(self._arm.step, self._warn)
         self._at = self._mover.resting("Before its first motion")
-        if not self._arm.absolute_encoders and not self._cell.arm.home:
+        if not (self._arm.absolute_encoders or self._cell.arm.home or self._position_confirmed):
             self._check_unmoved(self._at)
         waypoints = self._writer.remaining
         self._check(self._at, waypoints)
@@ -102,13 +112,13 @@ class Session:
             raise PlanError(
                 f"{self._robot.joints[joint]} stands at {stands}, but stood at {stood} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
-                " the arm (home = true in cell.toml, [arm])."
+                " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm stand at"
+                f" {configuration_text(self._robot, at)}, continue with --confirm-position."
             )
 
     def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
         if waypoints:
-            tools = tool_points(self._cell.description)
-            broken = violations(self._robot, self._cell.limits, tools, start, *way(waypoints))
+            broken = cell_violations(self._cell, start, *way(waypoints))
             if broken:
                 run_up = any(waypoint.approach is not None for waypoint in waypoints)
                 raise unsafe(broken, run_up=run_up)
@@ -164,8 +174,8 @@ class Session:
         except (RobolaserError, KeyboardInterrupt) as error:
             why = "" if type(error) is type(cause) else f" {error or 'Interrupted again.'}"
             outcome = (
-                f"The arm could not be seen to stop.{why}{last} It goes no further than to the pose it was on its way"
-                " to; keep clear of it, and press its emergency button."
+                f"The arm could not be seen to stop.{why}{last} It goes no further than to its next stop; keep clear of"
+                " it, and press its emergency button."
             )
         if self._cell.laser_output is not None:
             with suppress(RobolaserError, KeyboardInterrupt):

@@ -9,8 +9,8 @@ from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
 
-ROS = ("static_transform.sh", "easy_handeye2.calib")
-FILES = ("calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml", *ROS)
+EXPORTED = ("robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib")
+FILES = ("calibration.json", "report.html", *EXPORTED)
 
 
 def calibrate(
@@ -54,11 +54,10 @@ def calibrate(
     """
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
-    from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
-    from robolaser.calibration.ros_export import easy_handeye2, static_transform
+    from robolaser.calibration.ros_export import exported
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.estimation.least_squares_solver import DEFAULT
@@ -93,10 +92,7 @@ def calibrate(
                 terminal.warn(warning)
             result = json_text(found)
             texts = {
-                "robot.urdf": robot_urdf(found),
-                "robot_corrected.urdf": corrected_urdf(found),
-                "camera.yaml": camera_yaml(found),
-                **dict(zip(ROS, (static_transform(found), easy_handeye2(found)), strict=True)),
+                **dict(zip(EXPORTED, exported(found), strict=True)),
                 "report.html": page(found, command=typed),
                 "calibration.json": result,
             }

@@ -6,10 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from robolaser.commands.calibrate import EXPORTED
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 
-FILES = ("diagnosis.json", "calibration.json", "report.html", "robot.urdf", "robot_corrected.urdf", "camera.yaml")
+FILES = ("diagnosis.json", "calibration.json", "report.html", *EXPORTED)
 
 
 def diagnose(
@@ -40,7 +41,7 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
-    from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
+    from robolaser.calibration.ros_export import exported
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
@@ -57,9 +58,7 @@ def diagnose(
         model = corrected(found, seed)
         result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
         texts = {
-            "robot.urdf": robot_urdf(model),
-            "robot_corrected.urdf": corrected_urdf(model),
-            "camera.yaml": camera_yaml(model),
+            **dict(zip(EXPORTED, exported(model), strict=True)),
             "calibration.json": corrected_json(model),
             "report.html": page(found, command=typed),
             "diagnosis.json": result,

@@ -1,18 +1,20 @@
 """robolaser plan: what poses could tell, before anything is measured in them."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from robolaser.commands.options import Count, Positive, Seed, stated
+from robolaser.commands.options import RESULT, Count, Force, Positive, Seed, Typed, stated
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
 
+FILES = ("plan.json", "report.html")
 NOISE = Group("Expected noise, one standard deviation", sort_key=0)
 Deviation = Annotated[Positive | None, Parameter(metavar="STD", group=NOISE)]
 
@@ -32,14 +34,17 @@ def plan(
     point_m: Deviation = None,
     angle_rad: Deviation = None,
     seed: Seed = 1,
+    output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
+    force: Force = False,
     terminal: Terminal = TERMINAL,
+    typed: Typed = "",
 ) -> None:
     """Say which effects the poses of a plan could tell apart, before anything is measured.
 
     For example:
 
         robolaser plan poses.csv --robot ur5e --sensor camera --pixel-px 0.1 --joint-rad 2e-5
-        robolaser plan recording
+        robolaser plan recording --output planned
 
     Args:
         poses: A poses.csv with joint angles, or a data set. Points of a data set are taken as what the poses see.
@@ -54,12 +59,15 @@ def plan(
         point_m: Of a coordinate that a tracker or a profile sensor measures.
         angle_rad: Of a tracked body's rotation, about each axis.
         seed: Seed of what is drawn of the sensor.
+        output: Folder for the result and its page. Default: they are not written.
+        force: Overwrite an earlier result.
     """
     from dataclasses import replace
 
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis.pose_plan import examine_plan
-    from robolaser.report.pose_plan import print_plan
+    from robolaser.report.pose_plan import page, print_plan
 
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
@@ -70,14 +78,31 @@ def plan(
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
+        _warn_of_collisions(dataset, terminal)
     typed_noise = stated(
         pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
     )
     dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
     for warning in dataset.warnings:
         terminal.warn(warning)
-    found = examine_plan(dataset, points=points, mount=mount, seed=seed)
-    terminal.show(json.dumps(found.to_dict(), indent=1, allow_nan=False), lambda: print_plan(found))
+    writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
+    with writing:
+        found = examine_plan(dataset, points=points, mount=mount, seed=seed)
+        result = json.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        if output:
+            write_results(output, {"report.html": page(found, command=typed), "plan.json": result})
+    terminal.show(result, lambda: print_plan(found, output))
+
+
+def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
+    """Say at which poses the arm would hit itself."""
+    from robolaser.cell.cell_collisions import collision_model, collisions
+    from robolaser.data.cell_config import Limits
+
+    bodies = collision_model(dataset, Limits())
+    for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
+        for hit in collisions(bodies, 0.0, name, q[None]):
+            terminal.warn(f"{hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml).")
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":

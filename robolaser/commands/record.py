@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
-RECORDED = ("dataset.toml", "poses.csv", "plan.csv", "robot.urdf")
 WHERE = Group("Poses, from exactly one of", sort_key=-3, validator=mutually_exclusive)
 GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive)
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
@@ -46,6 +45,7 @@ def record(
     output: Annotated[Path, Parameter(metavar="RECORDING")],
     resume: Annotated[bool, Parameter(group=THERE)] = False,
     force: Annotated[bool, Parameter(group=THERE)] = False,
+    confirm_position: bool = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Drive a cell's arm from pose to pose and take images; nothing moves without --move.
@@ -72,6 +72,7 @@ def record(
         move: Let the arm move.
         resume: Continue a recording that was interrupted.
         force: Overwrite an earlier recording.
+        confirm_position: With --resume, the arm stands where its controller says, though it stood elsewhere before.
     """
     from robolaser.cell.arms import arm_class
     from robolaser.cell.recording_writer import RecordingWriter
@@ -86,6 +87,7 @@ def record(
     _refuse_idle("--both-ways", both_ways, "poses that are named", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
+    _refuse_idle("--confirm-position", confirm_position, "--resume", resume)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
     robot = described.robot
@@ -118,8 +120,8 @@ def record(
         )
     if not resume:
         writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
-    with results_in(output, command="record", files=() if resume else RECORDED, force=force):
-        _record(described, robot, writer, terminal)
+    with results_in(output, command="record", files=writer.files, over=["extract"], force=force or resume):
+        _record(described, robot, writer, terminal, position_confirmed=confirm_position)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -154,7 +156,7 @@ def _planned(
     from robolaser.cell.route import numbered
     from robolaser.estimation.optimal_poses import planned
 
-    may = allowed(cell.description, cell.limits, approach_rad)
+    may = allowed(cell, approach_rad)
     return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
@@ -164,17 +166,17 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
     Raises:
         PlanError: It breaks the cell's limits.
     """
+    from robolaser.cell.cell_collisions import collision_model, tool_points
     from robolaser.cell.joint_text import joint_text
     from robolaser.cell.motion_time import seconds_for
-    from robolaser.cell.plan_validation import lowest, tool_points, unsafe, violations
+    from robolaser.cell.plan_validation import cell_violations, lowest, unsafe
     from robolaser.cell.route import way
 
     if not waypoints:
         terminal.print("No pose remains.")
         return
     names, q = way(waypoints)
-    tools = tool_points(cell.description)
-    heights = lowest(robot, q, tools)
+    heights = lowest(robot, q, tool_points(cell.description))
     seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
     width = max(4, *map(len, names))
     terminal.print(f"{'pose':<{width}} {' '.join(f'{joint:>10}' for joint in robot.joints)}  way [s]  lowest [m]")
@@ -182,13 +184,17 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
         angles = " ".join(f"{joint_text(robot, i, float(value)):>10}" for i, value in enumerate(row))
         terminal.print(f"{name:<{width}} {angles}  {time_s:>7.1f}  {height:>10.3f}")
     terminal.print(f"{len(waypoints)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
-    broken = violations(robot, cell.limits, tools, None, names, q)
+    for pair in collision_model(cell.description, cell.limits, cell.boxes).unchecked:
+        terminal.warn(f"{pair} overlap wherever the arm is, so they are not checked: correct [[box]] in cell.toml.")
+    broken = cell_violations(cell, None, names, q)
     if broken:
         run_up = any(waypoint.approach is not None for waypoint in waypoints)
         raise unsafe(broken, run_up=run_up)
 
 
-def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal) -> None:
+def _record(
+    cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool
+) -> None:
     import cv2
 
     from robolaser.cell.arms import open_arm
@@ -209,7 +215,7 @@ def _record(cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: T
         def tell(what: str) -> None:
             progress(what, writer.done / planned)
 
-        session = Session(cell, robot, arm, camera, writer, clock, terminal.warn)
+        session = Session(cell, robot, arm, camera, writer, clock, terminal.warn, position_confirmed=position_confirmed)
         session.run(lambda waypoint: tell(waypoint.name), tell)
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},

@@ -4,19 +4,26 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, final
 
+import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset, Positive
-from robolaser.data.dataset_file import Text, check_format, describe
+from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.urdf import parse
+from robolaser.geometry.urdf.tree import unknown_frame
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
 USUAL_BAUD = 9600
 USUAL_SETTLE_S = 0.3
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
+NotNegative = Annotated[float, Meta(ge=0)]
+USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
+Axes = Literal["er7", "er5plus"]
+UNATTENDED_S = 0.9
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -34,6 +41,9 @@ class ArmLine:
         reference_rad: Joint angles at the controller's reference posture; empty: all zero.
         direction: +1 or -1 for each joint: which way it counts; empty: all +1.
         home: Whether it searches its home before it measures.
+        unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
+            computer dies [s].
+        axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
     """
 
     kind: Text
@@ -44,6 +54,8 @@ class ArmLine:
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
+    unattended_s: Positive = UNATTENDED_S
+    axes: Axes = "er7"
 
 
 @final
@@ -52,6 +64,7 @@ class CameraLine:
     """The camera.
 
     Attributes:
+        kind: Name under which an installed package announces it; empty: the source decides.
         source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
         exposure: In the driver's own unit; None: as it is.
         gain: Likewise.
@@ -62,6 +75,7 @@ class CameraLine:
     exposure: float | None = None
     gain: float | None = None
     settle_s: Positive = USUAL_SETTLE_S
+    kind: str = ""
 
 
 @final
@@ -77,11 +91,35 @@ class Limits:
             floor.
         reach_m: Farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes.
         speed_rad_s: Fastest that any joint turns [rad/s or m/s].
+        margin_m: Least distance between links, scanner and boxes that could hit each other [m].
+        link_radius_m: Of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length.
     """
 
     floor_m: float | None = None
     reach_m: float | None = None
     speed_rad_s: Positive = USUAL_SPEED_RAD_S
+    margin_m: NotNegative = USUAL_MARGIN_M
+    link_radius_m: Positive | None = None
+
+
+@final
+@dataclass(frozen=True)
+class Box:
+    """Something in the cell, or on a link of the arm, that nothing may hit.
+
+    Attributes:
+        name: For people.
+        centre_m: In the frame of its link, (3,) [m].
+        size_m: Edges along its own x, y and z, (3,) [m].
+        quat: Its rotation there, (x, y, z, w).
+        link: The link that carries it; None: it stands in the base frame.
+    """
+
+    name: Text
+    centre_m: tuple[float, float, float]
+    size_m: tuple[Positive, Positive, Positive]
+    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    link: Text | None = None
 
 
 @final
@@ -106,6 +144,7 @@ class CellFile:
     camera: CameraLine
     laser: LaserLine = LaserLine()
     limits: Limits = Limits()
+    box: tuple[Box, ...] = ()
 
 
 @final
@@ -119,6 +158,7 @@ class Cell:
         camera: The camera.
         laser_output: The controller's output that switches the laser; None: it is always on.
         limits: What no pose may break.
+        boxes: What stands in the cell, or is carried, and must not be hit.
         warnings: What is odd, but no error.
     """
 
@@ -127,6 +167,7 @@ class Cell:
     camera: CameraLine
     laser_output: int | None
     limits: Limits
+    boxes: tuple[Box, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property
@@ -172,12 +213,14 @@ def load_cell(folder: str | Path) -> Cell:
             column="robot",
         )
     _check_arm(read.arm, len(description.robot.joints))
+    _check_boxes(read.box, description.robot)
     return Cell(
         description=description,
         arm=read.arm,
         camera=read.camera,
         laser_output=read.laser.output,
         limits=read.limits,
+        boxes=read.box,
         warnings=(*description.warnings, *_unlimited(read.limits)),
     )
 
@@ -196,3 +239,15 @@ def _check_arm(arm: ArmLine, joints: int) -> None:
         raise wrong(FILE, ("arm", "direction"), list(arm.direction), "+1 or -1 for each joint")
     if len(set(arm.ids)) < len(arm.ids):
         raise wrong(FILE, ("arm", "ids"), list(arm.ids), "different whole numbers from 0 to 253")
+
+
+def _check_boxes(boxes: tuple[Box, ...], robot: Robot) -> None:
+    links = parse(robot.urdf).links
+    names = [box.name for box in boxes]
+    for number, box in enumerate(boxes):
+        if box.name in links or box.name in names[:number]:
+            raise wrong(FILE, ("box", "name"), box.name, "a name that no other box and no link has")
+        if box.link is not None and box.link not in links:
+            raise unknown_frame(f"{FILE}, [[box]] {box.name}", box.link, links)
+        if abs(float(np.linalg.norm(box.quat)) - 1) > QUATERNION_SLACK:
+            raise wrong(FILE, ("box", "quat"), list(box.quat), "a rotation (x, y, z, w) of length 1")

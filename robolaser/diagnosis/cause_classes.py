@@ -4,7 +4,7 @@ An arm that is off everywhere a little has a dozen effects that could each stand
 the arm's geometry could stand in for all of them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import stepwise_order
+from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import (
@@ -71,11 +72,11 @@ def cause_classes(
         if some < LEAST_PROBABILITY:
             continue
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
-        found.append(CauseClass(name, some, without_m, gap, ordered, tuple(credible_set(one.weights) for one in own)))
-    if left and verdict == "unexplained":
-        ratio = left[0].likelihood_ratio
-        odds = posterior_weights(np.array([0.0, ratio - CHI2_OF_UNMODELLED_CAUSE]))
-        found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=left[0].site))
+        found.append(CauseClass(name, some, without_m, gap, ordered, tuple(filter(None, map(credible_set, own)))))
+    strange = next((site for site in left if site.unknown), None)
+    if strange and verdict == "unexplained":
+        odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
+        found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=strange.site))
     return tuple(sorted(found, key=_importance))
 
 
@@ -95,18 +96,21 @@ def member_probabilities(evidence: Sequence[EffectEvidence]) -> dict[CandidateEf
     return {candidate: 1.0 - p for candidate, p in none.items() if 1.0 - p >= LEAST_PROBABILITY}
 
 
-def credible_set(weights: Mapping[CandidateEffect | None, float]) -> tuple[CandidateEffect, ...]:
-    """The fewest candidates that together have the credible mass; empty where that none is at work must be one."""
+def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
+    """The fewest candidates in an effect's place that together have the credible mass.
+
+    Empty where that takes the chance that none is at work, or something that nobody modelled.
+    """
     chosen: list[CandidateEffect] = []
     mass = 0.0
-    for candidate in sorted(weights, key=lambda one: -weights[one]):
+    for candidate, weight in sorted(evidence.weights.items(), key=lambda pair: -pair[1]):
         if candidate is None:
             return ()
         chosen.append(candidate)
-        mass += weights[candidate]
+        mass += weight * evidence.credibility
         if mass >= CREDIBLE_MASS:
-            break
-    return tuple(chosen)
+            return tuple(chosen)
+    return ()
 
 
 def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
@@ -123,8 +127,8 @@ def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     """
     rivals = [without, *_substitutes(refits, final, without, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
-    unmodelled = [refits.unmodelled(final, without)]
     own = [one for one in final.effects if class_of(one) == name]
+    unmodelled = [refits.unmodelled(final, without), PostureRivals.of(refits, final).unmodelled(own)]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
         unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
     return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))

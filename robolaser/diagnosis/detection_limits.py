@@ -17,7 +17,7 @@ from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
 
-def detection_limits(tests: Sequence[ScoreTest]) -> tuple[DetectionLimit, ...]:
+def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()) -> tuple[DetectionLimit, ...]:
     """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
 
     A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
@@ -26,15 +26,14 @@ def detection_limits(tests: Sequence[ScoreTest]) -> tuple[DetectionLimit, ...]:
 
     Args:
         tests: All against the final model.
+        alone: All against the model without effects: what is seen there alone, the effects found imitate.
     """
+    seen_alone = {test.candidate_effect for test in alone if _size(test) <= _largest(test)}
     limits = []
     for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
         amplitude = test.candidate_effect.effect.amplitudes()[0]
-        length = float(np.linalg.norm(test.columns[:, 0]))
-        needed = np.sqrt(penalty(test)) + DETECTION_SIGMA
-        size = np.inf if _is_imitated(test) else needed / length * amplitude.prior_scale
+        size, largest = _size(test), _largest(test)
         identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
-        largest = min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)
         is_seen, is_identified = size <= largest, identifiable <= largest
         limits.append(
             DetectionLimit(
@@ -45,9 +44,24 @@ def detection_limits(tests: Sequence[ScoreTest]) -> tuple[DetectionLimit, ...]:
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
+                is_imitated=not is_seen and test.candidate_effect in seen_alone,
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))
+
+
+def _size(test: ScoreTest) -> float:
+    """Of an effect's principal parameter, found nine times in ten; infinite where the fitted parameters imitate it."""
+    length = float(np.linalg.norm(test.columns[:, 0]))
+    needed = np.sqrt(penalty(test)) + DETECTION_SIGMA
+    scale = test.candidate_effect.effect.amplitudes()[0].prior_scale
+    return np.inf if _is_imitated(test) else float(needed / length * scale)
+
+
+def _largest(test: ScoreTest) -> float:
+    """Plausible size of that parameter."""
+    amplitude = test.candidate_effect.effect.amplitudes()[0]
+    return min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)
 
 
 def _is_imitated(test: ScoreTest) -> bool:

@@ -8,9 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Ints
+from robolaser.cell.cell_collisions import collision_model
+from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
+from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.visibility import limits, random_configurations
+from robolaser.parameters import Values
 
 A = TypeVar("A", bound=np.generic)
 
@@ -24,7 +28,9 @@ APART_RAD = 0.3
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """Configurations within the joint limits, the target in sight, that would tell two fitted models apart best.
+    """Configurations that would tell two fitted models apart best.
+
+    They are within the joint limits, have the target in sight, and the arm and its sensor do not hit themselves.
 
     Both models, each with its own best parameters, predict what would be measured; where they differ most, in standard
     deviations of the noise, a measurement decides most (T-optimality: Atkinson, Fedorov 1975).
@@ -37,8 +43,9 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     robot, q = dataset.robot, dataset.poses.q
     if robot is None or q is None:
         return ()
-    tried = _configurations(dataset, np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
     values = one.problem.parameters.values(one.x[None])
+    tried = _aimed(one, values, _configurations(dataset, rng), rng)
     seen = one.model.sensor.seen_from(values, robot.forward(tried[None])[0])
     if seen is None or not seen[1].any():
         return ()
@@ -49,8 +56,10 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
     distance = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
+    bodies = collision_model(dataset, Limits())
     for i in np.argsort(-distance, kind="stable"):
-        if all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen):
+        apart_from_others = all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen)
+        if apart_from_others and bodies.clear(tried[[i]])[0]:
             chosen.append(int(i))
         if len(chosen) == WANTED:
             break
@@ -68,6 +77,18 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
     tried[:, still] = q[0, still]
     inside: Array = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
     return inside
+
+
+def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> Array:
+    """Configurations near by from which the sensor sees something; the same ones where it need not aim."""
+    robot, q = fit.model.dataset.arm
+    aims = fit.model.sensor.aims(values, robot.forward(q[None])[0])
+    if aims is None:
+        return tried
+    tools, goals = aims
+    which = rng.integers(len(tools), size=len(tried))
+    found, reached = touching(robot, lambda q: robot.forward(q[None])[0], tools[which], goals[which], tried)
+    return found[reached]
 
 
 def _prediction(fit: Fit, extended: Dataset) -> Array:

@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
@@ -83,12 +84,16 @@ def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tu
 
 
 def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
-    """Effects that only imitate what a larger one leaves, the least explaining first."""
-    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
+    """Effects that only imitate what a larger one leaves, the least explaining first.
+
+    The geometry of a whole arm is a constant: it has no form that could differ and leave something to imitate.
+    """
+    arm = placements_of_arm(final.effects)
+    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects if one not in arm}
     largest = max(explained.values(), default=0.0)
     return [
         one
-        for one in sorted(final.effects, key=lambda one: explained[one])
+        for one in sorted(explained, key=lambda one: explained[one])
         if is_form(explained[one], _explained_beside(refits, final, one, explained))
         or (
             explained[one] < ALIAS_SHARE * largest

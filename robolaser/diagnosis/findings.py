@@ -138,7 +138,7 @@ def not_testable(
     reasons = {name: reason for name, reason in reasons.items() if reason}
     unseen: dict[str, list[str]] = {}
     for one in limits:
-        if one.size is None:
+        if one.size is None and not one.is_imitated:
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
         reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses at any plausible size")

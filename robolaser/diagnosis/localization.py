@@ -28,6 +28,7 @@ class Localization:
         share: Of the squared whitened gap beyond noise, what a function there explains beyond the price of its freedom.
         likelihood_ratio: Twice its logarithm, against no function there.
         p_value: Of that, corrected for all sites and coordinates that were tried.
+        unknown: Whether the function may be of a form that the library of effects does not have.
     """
 
     site: str
@@ -35,6 +36,7 @@ class Localization:
     share: float
     likelihood_ratio: float
     p_value: float
+    unknown: bool = True
 
 
 def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, float]:
@@ -81,8 +83,9 @@ def localize(fit: Fit) -> list[Localization]:
     excess = fit.chi2 - fit.freedoms
     whole = max(excess, sum(one.ratio for one in selected))
     found = [
-        Localization(one.site.site, one.site.coordinate, one.ratio / whole, one.ratio, p_value(one.ratio, tried))
+        Localization(site.site, site.coordinate, one.ratio / whole, one.ratio, p_value(one.ratio, tried), site.unknown)
         for one in selected
+        for site in [one.site]
     ]
     return sorted(found, key=lambda one: -one.share)
 

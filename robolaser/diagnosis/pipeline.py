@@ -126,7 +126,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     verdict = judge(_evidence(start, final, left, gap))
     classes = cause_classes(verdict, refits, final, evidence, left, held_out)
     where = _where(verdict, refits, final, evidence, classes, left)
-    limits = detection_limits(refits.score_tests(final))
+    limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out)
     errors = standard_errors(final, refits.score_tests(final), evidence)

@@ -10,6 +10,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
@@ -22,6 +23,7 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
 
     First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
     better; then aliases of larger effects; then those that are not credible. Of several, the worse half goes at a time.
+    Now that others are gone, another effect may be the probable one in a place: then it takes that place.
 
     Args:
         refits: Fits sets of effects.
@@ -34,7 +36,8 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     final = _helpful(refits, final, held_out)
     while True:
         left = localize(final)
-        unmodelled = {one: _unmodelled(refits, final, one) for one in final.effects}
+        rivals = PostureRivals.of(refits, final)
+        unmodelled = {one: max(_unmodelled(refits, final, one), rivals.unmodelled([one])) for one in final.effects}
         doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
@@ -44,10 +47,20 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
                 final = refits.refit(final, removed=one)
             continue
         helpful = _helpful(refits, final, held_out)
-        if helpful is final:
-            evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
+        if helpful is not final:
+            final = helpful
+            continue
+        evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
+        exchanged = _exchanged(final, evidence, held_out)
+        if exchanged is None:
             return final, evidence, left
-        final = helpful
+        final = exchanged
+
+
+def _exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
+    """With an effect exchanged for one that is more probable than not in its place and predicts new poses as well."""
+    probable = (fit for one in evidence for other, fit in one.alternatives if one.weights[other] > EVEN)
+    return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:

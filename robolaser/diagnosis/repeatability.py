@@ -7,7 +7,11 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import LARGEST_SCATTER
 from robolaser.model.noise.covariance import NoiseModel, Origin
+
+NEAR = 1e-6
+"""Relative distance from a limit, within which a size is on it."""
 
 
 @final
@@ -45,6 +49,14 @@ class Repeatability:
     def is_estimated(self) -> bool:
         """Whether nobody stated it."""
         return any(source.origin != "stated" for source in self.sources.values())
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether it is estimated as large as chance may be on any arm: then more may scatter."""
+        return any(
+            source.origin == "estimated" and source.value >= (1.0 - NEAR) * LARGEST_SCATTER[source.unit]
+            for source in self.sources.values()
+        )
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:

@@ -82,7 +82,7 @@ class CauseClass:
         gap_with_m: The same of the final model [m].
         members: Its effects that may be at work, each with its probability, the most probable first.
         credible_sets: For each of its effects that were found, the fewest candidates of any class of which one is at
-            work with 95 %.
+            work with 95 %, where there is such a set.
         site: Of an unknown cause.
     """
 
@@ -127,6 +127,7 @@ class DetectionLimit:
         rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
         at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
             data, nothing refitted [m].
+        is_imitated: Whether it is unseen only because the effects found do the same.
     """
 
     candidate_effect: CandidateEffect
@@ -136,6 +137,7 @@ class DetectionLimit:
     identifiable: float | None = None
     rival: CandidateEffect | None = None
     at_tool_m: float | None = None
+    is_imitated: bool = False
 
 
 @final

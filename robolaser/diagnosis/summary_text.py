@@ -46,9 +46,11 @@ def sentence(
         before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
         text += f" Rotations on new poses err by {after}" + (f", {before} without it." if findings else ".")
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
-        text += (
-            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance: so well does"
-            " the arm repeat, and that is a part of the noise."
+        scatter = f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance"
+        text += scatter + (
+            " or more: no more is taken for noise."
+            if repeatability.is_limited
+            else ": so well does the arm repeat, and that is a part of the noise."
         )
     if not len(gross):
         return text
@@ -149,6 +151,8 @@ def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: 
     if len(either) >= len(doubtful):
         return text
     which = "Which single effects of these are at work" if is_all and not text else "Which others are at work"
+    if is_all and not text and len(doubtful) == 1:
+        which = f"Whether {named(doubtful[0].candidate_effect)} or another one is at work"
     return f"{text} {which}, these poses do not tell.".lstrip()
 
 

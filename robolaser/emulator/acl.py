@@ -21,9 +21,23 @@ FASTEST_RAD_S = 1.0
 """Of every axis, at speed 100 (or m/s)."""
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
-ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
-PROMPT, BOOT = b">", b"\r\n>_"
-UNKNOWN = ["*** UNKNOWN COMMAND"]
+ABORT, CANCEL, BACKSPACE, ENTER, NEWLINE = 0x01, 0x03, 0x08, 0x0D, 0x0A
+PROMPT = b">"
+BOOT = [
+    "----RAM TEST COMPLETE.",
+    "",
+    "----ROM TEST COMPLETE.",
+    "",
+    "USER RAM CHECKPOINT ERROR !",
+    "INSTALLING DEFAULT SETUP.",
+    "SYSTEM READY !",
+]
+"""What a controller prints that lost what its battery kept."""
+VERSION = ["--- ESHED ROBOTEC ---", "VERSION: 1.31", "DATE : 15/08/89"]
+UNKNOWN = ["*** UNRECOGNIZED REQUEST"]
+SHOWS_EVERY_S = 0.5
+ENCODERS = 8
+"""Columns of SHOW ENCO, whatever the arm has."""
 
 
 @final
@@ -42,7 +56,7 @@ class AclController(Controller):
         self._line = bytearray()
         self._echo = True
         self._asked: str | None = None
-        self._moved_s: float | None = None
+        self._shows_s: float | None = None
         self._unsaid = b""
         self._words: dict[str, Callable[[list[str], float], list[str]]] = {
             "LISTPV": self._listpv,
@@ -54,7 +68,8 @@ class AclController(Controller):
             "SETPV": self._setpv,
             "SETPVC": self._setpvc,
             "MOVE": self._move,
-            "MOVED": self._moved,
+            "SHIFT": self._shift,
+            "VER": self._version,
             "SPEED": self._set_speed,
             "HOME": self._home,
             "SET": self._set,
@@ -79,9 +94,10 @@ class AclController(Controller):
                 self._encoders.find_home()
             self._homing = None
         said, self._unsaid = self._unsaid, b""
-        if self._moved_s is not None and now_s >= self._moved_s:
-            self._moved_s = None
-            said += _lines(OK) + PROMPT
+        while self._shows_s is not None and now_s >= self._shows_s:
+            counts = [*self._counts(self._shows_s), *[0] * ENCODERS][:ENCODERS]
+            said += b"\r" + " ".join(f"{count:0{5 + (count < 0)}d}" for count in counts).encode()
+            self._shows_s += SHOWS_EVERY_S
         return said
 
     def motor(self, now_s: float) -> Array:
@@ -107,9 +123,12 @@ class AclController(Controller):
     def _take(self, byte: int, now_s: float) -> bytes:
         if byte == ABORT:
             self._line.clear()
-            self._asked = self._moved_s = None
+            self._asked = self._shows_s = None
             self._stop(now_s)
             return b"\r\n" + PROMPT
+        if self._shows_s is not None:
+            self._shows_s = None if byte == CANCEL else self._shows_s
+            return b"\r\n" + PROMPT if byte == CANCEL else b""
         if byte == NEWLINE:
             return b""
         echo = bytes([byte]) if self._echo else b""
@@ -134,7 +153,7 @@ class AclController(Controller):
                 lines = self._words[word](rest, now_s)
             else:
                 lines = UNKNOWN
-        waits = self._asked is not None or self._moved_s is not None
+        waits = self._asked is not None or self._shows_s is not None
         return _lines(lines) + (b"" if waits else PROMPT)
 
     def _listpv(self, rest: list[str], now_s: float) -> list[str]:
@@ -142,10 +161,19 @@ class AclController(Controller):
         return found.lines(rest) if isinstance(found, Missing) else self._positions.show(found)
 
     def _show(self, rest: list[str], now_s: float) -> list[str]:
+        if rest == ["ENCO"]:
+            self._shows_s = now_s
+            return ["enc1 enc2 enc3 enc4 enc5 enc6 enc7 enc8"]
+        if rest in (["DIN"], ["DOUT"]):
+            on = self._outputs if rest == ["DOUT"] else set()
+            return ["1 -> 16: " + " ".join(str(int(i in on)) for i in OUTPUTS), *OK]
         if rest == ["SPEED"]:
-            return [f"SPEED {self._speed}"]
+            return [f"SPEED {self._speed}", *OK]
         which = number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
-        return UNKNOWN if which is None else [f"PAR {which} = {self._encoders.par.get(which, 0)}"]
+        return UNKNOWN if which is None else [f"PAR {which}={self._encoders.par.get(which, 0)}", *OK]
+
+    def _version(self, rest: list[str], now_s: float) -> list[str]:
+        return VERSION
 
     def _let(self, rest: list[str], now_s: float) -> list[str]:
         said = re.fullmatch(r"PAR(\d+)=(-?\d+)", "".join(rest))
@@ -195,12 +223,8 @@ class AclController(Controller):
         self._go(goal, hundredths / 100, now_s)
         return OK
 
-    def _moved(self, rest: list[str], now_s: float) -> list[str]:
-        lines = self._move(rest, now_s)
-        if lines != OK:
-            return lines
-        self._moved_s = rest_s(self._axes)
-        return []
+    def _shift(self, rest: list[str], now_s: float) -> list[str]:
+        return self._positions.shift(rest)
 
     def _set_speed(self, rest: list[str], now_s: float) -> list[str]:
         speed = number(rest[0]) if len(rest) == 1 else None
@@ -272,7 +296,6 @@ class AclController(Controller):
 
     def _give_up(self, line: str, axis: int, now_s: float) -> None:
         self._stop(now_s)
-        self._moved_s = None
         self._disabled.add(axis)
         self._unsaid += _lines([line])
 
@@ -281,9 +304,9 @@ class AclController(Controller):
         self._encoders.lose(self.motor(now_s))
         self._positions.forget_all()
         self._outputs.clear()
-        self._unsaid = BOOT
+        self._unsaid = _lines(BOOT) + PROMPT
         self._line.clear()
-        self._asked = self._moved_s = None
+        self._asked = self._shows_s = None
         self._echo, self._speed = True, 50
         self._disabled = set()
 

@@ -14,6 +14,8 @@ REFERENCE = 52
 """PAR 52, 53, ...: counts of axis 1, 2, ... at the reference posture."""
 LENGTHS = 92
 """PAR 92 to 97: lengths of the arm [0.1 mm]."""
+OTHERS = {261: 10}
+"""As the guide prints it (p. 3-104)."""
 COUNTS = (23040, -23040, 23040, -19200, 23040)
 """For 90 degrees, and over again for more axes: 256 a degree, some encoders mounted the other way round."""
 HOME = (0.5, 0.35, 0.65, 0.5, 0.5)
@@ -24,9 +26,18 @@ UNLIMITED = np.pi
 
 @final
 class Encoders:
-    """Counts of all axes. They are zero at home; before homing, zero is where the power came on."""
+    """Counts of all axes. They are zero at home; before homing, zero is where the power came on.
 
-    def __init__(self, robot: Robot, reference: Sequence[float], direction: Sequence[float]) -> None:
+    Args:
+        robot: The arm.
+        reference: Joint angles at the reference posture, (j,) [rad]; empty: all zero.
+        direction: +1 or -1 for each joint; empty: all +1.
+        decoupled: Whether its motors all sit in the base, as those of an ER V plus.
+    """
+
+    def __init__(
+        self, robot: Robot, reference: Sequence[float], direction: Sequence[float], *, decoupled: bool = False
+    ) -> None:
         j = len(robot.joints)
         self.lower = np.where(np.isfinite(robot.lower), robot.lower, -UNLIMITED)
         self.upper = np.where(np.isfinite(robot.upper), robot.upper, UNLIMITED)
@@ -34,7 +45,9 @@ class Encoders:
         self._reference = np.array(reference or [0.0] * j)
         self._direction = np.array(direction or [1.0] * j)
         self._quarter = np.resize(COUNTS, j)
-        self._at_reference = np.rint(self._direction * self._quarter * (self._reference - self.home) / (np.pi / 2))
+        self._decoupled = decoupled
+        self._at_reference = np.zeros(j)
+        self._at_reference = -np.rint(self._true(self.home))
         joints = robot.joint_frames(self.home[None, None])[0, 0, :, :3, 3]
         flange = robot.forward(self.home[None, None])[0, 0, :3, 3]
         lengths = np.linalg.norm(np.diff([*joints, flange], axis=0), axis=1)[:6]
@@ -42,6 +55,7 @@ class Encoders:
             **{QUARTER + i: int(counts) for i, counts in enumerate(self._quarter)},
             **{REFERENCE + i: int(counts) for i, counts in enumerate(self._at_reference)},
             **{LENGTHS + i: round(length * 1e4) for i, length in enumerate(lengths)},
+            **OTHERS,
         }
         self._shift = np.zeros(j)
 
@@ -53,7 +67,14 @@ class Encoders:
     def angles(self, counts: Ints) -> Array:
         """Joint angles at which the counters show this, (j,) -> (j,) [rad]."""
         turned = counts + self._shift - self._at_reference
-        q: Array = self._reference + self._direction * turned * (np.pi / 2) / self._quarter
+        if self._decoupled:
+            pitch, roll = (turned[3] - turned[4]) / 2, (turned[3] + turned[4]) / 2
+            turned = np.array([*turned[:3], pitch, roll])
+        turned = turned * (np.pi / 2) / self._quarter
+        if self._decoupled:
+            _, shoulder, forearm, hand, _ = turned.tolist()
+            turned[2:4] = forearm - shoulder, hand - forearm
+        q: Array = self._reference + self._direction * turned
         return q
 
     def lose(self, q: Array) -> None:
@@ -70,5 +91,12 @@ class Encoders:
         return [int(i) + 1 for i in np.flatnonzero((q < self.lower - slack) | (q > self.upper + slack))]
 
     def _true(self, q: Array) -> Array:
-        true: Array = self._at_reference + self._direction * self._quarter * (q - self._reference) / (np.pi / 2)
+        turned = self._direction * (q - self._reference)
+        if self._decoupled:  # belts keep a link's direction in the world while the links before it turn
+            turned[1:4] = np.cumsum(turned[1:4])
+        motors = turned * self._quarter / (np.pi / 2)
+        if self._decoupled:  # the hand's bevel gears: both motors turn for pitch and for roll
+            pitch, roll = motors[3:]
+            motors[3:] = roll + pitch, roll - pitch
+        true: Array = self._at_reference + motors
         return true

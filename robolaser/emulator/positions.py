@@ -10,6 +10,8 @@ from robolaser.emulator.encoders import Encoders
 from robolaser.geometry.kinematics import Robot
 
 OK = ["O.K."]
+WIDTH = 9
+"""Of a number in a listing, with its sign, or a blank for plus."""
 BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
 BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
 BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
@@ -84,6 +86,16 @@ class Positions:
         changed[axis - 1] = counts
         return self.store(rest, changed)
 
+    def shift(self, rest: list[str]) -> list[str]:
+        """SHIFT name BY axis counts."""
+        stored = self.find(rest)
+        if isinstance(stored, Missing):
+            return stored.lines(rest)
+        axis, counts = (number(word) for word in (*rest[2:4], "", "")[:2])
+        if axis is None or counts is None or not 1 <= axis <= len(stored) or rest[1] != "BY":
+            return BAD_AXIS
+        return self.set_counts([rest[0], str(axis), str(stored[axis - 1] + counts)])
+
     def set_cartesian(self, rest: list[str]) -> list[str]:
         """SETPVC name coordinate value."""
         stored = self.find(rest)
@@ -102,9 +114,13 @@ class Positions:
         """What LISTPV says of counts, (j,)."""
         where = place(self._robot, self._encoders.angles(counts))
         return [
-            " ".join(f"{i}:{count:<7d}" for i, count in enumerate(counts, 1)).rstrip(),
-            " ".join(f"{name}:{value:<7d}" for name, value in zip(NAMES, where, strict=True)).rstrip(),
+            "".join(f"{i}:{count:<{WIDTH}}" for i, count in enumerate(map(_signed, counts), 1)).rstrip(),
+            "".join(f"{name}:{_signed(value):<{WIDTH}}" for name, value in zip(NAMES, where, strict=True)).rstrip(),
         ]
+
+
+def _signed(value: int) -> str:
+    return f"{value: d}"
 
 
 def number(word: str) -> int | None:

@@ -29,7 +29,7 @@ def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array)
     Args:
         robot: The nominal arm.
         forward: The arm as it is.
-        tool: In the flange frame, (3,) [m].
+        tool: In the flange frame, (3,) or (n, 3) [m].
         goal: In the base frame, (n, 3) [m].
         q: Where to start, (n, j).
 

@@ -50,22 +50,8 @@ def exp_so3(turn: Array) -> Array:
 
 
 def log_so3(R: Array) -> Array:
-    """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`.
-
-    By the quaternion, from the row of 4 q qᵀ with the largest diagonal entry: without loss at any angle (Shepperd
-    1978).
-    """
-    x, y, z = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
-    Q = np.empty((*R.shape[:-2], 4, 4))
-    for i, diagonal in enumerate((x - y - z, y - x - z, z - x - y, x + y + z)):
-        Q[..., i, i] = 1.0 + diagonal
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        k = 3 - i - j
-        Q[..., i, j] = Q[..., j, i] = R[..., i, j] + R[..., j, i]
-        Q[..., k, 3] = Q[..., 3, k] = R[..., j, i] - R[..., i, j]
-    largest = np.argmax(np.einsum("...ii->...i", Q), axis=-1)
-    q = np.take_along_axis(Q, largest[..., None, None], axis=-2)[..., 0, :]
-    q *= np.where(q[..., 3:] < 0.0, -1.0, 1.0)
+    """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`."""
+    q = _along_quaternion(R)
     sine = np.linalg.norm(q[..., :3], axis=-1)
     angle = 2.0 * np.arctan2(sine, q[..., 3])
     turn: Array = q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
@@ -154,18 +140,23 @@ def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array
     return axes
 
 
-def to_angles(R: Array) -> tuple[Array, Array, Array]:
-    """(w, φ, ψ) with R = R_x(w) R_y(φ) R_z(ψ); (..., 3, 3) -> three of (...) [rad], φ within ±π/2.
+def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:
+    """(w, φ, ψ) of which `from_angles` makes R, (..., 3, 3) -> three of (...) [rad]; φ within ±π/2, for "zyz" 0 to π.
 
     Where φ leaves only the sum or difference of the others, w is zero.
     """
-    cos = np.hypot(R[..., 0, 0], R[..., 0, 1])
-    phi = np.arctan2(R[..., 0, 2], cos)
-    w = np.where(cos > 0, np.arctan2(-R[..., 1, 2], R[..., 2, 2]), 0.0)
+    if order == "xyz":
+        cos = np.hypot(R[..., 0, 0], R[..., 0, 1])
+        phi = np.arctan2(R[..., 0, 2], cos)
+        w = np.where(cos > 0, np.arctan2(-R[..., 1, 2], R[..., 2, 2]), 0.0)
+        across = np.cos(w)[..., None] * R[..., 1, :] + np.sin(w)[..., None] * R[..., 2, :]
+    else:
+        sin = np.hypot(R[..., 0, 2], R[..., 1, 2])
+        phi = np.arctan2(sin, R[..., 2, 2])
+        w = np.where(sin > 0, np.arctan2(R[..., 1, 2], R[..., 0, 2]), 0.0)
+        across = np.cos(w)[..., None] * R[..., 1, :] - np.sin(w)[..., None] * R[..., 0, :]
     # with w known the rest follows without loss, also where the middle angle is a right one
-    c, s = np.cos(w), np.sin(w)
-    psi = np.arctan2(c * R[..., 1, 0] + s * R[..., 2, 0], c * R[..., 1, 1] + s * R[..., 2, 1])
-    return w, phi, psi
+    return w, phi, np.arctan2(across[..., 0], across[..., 1])
 
 
 def from_quaternion(xyzw: Array) -> Array:
@@ -178,12 +169,28 @@ def from_quaternion(xyzw: Array) -> Array:
 
 def to_quaternion(R: Array) -> Array:
     """Quaternions (x, y, z, w), w >= 0, of rotations (..., 3, 3) -> (..., 4)."""
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - loaded when needed: scipy is slow to import
+    q = _along_quaternion(R)
+    unit: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return unit
 
-    if not R.size:  # older versions of SciPy refuse it
-        return np.empty((*R.shape[:-2], 4))
-    flat = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=True)
-    return flat.reshape(*R.shape[:-2], 4)
+
+def _along_quaternion(R: Array) -> Array:
+    """Vectors along the quaternions of rotations, w >= 0, (..., 3, 3) -> (..., 4): without loss at any angle.
+
+    They are the rows of 4 q qᵀ with the largest diagonal entries (Shepperd 1978).
+    """
+    x, y, z = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    Q = np.empty((*R.shape[:-2], 4, 4))
+    for i, diagonal in enumerate((x - y - z, y - x - z, z - x - y, x + y + z)):
+        Q[..., i, i] = 1.0 + diagonal
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        k = 3 - i - j
+        Q[..., i, j] = Q[..., j, i] = R[..., i, j] + R[..., j, i]
+        Q[..., k, 3] = Q[..., 3, k] = R[..., j, i] - R[..., i, j]
+    largest = np.argmax(np.einsum("...ii->...i", Q), axis=-1)
+    q = np.take_along_axis(Q, largest[..., None, None], axis=-2)[..., 0, :]
+    q *= np.where(q[..., 3:] < 0.0, -1.0, 1.0)
+    return q
 
 
 def nearest_rotation(M: Array) -> tuple[Array, Array]:

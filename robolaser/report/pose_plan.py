@@ -1,4 +1,7 @@
-"""What planned poses could tell, as text: the smallest sizes, and the matrix of what is alike."""
+"""What planned poses could tell, as text and as a page: the smallest sizes, and the matrix of what is alike."""
+
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -6,8 +9,10 @@ from rich.text import Text
 
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
+from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
 from robolaser.report.console import plain_unless_terminal, table
 from robolaser.report.digits import millimetres, plain
+from robolaser.report.page import render
 from robolaser.report.setting import noise_lines
 
 INSEPARABLE = 0.995
@@ -15,29 +20,108 @@ INSEPARABLE = 0.995
 DIGITS = 2
 LEAST_SEEING = 0.7
 """Share of the poses, below which the cell that was guessed is not the one that they were planned for."""
+ROW_PX, AROUND_PX = 26, 150
+COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
+GUESSED = (
+    "How the sensor will sit and where its target will stand is guessed, and here it does not fit. Measure once in some"
+    " of these poses, and plan from that data set."
+)
 
 
-def print_plan(plan: PosePlan, *, console: Console | None = None) -> None:
-    """Print both tables; plain text unless on a terminal."""
+def print_plan(plan: PosePlan, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print both tables; plain text unless on a terminal.
+
+    Args:
+        plan: What to print.
+        folder: Where its page is, if it has one.
+        console: Where to print.
+    """
     out = plain_unless_terminal(console)
-    poses = len(plan.dataset.poses)
-    seen = "" if plan.seeing == poses else f", {plan.seeing} of them see something"
-    out.print(Text(f"{plan.dataset.name}: {plan.dataset.format.title}, {poses} poses{seen}", style="bold"))
-    if plan.seeing < LEAST_SEEING * poses:
-        out.print(Text("How the sensor will sit and where its target will stand is guessed, and here it does not fit."))
-        out.print(Text("Measure once in some of these poses, and plan from that data set."))
-    for name, what, size in noise_lines(plan.noise.sigmas, plan.noise.sources):
-        if plan.noise.sigmas[name] > 0 or name in plan.silent:
-            out.print(Text(f"  {name:<10} {size:>10}   ") + Text(what, style="dim"))
-    sizes = table("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
+    out.print(Text(f"{plan.dataset.name}: {_setting(plan)}", style="bold"))
+    if _is_guessed(plan):
+        out.print(Text(GUESSED))
+    for name, what, size in _noise(plan):
+        out.print(Text(f"  {name:<10} {size:>10}   ") + Text(what, style="dim"))
+    sizes = table(*COLUMNS)
     for limit in plan.limits:
         sizes.add_row(*_row(limit))
     out.print(sizes)
     _print_matrix(plan, out)
+    for name, reason in _untried(plan):
+        out.print(Text(f"Not testable: {name}: {reason}", style="dim"))
+    if folder is not None:
+        out.print(Text(f"Look at {folder / 'report.html'}"))
+
+
+def page(plan: PosePlan, *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        plan: What it shows.
+        command: What to type to repeat it.
+    """
+    return render(
+        "plan.html",
+        name=plan.dataset.name,
+        setting=_setting(plan),
+        guessed=GUESSED if _is_guessed(plan) else "",
+        noise=list(_noise(plan)),
+        columns=COLUMNS,
+        limits=[_row(limit) for limit in plan.limits],
+        charts=[_heat_map(plan)],
+        untried=list(_untried(plan)),
+        command=command,
+    )
+
+
+def _setting(plan: PosePlan) -> str:
+    poses = len(plan.dataset.poses)
+    seen = "" if plan.seeing == poses else f", {plan.seeing} of them see something"
+    return f"{plan.dataset.format.title}, {poses} poses{seen}"
+
+
+def _is_guessed(plan: PosePlan) -> bool:
+    return plan.seeing < LEAST_SEEING * len(plan.dataset.poses)
+
+
+def _noise(plan: PosePlan) -> Iterator[tuple[str, str, str]]:
+    for name, what, size in noise_lines(plan.noise.sigmas, plan.noise.sources):
+        if plan.noise.sigmas[name] > 0 or name in plan.silent:
+            yield name, what, size
+
+
+def _untried(plan: PosePlan) -> Iterator[tuple[str, str]]:
     tried = {one.effect.name for one in plan.candidates}
-    for name, reason in plan.untestable.items():
-        if name not in tried:
-            out.print(Text(f"Not testable: {name}: {reason}", style="dim"))
+    return ((name, reason) for name, reason in plan.untestable.items() if name not in tried)
+
+
+def _heat_map(plan: PosePlan) -> Chart:
+    names, alike = plan.of_effects()
+    one, other = np.nonzero(np.isfinite(alike))
+    data = records(
+        effect=[names[i] for i in one],
+        other=[names[i] for i in other],
+        correlation=alike[one, other],
+        cell=[_cell(alike[i, j]) for i, j in zip(one, other, strict=True)],
+    )
+    axes = {
+        channel: {"field": field, "type": "nominal", "sort": list(names), "title": None, "axis": {"labelColor": INK}}
+        for channel, field in (("x", "other"), ("y", "effect"))
+    }
+    depth = {"field": "correlation", "type": "quantitative", "scale": {"domain": [0, 1], "range": [0, 0.85]}}
+    worst = sum(1 for row in data if row["cell"] == "==")
+    return chart(
+        "What looks alike",
+        "Correlation of effects in %, at the locations where they are most alike; == cannot be told apart.",
+        f"Of {len(data)} pairs of {len(names)} effects {worst} cannot be told apart.",
+        [
+            layer({"type": "rect", "color": FITTED}, data, **axes, opacity={**depth, "legend": None},
+                  tooltip=hover("effect", "other", correlation="correlation")),
+            layer({"type": "text", "fontSize": 11}, data, **axes, text={"field": "cell"}),
+        ],
+        height=AROUND_PX + ROW_PX * len(names),
+        zoomable=False,
+    )  # fmt: skip
 
 
 def _row(limit: DetectionLimit) -> tuple[str, ...]:

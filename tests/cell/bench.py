@@ -1,22 +1,26 @@
 """A cell on the bench: emulated controllers on a fake wire, a fake camera, and a clock that jumps."""
 
+import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 from emulated_cell import cell_folder
+from fake_ur import UrRig
 
 from robolaser.arrays import Array
-from robolaser.cell.acl import AclArm
 from robolaser.cell.arm import Arm
+from robolaser.cell.arms import ARMS
 from robolaser.cell.camera import Camera, Image, no_more_images
 from robolaser.cell.clock import Clock
-from robolaser.cell.lss import LssArm
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.cell.session import Session
+from robolaser.cell.ur import UrArm
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
@@ -168,17 +172,27 @@ def cell(tmp_path: Path, kind: str = "acl") -> Cell:
     return load_cell(folder)
 
 
-def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
-    """An emulated controller that the cell's arm would have."""
+def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Any:
+    """The far end that the cell's arm would have: a `Bench`, or a `UrRig` in place of a library."""
+    if cell.arm.kind == "ur":
+        return UrRig(cell, Jumping(), faults)
     return Bench(controller_of(cell), Jumping(), faults, seed, cell.arm.baud)
 
 
-def arm_on(bench: Bench, cell: Cell) -> Arm:
+def kind_of(name: str) -> str:
+    """The kind of an arm of `emulated_cell.ARMS`."""
+    return "acl" if name == "er5plus" else name
+
+
+def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
     """The arm as the package drives it."""
+    if isinstance(bench, UrRig):
+        with pytest.MonkeyPatch.context() as patch:
+            bench.plugged_in(patch)
+            return UrArm.open(cell, bench.clock)
     line = SerialLine(bench, "bench", bench.clock)
-    robot = cell.description.robot
-    assert robot is not None
-    return (AclArm if cell.arm.kind == "acl" else LssArm)(line, cell.arm, robot.joints)
+    arm: Arm = pkgutil.resolve_name(ARMS[cell.arm.kind])(line, cell.arm, cell.robot.joints)
+    return arm
 
 
 def at_home(cell: Cell, home: bool) -> Cell:
@@ -195,14 +209,22 @@ def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     return numbered(home + offsets)
 
 
-def session(cell: Cell, bench: Bench, writer: RecordingWriter, camera: Camera | None = None) -> Session:
+def session(
+    cell: Cell,
+    bench: Bench,
+    writer: RecordingWriter,
+    camera: Camera | None = None,
+    *,
+    position_confirmed: bool = False,
+) -> Session:
     """A recording on the bench, ready to run."""
     robot = cell.description.robot
     size = cell.description.image_px
     assert robot is not None
     assert size is not None
     eye = camera or Painted(bench, size)
-    return Session(cell, robot, arm_on(bench, cell), eye, writer, bench.clock, lambda said: None)
+    arm = arm_on(bench, cell)
+    return Session(cell, robot, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:

@@ -7,7 +7,7 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.acl import PLACE, AclArm
+from robolaser.cell.acl import PLACES, AclArm
 from robolaser.cell.arm import Arm
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineFlooded
 from robolaser.cell.motion import Mover
@@ -68,7 +68,7 @@ def test_a_command_left_half_typed_is_not_carried_out(cell: Cell) -> None:
     bench.arm_on(rig, cell).start_move(rig.motor() + 0.2, 1.0)
     rig.clock.wait(20.0)
     there = rig.motor()
-    SerialLine(rig, "bench", rig.clock).send(f"SETPV {PLACE} 1 0\rMOVE {PLACE}")
+    SerialLine(rig, "bench", rig.clock).send(f"SETPV {PLACES[0]} 1 0\rMOVE {PLACES[0]}")
     bench.arm_on(rig, cell)
     rig.clock.wait(60.0)
     np.testing.assert_array_equal(rig.motor(), there)
@@ -232,7 +232,7 @@ def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell
 def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    for noise in (b"x>_", b"\r\n>_", b">_\r\n>"):
+    for noise in (b"x>_", b"\r\n>_", b"READY", b"SYSTEM\r\n>"):
         rig.coming += noise
         arm.poll_faults()
         np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-9)

@@ -5,14 +5,17 @@ from pathlib import Path
 import bench
 import numpy as np
 import pytest
+from emulated_cell import ARMS as EMULATED
+from fake_ur import UrRig
 
-from robolaser.cell.arms import ARMS
+from robolaser.cell.arms import ARMS as KINDS
 from robolaser.cell.failures import ArmAlarm
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell
 from robolaser.errors import LineLost
 
-WIRED = sorted(set(ARMS) - {"replay"})
+WIRED = sorted(EMULATED)
+Rig = bench.Bench | UrRig
 PLUGGED_S, NOTICED_S = 2.5, 2.0
 
 
@@ -21,9 +24,13 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
     return bench.cell(tmp_path, request.param)
 
 
-def mover(rig: bench.Bench, cell: Cell) -> Mover:
+def mover(rig: Rig, cell: Cell) -> Mover:
     assert cell.description.robot is not None
     return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
+
+
+def test_every_kind_of_arm_is_held_to_these_promises() -> None:
+    assert {bench.kind_of(name) for name in WIRED} == set(KINDS) - {"replay"}
 
 
 def test_opening_moves_nothing(cell: Cell) -> None:
@@ -72,6 +79,24 @@ def test_it_stops_on_the_way(cell: Cell) -> None:
     rig.clock.wait(30.0)
     np.testing.assert_allclose(rig.motor(), stands, atol=1e-3)
     assert np.abs(stands - home).max() < 0.45
+
+
+def test_an_arm_whose_computer_dies_stops_within_a_second(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    moving = mover(rig, cell)
+    home = moving.resting("Before")
+
+    def dies() -> None:
+        raise SystemExit
+
+    rig.clock.at.append((rig.clock.now() + 2.3, dies))
+    with pytest.raises(SystemExit):
+        moving.move_and_wait(home + 1.0, "p", home)
+    rig.clock.wait(1.0)
+    stands = rig.motor()
+    rig.clock.wait(60.0)
+    np.testing.assert_array_equal(rig.motor(), stands)
+    assert 0.02 < np.abs(stands - home).max() < 0.9
 
 
 @pytest.mark.parametrize("fault", ["silent", "cut", "lost:1", "late:60"])

@@ -166,6 +166,18 @@ def test_an_arm_that_counts_from_elsewhere_is_homed_before_it_goes_on(cell: Cell
         assert files(tmp_path / "out") == before
 
 
+def test_an_arm_whose_position_is_confirmed_goes_on_without_homing(cell: Cell, tmp_path: Path) -> None:
+    rig = bench.bench_for(cell)
+    interrupted(cell, rig, tmp_path / "out")
+    bench.arm_on(rig, cell).start_move(rig.motor() + 0.1, 1.0)  # its computer died on the way
+    rig.clock.wait(20.0)
+    with pytest.raises(PlanError, match=r"stand at joint_1 .*, continue with --confirm-position"):
+        bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
+    writer = bench.resumed(cell, tmp_path / "out")
+    bench.session(cell, rig, writer, position_confirmed=True).run(lambda waypoint: None)
+    assert not writer.remaining
+
+
 def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path, "lss")
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")

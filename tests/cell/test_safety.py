@@ -1,15 +1,17 @@
 """Limits are kept at every pose and on all the way between."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bench
 import numpy as np
 import pytest
 
+from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.failures import NotSettled
 from robolaser.cell.motion import Mover
 from robolaser.cell.motion_time import PEAK, seconds_for
-from robolaser.cell.plan_validation import allowed, lowest, reach, tool_points, violations
+from robolaser.cell.plan_validation import allowed, lowest, reach, violations
 from robolaser.data.cell_config import Limits, load_cell
 from robolaser.errors import ArmError
 from robolaser.geometry.rigid_motion import apply
@@ -75,14 +77,13 @@ def test_too_far_is_too_far() -> None:
 
 
 def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    limits = Limits(floor_m=0.1, reach_m=0.6)
+    cell = replace(bench.cell(tmp_path), limits=Limits(floor_m=0.1, reach_m=0.6, margin_m=0.05))
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (300, 5))
-    may = allowed(cell.description, limits, 0.05)(q)
+    may = allowed(cell, 0.05)(q)
     assert 5 < may.sum() < 295
-    tools = tool_points(cell.description)
+    tools, bodies = tool_points(cell.description), collision_model(cell.description, cell.limits)
     for good, row in zip(may, q, strict=True):
-        ways = [violations(ROBOT, limits, tools, None, ["p"], (row + d)[None]) for d in (-0.05, 0.0, 0.05)]
+        ways = [violations(ROBOT, cell.limits, tools, None, ["p"], (row + d)[None], bodies) for d in (-0.05, 0.0, 0.05)]
         assert good == (not any(ways)) or np.abs([row - ROBOT.lower, ROBOT.upper - row]).min() < 0.06
 
 

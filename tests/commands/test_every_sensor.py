@@ -25,15 +25,24 @@ def test_it_is_checked(dataset, capsys):
     json.loads(capsys.readouterr().out)
 
 
-def test_it_is_calibrated_and_the_page_is_whole(dataset, tmp_path):
-    assert main(["calibrate", str(dataset), "--output", str(tmp_path / "result"), "--quiet"]) == 0
-    found = json.loads((tmp_path / "result" / "calibration.json").read_text())
+@pytest.fixture(scope="module")
+def calibrated(dataset, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("calibrated") / "result"
+    assert main(["calibrate", str(dataset), "--output", str(folder), "--quiet"]) == 0
+    return folder
+
+
+def test_it_is_calibrated_and_the_page_is_whole(calibrated):
+    found = json.loads((calibrated / "calibration.json").read_text())
     assert found["rms_m"] < 1e-6
-    assert "</html>" in (tmp_path / "result" / "report.html").read_text()
+    assert "</html>" in (calibrated / "report.html").read_text()
 
 
-def test_a_cell_as_it_should_be_has_no_gap_and_no_noise_that_is_larger_than_what_is_left(dataset, tmp_path):
+def test_a_cell_as_it_should_be_has_no_gap_and_no_noise_that_is_larger_than_what_is_left(dataset, calibrated, tmp_path):
     assert main(["diagnose", str(dataset), "--output", str(tmp_path / "result"), "--quiet"]) == 0
     found = json.loads((tmp_path / "result" / "diagnosis.json").read_text())
     assert found["verdict"] == "no_gap"
     assert found["gap_mm"]["noise_floor"] < 0.05
+    written, before = ({file.name for file in folder.iterdir()} for folder in (tmp_path / "result", calibrated))
+    assert written - before == {"diagnosis.json"}
+    assert before <= written

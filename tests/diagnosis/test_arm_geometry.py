@@ -1,11 +1,17 @@
 """The geometry of a whole arm as one effect."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placements_of_arm
+from robolaser.diagnosis.evidence import aliases
+from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.preparation import Preparation
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -22,6 +28,21 @@ def placements(count: int) -> tuple[CandidateEffect, ...]:
 def test_one_or_two_placements_are_no_arm() -> None:
     assert placements_of_arm(placements(2)) == ()
     assert placements_of_arm(placements(3)) == placements(3)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(1, True), (3, False)])
+def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int, expected: bool) -> None:
+    eccentric = CandidateEffect({effect.name: effect for effect in EFFECTS}["encoder_eccentricity"], JOINTS[0])
+    effects = (*placements(count), eccentric)
+
+    class Refitted:
+        def refit(self, fit: SimpleNamespace, removed: CandidateEffect) -> SimpleNamespace:
+            explained = 100.0 if removed is eccentric else 1e4
+            left = tuple(one for one in fit.effects if one is not removed)
+            return SimpleNamespace(effects=left, chi2=fit.chi2 + explained)
+
+    found = aliases(Refitted(), SimpleNamespace(effects=effects, chi2=0.0))  # type: ignore[arg-type]
+    assert (eccentric in found) == expected
 
 
 def posterior(J: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,3 +96,23 @@ def test_what_the_data_do_not_determine_has_no_standard_deviation(sloppy: Diagno
     stds = [one.std for found in sloppy.findings for one in found.parameters.values()]
     assert None in stds
     assert any(std is not None for std in stds)
+
+
+def test_a_corrected_arm_stays_nominal_along_what_the_data_do_not_see() -> None:
+    """In sockets at no known distance nothing tells the scale, nor parallel axes, the base and the last joint apart."""
+    effects = {f"link_geometry:{joint}": 1e-3 for joint in JOINTS}
+    noise = Noise(point_m=2e-5)
+    dataset = simulate(
+        find_robot("ur5"), kind="socket", poses=60, points=4, noise=noise, effects=effects, seed=6
+    ).dataset
+    preparation, outliers = Preparation.of(replace(dataset, distances_m=()), 0)
+    start = preparation.fit(outliers, ())[1]
+    problem = problem_of(start.model.with_effects(placements(len(JOINTS))), start.noise, start.sensor)
+    assert problem.prior is not None
+    arm = Fit.of(problem, np.append(start.x, np.zeros(len(problem.prior) - len(start.x))))
+    _, seen, directions = np.linalg.svd(arm.at.slopes / problem.scale * problem.prior)
+    unseen = directions[np.append(seen, np.zeros(len(directions) - len(seen))) < 0.1]
+    assert len(unseen) > 8
+    moved = (arm.x - problem.parameters.nominal) / problem.prior
+    assert np.linalg.norm(moved) > 0.3
+    np.testing.assert_allclose(unseen @ moved, 0.0, atol=0.02)

@@ -42,12 +42,13 @@ def test_an_effect_without_a_class_is_one_of_its_own() -> None:
 
 
 def test_a_credible_set_has_the_fewest_candidates_that_hold_95_percent() -> None:
-    assert credible_set({ELBOW: 0.6, WRIST: 0.37, GEAR: 0.03, None: 0.0}) == (ELBOW, WRIST)
-    assert credible_set({ELBOW: 0.97, WRIST: 0.03, None: 0.0}) == (ELBOW,)
+    assert credible_set(weighed({ELBOW: 0.6, WRIST: 0.37, GEAR: 0.03, None: 0.0})) == (ELBOW, WRIST)
+    assert credible_set(weighed({ELBOW: 0.97, WRIST: 0.03, None: 0.0})) == (ELBOW,)
 
 
-def test_a_set_that_none_may_explain_as_well_is_not_credible() -> None:
-    assert credible_set({ELBOW: 0.6, None: 0.4}) == ()
+def test_a_set_that_none_or_a_cause_nobody_modelled_may_explain_as_well_is_not_credible() -> None:
+    assert credible_set(weighed({ELBOW: 0.6, None: 0.4})) == ()
+    assert credible_set(weighed({ELBOW: 0.6, WRIST: 0.4}, credibility=0.9)) == ()
 
 
 def test_candidates_share_the_probability_of_what_they_could_each_explain() -> None:

@@ -108,3 +108,13 @@ def test_the_command_says_it_in_text_and_as_json_within_seconds(
 def test_a_folder_that_is_no_data_set_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(tmp_path)]) == 1
     assert "has no dataset.toml" in capsys.readouterr().err
+
+
+def test_radial_terms_that_a_camera_fits_itself_are_no_effect() -> None:
+    made = simulate(find_robot("ur5"), kind="camera", poses=8, points=12, effects={"radial_distortion": 1e7}).dataset
+    tested = {free: check_data(replace(made, parameters={} if free else made.parameters)) for free in (True, False)}
+    said = {
+        free: next(one for one in found.effects if one.effect == "radial_distortion") for free, found in tested.items()
+    }
+    assert said[True].reason == "the sensor's own k1, k2 and k3 are fitted, and say it"
+    assert said[False].locations == ("camera",)

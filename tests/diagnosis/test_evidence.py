@@ -149,10 +149,10 @@ def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedD
     assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["camera", "stripe", "point", "pose", "profile", "socket"])
 def test_calibrate_and_diagnose_say_the_same_error_on_new_poses(kind: str) -> None:
     noise = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, angle_rad=1e-4, joint_rad=1e-5)
-    points = {"stripe": 8, "point": 3, "pose": 1, "socket": 5}[kind]
+    points = {"camera": 12, "stripe": 8, "point": 3, "pose": 1, "profile": 2, "socket": 5}[kind]
     dataset = simulate(find_robot("ur5"), kind=kind, poses=40, points=points, noise=noise, seed=5).dataset
     calibrated = calibrate(dataset, Plan(weights="noise", seed=1))
     gap = examine(dataset, [], seed=1).gap.calibrated_m
@@ -265,6 +265,20 @@ def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None
     large = seen_less(usual.size / (1.01 * plausible))
     assert small.size == pytest.approx(0.99 * plausible)
     assert (large.size, large.identifiable, large.at_tool_m) == (None, None, None)
+
+
+def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean: tuple[AveragedData, Fit]) -> None:
+    _, start = clean
+    last, offset, geometry = "joint_offset:joint_5", "joint_offset:joint_3", "link_geometry:joint_3"
+    candidates = candidate_effects([last, offset, geometry], start.model.dataset)
+    refits = Refits(start, candidates)
+    alone = refits.score_tests(start)
+    final = refits.refit(start, [test for test in alone if test.candidate_effect == candidates[2]])
+    found = {str(one.candidate_effect): one for one in detection_limits(refits.score_tests(final), alone)}
+    assert {name: (one.size is None, one.is_imitated) for name, one in found.items()} == {
+        "joint_offset at joint_3": (True, True),
+        "joint_offset at joint_5": (True, False),
+    }
 
 
 def _search(dataset: Dataset) -> Fit:

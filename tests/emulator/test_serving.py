@@ -33,10 +33,10 @@ def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None
             for line in ("DEFP P", "HERE P", "SETPV P 1 2000", "MOVE P 300"):
                 assert "O.K." in ask(port, line)
             deadline = time.monotonic() + 5
-            while not counts(port).startswith("1:2000 ") and time.monotonic() < deadline:
+            while not counts(port).startswith("1: 2000 ") and time.monotonic() < deadline:
                 time.sleep(0.02)
         with serial.serial_for_url(emulated.arm, 9600, timeout=2) as port:
-            assert counts(port).startswith("1:2000 ")
+            assert counts(port).startswith("1: 2000 ")
 
 
 def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
@@ -46,7 +46,7 @@ def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
             assert not port.read(200).isascii()
         with serial.Serial(emulated.arm, 9600, timeout=2) as port:
             ask(port, "")
-            assert counts(port).startswith("1:0 ")
+            assert counts(port).startswith("1: 0 ")
 
 
 def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
@@ -54,7 +54,7 @@ def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
         EmulatorProcess(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
         serial.Serial(emulated.arm, 9600, timeout=2) as port,
     ):
-        assert counts(port).startswith("1:0 ")
+        assert counts(port).startswith("1: 0 ")
         with pytest.raises((serial.SerialException, OSError)):  # noqa: PT012 - which of them notices is up to the system
             for _ in range(20):
                 ask(port, "LISTPV POSITION")

@@ -47,6 +47,11 @@ def test_turn_vectors_agree_with_scipy(size: float) -> None:
     np.testing.assert_allclose(exp_so3(turn), Rotation.from_rotvec(turn).as_matrix(), atol=1e-14)
 
 
+def test_half_a_turn_has_a_quaternion() -> None:
+    q = np.concatenate([np.eye(4)[:3], RNG.normal(size=(20, 4)) * [1.0, 1.0, 1.0, 0.0]])
+    np.testing.assert_allclose(from_quaternion(to_quaternion(from_quaternion(q))), from_quaternion(q), atol=1e-14)
+
+
 @pytest.mark.parametrize("size", [0.0, 1e-12, 1e-5, 1.0, 3.0, np.pi - 1e-9, np.pi])
 def test_a_rotation_gives_back_its_turn_vector(size: float) -> None:
     axis = RNG.normal(size=(20, 3))
@@ -79,6 +84,9 @@ def test_angles_agree_with_scipy_and_come_back() -> None:
     np.testing.assert_allclose(np.stack(to_angles(R)), np.stack([w, phi, psi]), atol=1e-12)
     R = from_angles(w, phi, psi, order="zyz")
     np.testing.assert_allclose(R, Rotation.from_euler("ZYZ", np.stack([w, phi, psi], 1)).as_matrix(), atol=1e-14)
+    np.testing.assert_allclose(
+        np.stack(to_angles(R, order="zyz"), 1), Rotation.from_matrix(R).as_euler("ZYZ"), atol=1e-12
+    )
 
 
 def test_skew_is_the_cross_product() -> None:
@@ -110,10 +118,10 @@ def test_no_motion_fits_better_than_the_fit() -> None:
         assert misfit(T @ step) >= misfit(T)
 
 
-@pytest.mark.parametrize("phi", [np.pi / 2, -np.pi / 2])
-def test_angles_give_back_the_turn_where_the_middle_one_is_right(phi: float) -> None:
-    R = from_angles(np.array([0.3]), np.array([phi]), np.array([-1.1]))
-    np.testing.assert_allclose(from_angles(*to_angles(R)), R, atol=1e-12)
+@pytest.mark.parametrize(("order", "phi"), [("xyz", np.pi / 2), ("xyz", -np.pi / 2), ("zyz", 0.0), ("zyz", np.pi)])
+def test_angles_give_back_the_turn_where_only_the_sum_of_two_matters(order: str, phi: float) -> None:
+    R = from_angles(np.array([0.3]), np.array([phi]), np.array([-1.1]), order=order)
+    np.testing.assert_allclose(from_angles(*to_angles(R, order=order), order=order), R, atol=1e-12)
 
 
 def test_the_nearest_rotation_is_one_and_none_lies_nearer() -> None:

@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibrated import arm, stripe
-from diagnosed import GEOMETRIC, MADE, candidate_effect, of
+from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained, with_effects
 from rich.console import Console
 
 from robolaser.diagnosis.cause_words import members
+from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, Estimate
 from robolaser.diagnosis.summary_text import sentence
+from robolaser.diagnosis.thresholds import LARGEST_SCATTER
 from robolaser.report.diagnosis import print_diagnosis
 from robolaser.report.diagnosis.advice import caveats, doubt, to_do
 from robolaser.report.digits import percent
@@ -93,6 +95,53 @@ def test_a_certain_effect_is_named_beside_a_certain_class():
     assert "Certain by itself: the zero of perturb is off. Which others" in said
 
 
+def test_a_single_doubtful_effect_is_none_of_several():
+    one = doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1])))
+    assert "Whether joint offset of perturb or another one is at work, these poses do not tell." in one.sentence
+
+
+def test_scatter_as_large_as_is_believed_is_not_called_the_arms_repeatability():
+    one = geometric()
+    largest = NoiseSource(LARGEST_SCATTER["rad"], "rad", "estimated", of_poses=True)
+    said = [
+        sentence("no_gap", (), (), (), one.gap, Repeatability({"joint": source}, 4e-4), one.outliers)
+        for source in (largest, replace(largest, value=0.9 * largest.value))
+    ]
+    assert ["so well does the arm repeat" in text for text in said] == [False, True]
+    assert "no more is taken for noise" in said[0]
+
+
+def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
+    one = unexplained()
+    known = [replace(lies, coordinate=f"placement of {lies.site}", unknown=False) for lies in one.where[:1]]
+    (advice,) = (said for said in to_do(replace(one, where=tuple(known))) if said.startswith("Check"))
+    assert "The library has effects of that form" in advice
+    assert "in no form that an effect of the library has" not in advice
+
+
+def test_what_is_used_of_a_corrected_arm_is_nominal_where_the_data_see_nothing():
+    one = doubted(geometric())
+    unseen = [
+        replace(found, parameters={name: replace(number, std=None) for name, number in found.parameters.items()})
+        for found in one.findings
+    ]
+    said = to_do(replace(one, findings=tuple(unseen)))[0]
+    assert "They do not determine 7 of 7 parameters by themselves" in said
+    assert "the nominal model stands" in said
+
+
+def test_what_is_certain_of_an_arm_shares_the_advice_on_its_geometry():
+    one = doubted(geometric())
+    findings = (replace(one.findings[0], probability=0.99), *one.findings[1:])
+    said = to_do(replace(one, findings=findings))
+    assert sum("robot_corrected.urdf" in advice for advice in said) == 1
+
+
+def test_the_terminal_shows_how_large_an_effect_is_rather_than_its_shape():
+    one = of(with_effects(stripe(robot=arm()), ("transmission_error:perturb",)))
+    assert "transmission_error:perturb cycles" not in printed(one)
+
+
 def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
     one = doubted(geometric())
     unknown = CauseClass("unknown", 0.99, None, one.gap.after_m, site="base")
@@ -117,6 +166,13 @@ def test_a_parameter_on_its_bound_is_said_with_its_sign():
     on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
     assert caveats(diagnosis, on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
+
+
+def test_a_joint_that_begins_at_an_end_of_its_play_has_no_larger_cause():
+    diagnosis = geometric()
+    play = {"lost_motion": Estimate(3e-3, 1e-5, "rad", ""), "start": Estimate(-1.0, None, "", "lower")}
+    found = replace(diagnosis.findings[0], candidate_effect=candidate_effect("backlash:turn"), parameters=play)
+    assert not any("larger" in said for said in caveats(diagnosis, found))
 
 
 def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():

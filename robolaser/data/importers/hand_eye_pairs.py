@@ -6,11 +6,12 @@ from typing import Final, Literal, cast, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Member, Points, Poses
 from robolaser.data.importers.importer import Imported, ImportOptions, Reading
 from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.several_sensors import with_points_of
 from robolaser.errors import DataError, UsageError
-from robolaser.geometry.rigid_motion import inverse, to_angles, to_quaternion
+from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_angles, to_quaternion
 from robolaser.parameters import Parameter
 
 Mount = Literal["flange", "base"]
@@ -102,6 +103,28 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
         placed = ("tool.camera", pairs.guess) if mount == "flange" else ("base", inverse(pairs.guess))
         dataset = replace(dataset, parameters=placed_camera(placed[1], placed[0]))
     return Imported(dataset, tuple(_readings(pairs, mount, dataset)), left_out)
+
+
+def seen_by_tags(dataset: Dataset) -> Dataset:
+    """The poses of tags in a camera on the flange, as poses of the camera in each tag: a sensor for each.
+
+    What they share is the camera's place on the flange, `tool.camera.*`; each tag has `TAG.base.*` of its own.
+    """
+    points, tags = dataset.points, tuple(dict.fromkeys(dataset.points.names))
+    T = inverse(pose(from_quaternion(points["quaternion"]), points["xyz"]))
+    of_camera = Points(
+        points.pose,
+        (BODIES["flange"],) * len(points),
+        xyz=T[:, :3, 3],
+        columns={"quaternion": to_quaternion(T[:, :3, :3])},
+    )
+    if len(tags) == 1:
+        return replace(dataset, points=of_camera)
+    alone = replace(dataset, poses=Poses(()), points=of_camera.take(slice(0, 0)), robot=None, warnings=())
+    members = tuple(Member(tag, alone, f"points_{tag}.csv") for tag in tags)
+    return with_points_of(
+        replace(dataset, members=members), [of_camera.take(points.number == number) for number in range(len(tags))]
+    )
 
 
 def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:

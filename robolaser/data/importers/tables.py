@@ -20,6 +20,7 @@ from robolaser.data.importers.column_choice import (
 )
 from robolaser.data.importers.column_reader import ColumnReader
 from robolaser.data.importers.delimited_text import read_delimited
+from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.orientation import with_quaternions
 from robolaser.data.point_table import points_of
@@ -28,6 +29,7 @@ from robolaser.data.sensor_format import sensor_format, sensor_kinds
 from robolaser.errors import DataError, UsageError, near
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat")
+TAGGED = "pose"
 
 
 @final
@@ -36,6 +38,7 @@ class Tables(Importer):
 
     name: ClassVar[str] = "csv"
     title: ClassVar[str] = "tables as text: joint readings or flange poses, and measured points"
+    further: ClassVar[tuple[str, ...]] = (MOUNT,)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix."""
@@ -52,6 +55,10 @@ class Tables(Importer):
             raise UsageError(
                 f"--sensor {options.sensor}: dataset.toml has to state more of a {declared.title} than a table holds."
                 " Write the data set by hand."
+            )
+        if MOUNT in options.further and declared.kind != TAGGED:
+            raise UsageError(
+                f"--set {MOUNT}: only of a camera that sees tags, whose poses are read with --sensor {TAGGED}."
             )
         poses_file, points_file = (read_delimited(path, options) for path in (paths[0], paths[-1]))
         if len(paths) == 1:
@@ -76,6 +83,8 @@ class Tables(Importer):
             warnings=tuple(warnings),
         )
         dataset = replace(dataset, points=points_of(points.table(number_poses=one_file), dataset))
+        if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
+            dataset = seen_by_tags(dataset)
         readings = (columns.readings(number_poses=one_file) for columns in (poses, points))
         return Imported(dataset, tuple(chain(*readings)), choice.left_out)
 

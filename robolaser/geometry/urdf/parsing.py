@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.errors import RobotError, near, unreadable
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_y, rot_z
 from robolaser.geometry.urdf import markup
-from robolaser.geometry.urdf.markup import no_text, too_large
+from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link, Tree
 
-MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 MOST_LETTERS = 200  # in a name or a number
@@ -32,20 +32,11 @@ def load_text(path: Path) -> str:
     """Read a URDF file as text.
 
     Raises:
-        RobotError: It has more bytes than any robot, or is not UTF-8.
-        DataError: It cannot be opened.
+        DataError: It cannot be opened, has more bytes than any robot, or is not UTF-8.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise too_large(path.name, "bytes", MOST_BYTES)
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as fault:
-        raise no_text(path.name, f"byte {fault.start}: {fault.reason}") from None
-    except OSError as fault:
-        raise unreadable(path, fault.strerror or str(fault)) from None
-    except ValueError as fault:
+        return read_text(path, ROBOT_BYTES)
+    except ValueError as fault:  # a name with a zero byte
         raise unreadable(path, str(fault)) from None
 
 
@@ -77,7 +68,7 @@ def read_xml(text: str, source: str) -> ET.Element:
     Raises:
         RobotError: It is not plain XML, or not a URDF.
     """
-    robot = markup.read(text, source, MOST_BYTES)
+    robot = markup.read(text, source, ROBOT_BYTES)
     if robot.tag != "robot":
         raise RobotError(
             f"{source} starts with <{robot.tag[:60]}>, but a URDF starts with <robot>. Is it the right file?"
@@ -117,13 +108,13 @@ def _link(name: str, element: ET.Element, source: str) -> Link:
         return Link(name, 0.0, np.zeros(3))
     mass_element, inertia = inertial.find("mass"), inertial.find("inertia")
     text = None if mass_element is None else mass_element.get("value")
-    mass = float(_numbers(text, 1, f"the mass of link '{name}'", source)[0])
+    mass = float(numbers(text, 1, f"the mass of link '{name}'", source)[0])
     if mass < 0:
         raise _bad_numbers(source, f"the mass of link '{name}'", text, "zero or more [kg]")
     if inertia is not None:
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-            _numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
-    return Link(name, mass, _origin(inertial, f"link '{name}', inertial", source)[:3, 3])
+            numbers(inertia.get(key, "0"), 1, f"{key} of link '{name}'", source)
+    return Link(name, mass, origin_of(inertial, f"link '{name}', inertial", source)[:3, 3])
 
 
 def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: str) -> Joint:
@@ -138,7 +129,7 @@ def _joint(name: str, element: ET.Element, links: Mapping[str, Link], source: st
         kind=kind,
         parent=_end(name, "parent", element, links, source),
         child=_end(name, "child", element, links, source),
-        origin=_origin(element, where, source),
+        origin=origin_of(element, where, source),
         axis=_axis(element, where, source) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
         lower=lower,
         upper=upper,
@@ -162,7 +153,7 @@ def _limits(name: str, kind: str, element: ET.Element, source: str) -> tuple[flo
     if limit is None or not {"lower", "upper"} & limit.attrib.keys():
         raise _limits_missing(source, name, "has no limits")
     lower, upper = (
-        float(_numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
+        float(numbers(limit.get(side, "0"), 1, f"the {side} limit of joint '{name}'", source, math.inf)[0])
         for side in ("lower", "upper")
     )
     if lower > upper:
@@ -185,7 +176,7 @@ def _axis(element: ET.Element, where: str, source: str) -> Array:
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
     text = axis.get("xyz")
-    direction = _numbers(text, 3, f"the axis of {where}", source)
+    direction = numbers(text, 3, f"the axis of {where}", source)
     largest = np.abs(direction).max()
     if largest < 1e-9:
         raise _bad_numbers(source, f"the axis of {where}", text, "a direction, not zero")
@@ -193,16 +184,22 @@ def _axis(element: ET.Element, where: str, source: str) -> Array:
     return unit / np.linalg.norm(unit)
 
 
-def _origin(element: ET.Element, where: str, source: str) -> Array:
+def origin_of(element: ET.Element, where: str, source: str) -> Array:
+    """The placement that an element's `<origin>` says, (4, 4); the identity where it has none."""
     origin = element.find("origin")
     attributes = {} if origin is None else origin.attrib
-    xyz = _numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
-    rpy = _numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
+    xyz = numbers(attributes.get("xyz", "0 0 0"), 3, f"the origin xyz of {where}", source)
+    rpy = numbers(attributes.get("rpy", "0 0 0"), 3, f"the origin rpy of {where}", source)
     R = rot_z(rpy[2]) @ rot_y(rpy[1]) @ rot_x(rpy[0])
     return pose(R, xyz)
 
 
-def _numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+def numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
+    """So many finite numbers in the text of an attribute, (count,).
+
+    Raises:
+        RobotError: They are fewer or more, or beyond what a robot has.
+    """
     words = [] if text is None else text.split()
     wanted = "a number" if count == 1 else f"{count} numbers"
     if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):

@@ -16,6 +16,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.sensors import parts_with_lens
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
@@ -82,7 +83,7 @@ class Effect(ABC):
         """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
         by_sensor = [
             next(filter(None, (passes(cls.stage, part), *(need(part) for need in cls.needs))), "")
-            for part in dataset.parts
+            for part in parts_with_lens(dataset)
         ]
         reason = "" if "" in by_sensor else by_sensor[0]
         return reason or ("" if cls.sites(dataset.robot) else "this robot has no location for it")
@@ -220,5 +221,5 @@ def acted(effect: Effect, value: Array, run: Run) -> Array:
 
 def _untouched(effect: Effect, dataset: Dataset) -> Array:
     """Rows of sensors that cannot have an effect, (m,)."""
-    lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in dataset.parts])
+    lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in parts_with_lens(dataset)])
     return np.asarray(lacks[dataset.points.sensor])

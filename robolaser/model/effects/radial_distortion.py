@@ -6,6 +6,7 @@ from typing import final
 from robolaser.arrays import Array
 from robolaser.model.effects.compiled_terms import RADIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.requirements import free_radial_term
 from robolaser.model.stages import Stage
 
 CORNER_M = 3e-3
@@ -17,8 +18,8 @@ CORNER_M = 3e-3
 class RadialDistortion(Effect):
     r"""The first radial term that the model does not have, after its k the fifth order's: :math:`u' = u (1 + k_2 r^4)`.
 
-    r is the distance from the principal point. Where a camera's own k2 and k3 are fitted, the term is of the order
-    above, :math:`k_2 R^4 (r/R)^{2n}` with R = 3 mm, and k_2 still says how far it goes there.
+    r is the distance from the principal point. Where a camera's own k2 is fitted, but not its k3, the term is of the
+    order above, :math:`k_2 r^6 / R^2` with R = 3 mm, and k_2 still says how far it goes there.
     """
 
     name = "radial_distortion"
@@ -30,13 +31,14 @@ class RadialDistortion(Effect):
     stage = Stage.IMAGE
     cause = "camera"
     site = "camera"
+    needs = (free_radial_term,)
 
     k_2: Array = parameter(unit="1/m⁴", bound=3e8, prior_scale=1e7)
 
     def apply(self, image: Array, run: Run, /) -> Array:
         """Stretch the image, most at its corners: 0.3 px at 3 mm for the typical size and pixels of 7.4 µm."""
         r2 = image[..., :1] ** 2 + image[..., 1:] ** 2
-        higher = (r2 / CORNER_M**2) ** run.unfitted_radial_order
+        higher = r2 / CORNER_M**2 if run.fitted_k2 else 1.0
         return image * (1.0 + self.k_2[:, None, None] * r2**2 * higher)
 
     def compiled_terms(self, run: Run) -> tuple[float, ...]:

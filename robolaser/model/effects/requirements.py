@@ -85,6 +85,12 @@ def centred_lens(dataset: Dataset) -> str:
     return "the sensor's own p1 and p2 are fitted, and say it" if own else ""
 
 
+def free_radial_term(dataset: Dataset) -> str:
+    """The sensor's own parameters do not have all radial terms."""
+    own = {"k2", "k3"} <= sensor_class(dataset.kind).lens_terms(dataset)
+    return "the sensor's own k1, k2 and k3 are fitted, and say it" if own else ""
+
+
 def joint_angles(dataset: Dataset) -> str:
     """Joint angles were read."""
     return "" if dataset.robot is not None else NO_JOINTS

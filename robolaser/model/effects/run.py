@@ -14,7 +14,7 @@ from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
-from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors import parts_with_lens, sensor_class
 
 
 @final
@@ -121,10 +121,9 @@ class Run:
         return progress
 
     @cached_property
-    def unfitted_radial_order(self) -> int:
-        """How many radial terms beyond the first the sensor's own parameters have."""
-        terms = sensor_class(self.dataset.kind).lens_terms(self.dataset)
-        return 0 if "k2" not in terms else 1 if "k3" not in terms else 2
+    def fitted_k2(self) -> bool:
+        """Whether the sensor's own parameters have a second radial term."""
+        return any("k2" in sensor_class(part.kind).lens_terms(part) for part in parts_with_lens(self.dataset))
 
     @cached_property
     def rise(self) -> Array | None:

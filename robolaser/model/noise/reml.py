@@ -81,10 +81,9 @@ def restricted(
     expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
     moved = np.stack([v * (C @ z[..., None])[..., 0] for v, C in zip(variance, unit, strict=True)], axis=-1)
     there = np.einsum("ni,nik->k", z, moved)
-    seen = columns.T @ (S_inv @ moved).reshape(e.size, -1)
-    information = 2.0 * (
-        moved.reshape(e.size, -1).T @ (S_inv @ moved).reshape(e.size, -1) - seen.T @ np.linalg.solve(H, seen)
-    )
+    flat, weighed = moved.reshape(e.size, -1), (S_inv @ moved).reshape(e.size, -1)
+    seen = columns.T @ weighed
+    information = 2.0 * (flat.T @ weighed - seen.T @ np.linalg.solve(H, seen))
     return float(value), np.array(expected), there, information
 
 

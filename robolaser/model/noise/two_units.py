@@ -16,7 +16,7 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
         model: Data and effects.
         x: Parameters near the optimum, (d,).
     """
-    if not model.sensor.format.angles:
+    if not any(angles for *_, angles in model.sensor.kinds_of_rows.values()):
         return None
     values = model.parameters.values(x[None])
     perturb = model.perturb(values)
@@ -24,6 +24,8 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
     residuals = model.residuals_at(values)[0]
     sigmas = {}
     for source in sources:
-        along = (np.swapaxes(source.effect, -1, -2) @ residuals[..., None])[..., 0]
+        squares = (source.effect**2).sum(axis=1)
+        moved = squares.min(axis=1) > 0.0  # others are another sensor's
+        along = (np.swapaxes(source.effect, -1, -2) @ residuals[..., None])[moved, :, 0] / squares[moved]
         sigmas[source.name] = source.stated or max(float(np.median(np.abs(along))), FLOOR)
     return NoiseModel(sources, sigmas, relative=True)

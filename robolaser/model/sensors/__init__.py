@@ -4,9 +4,10 @@ A sensor of one's own is a subclass of `Sensor`, defined anywhere before a data 
 package announces it by an entry point in the group `robolaser.sensors`.
 """
 
+from dataclasses import replace
 from functools import cache
 
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Member
 from robolaser.model.sensors.camera import Camera
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
@@ -17,7 +18,11 @@ from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.several import Several
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.parameters import Parameter
 from robolaser.plugins import announced
+
+NOT_THE_SCANNERS = {name: Parameter(name, "", 0.0, 0.0, 0.0) for name in ("k2", "k3", "p1", "p2")}
+"""Terms of a camera's lens that a stripe scanner's does not have."""
 
 
 def sensors() -> dict[str, type[Sensor]]:
@@ -48,9 +53,29 @@ def _one(dataset: Dataset, kind: type[Sensor]) -> Sensor:
 
 def _member(dataset: Dataset, part: Dataset, number: int) -> Sensor:
     """One of several sensors: a camera that is a stripe scanner's has the scanner's parameters."""
-    member = dataset.members[number]
-    scanner = scanner_of(dataset.members, member) if part.kind == ScannerCorners.format.kind else None
+    scanner = _scanner_of(dataset, dataset.members[number])
     return _one(part, sensor_class(part.kind)) if scanner is None else _one(seen_by(scanner, part), ScannerCorners)
+
+
+def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
+    """What each of several sensors saw, with what is stated of its lens; itself where there is one sensor."""
+    if not dataset.members:
+        return (dataset,)
+    return tuple(
+        replace(part, parameters=_stated_lens(dataset, member))
+        for part, member in zip(dataset.parts, dataset.members, strict=True)
+    )
+
+
+def _stated_lens(dataset: Dataset, member: Member) -> dict[str, Parameter]:
+    if _scanner_of(dataset, member) is not None:
+        return NOT_THE_SCANNERS
+    return {name.removeprefix(f"{member.camera}."): item for name, item in dataset.parameters.items()}
+
+
+def _scanner_of(dataset: Dataset, member: Member) -> Dataset | None:
+    """The stripe scanner whose camera a camera is; None where it is its own."""
+    return scanner_of(dataset.members, member) if member.described.kind == ScannerCorners.format.kind else None
 
 
 @cache

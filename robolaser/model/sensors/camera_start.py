@@ -108,7 +108,7 @@ def _check_turns(R: Array) -> None:
     turn = turn_about_second_axis(R)
     if turn < LEAST_TURN:
         raise EstimationError(
-            f"The flange turns about one axis only (by {np.degrees(turn):.2g} degrees about any second one, root mean"
+            f"The flange turns about one axis only (by {np.degrees(turn):.1f} degrees about any second one, root mean"
             " square): no hand-eye can be found from that. Add poses that tilt the flange in two directions by 20"
             " degrees or more."
         )

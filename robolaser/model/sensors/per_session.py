@@ -40,6 +40,8 @@ class PerSession(Sensor):
             task=kind.task,
             row_point=kind.row_point,
             frame=kind.frame,
+            closed_form=kind.closed_form,
+            no_start=kind.no_start,
             has_laser_plane=kind.has_laser_plane,
         )
         self._sessions = sessions
@@ -125,6 +127,21 @@ class PerSession(Sensor):
         """The kind's, in each session."""
         fixed = [self._of_whole(one, one.sensor.fix_gauge(self._values(one, values))) for one in self._every]
         return {**values, **{name: value for one in fixed for name, value in one.items()}}
+
+    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
+        """What sessions share from the one with the most rows, the rest with it."""
+        found = dict(known)
+        for one in self._largest_first:
+            named = {name: self._sessions.named(name, one.name) for name in one.parameters}
+            own = {name: found[whole] for name, whole in named.items() if whole in found}
+            if own.keys() >= set(one.sensor.free):
+                values = {name: np.array([value]) for name, value in own.items()}
+                derived = one.sensor.initialize(values, T_base_flange, Perturbation())
+                started: Mapping[str, float] = {name: float(value[0]) for name, value in derived.items()}
+            else:
+                started = one.sensor.start(own, T_base_flange)
+            found = {named[name]: value for name, value in started.items()} | found
+        return found
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From each session's rows; what sessions share, from the one with the most rows."""
@@ -291,6 +308,11 @@ class PerSession(Sensor):
         """What would be measured with things as they are in the last session."""
         last = self._every[-1]
         return last.sensor.seen_from(self._values(last, values), T_base_flange)
+
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
+        """Likewise."""
+        last = self._every[-1]
+        return last.sensor.aims(self._values(last, values), T_base_flange)
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Sessions share the sensor: one that tells where it sits is enough for all."""

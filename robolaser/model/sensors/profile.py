@@ -6,11 +6,11 @@ from typing import Any, ClassVar, Literal, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.hand_eye import too_few_turns
-from robolaser.geometry.rigid_motion import angle_axes, carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import angle_axes, apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
@@ -22,6 +22,12 @@ from robolaser.parameters import Values
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
 ENOUGH_PROFILES = 600
 """Profiles that start values are found from."""
+ARC = np.radians(60.0)
+"""Half the arc of a ball that a sensor sees."""
+MOST_CUT = 0.75
+"""Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
+ROWS = 24
+"""Of a profile that would be seen."""
 
 
 @final
@@ -110,6 +116,10 @@ class Profile(Sensor):
         apart = self.in_base(values, T_base_flange, perturb) - self.known(values, T_base_flange, perturb)
         off: Array = np.linalg.norm(apart, axis=-1) - self._radius
         return off[..., None]
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Along the ball's normals in the base frame, towards its middle, (c, m, 3) [m]."""
+        return -residuals * self._normals(values, T_base_flange, perturb)
 
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The points of the profiles, in the base frame, (c, m, 3) [m]."""
@@ -206,8 +216,32 @@ class Profile(Sensor):
         effect = normals[:, None] @ axes
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> None:
-        """Nothing: an arm that has a ball in the profile cannot choose where it stands."""
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
+        """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
+        of_pose = self.dataset.points.pose
+        _, first = np.unique(of_pose * len(self._balls) + self._ball, return_index=True)
+        there = self.known(values, T_base_flange[None], Perturbation())[0, first]
+        return apply(inverse(T_base_flange[of_pose[first]]), there), there
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """A profile of the ball that is nearest to the sensor's plane, where points lie within the range measured."""
+        balls = np.stack([vector(values, f"ball.{name}")[0] for name in self._balls])
+        radii = np.array([self.dataset.radius_m[name] for name in self._balls])
+        hand_eye = motion(values, "hand_eye")
+        there = apply(T_base_flange[:, None], balls) if self._stands else balls
+        T_base_sensor = hand_eye if self._stands else T_base_flange @ hand_eye
+        there = apply(inverse(T_base_sensor)[:, None], there)
+        low, high = self._measured[0].min(axis=0), self._measured[0].max(axis=0)
+        near = there - radii[:, None] * (0.0, 0.0, 1.0)
+        inside = ((near >= low) & (near <= high))[..., ::2].all(axis=-1)
+        beside = np.where(inside, np.abs(there[..., 1]) / radii, np.inf)
+        nearest, poses = beside.argmin(axis=1), np.arange(len(T_base_flange))
+        x, y, z = there[poses, nearest].T[..., None]
+        radius, angle = np.sqrt(np.maximum(radii[nearest, None] ** 2 - y**2, 0.0)), np.linspace(-ARC, ARC, ROWS)
+        profile = np.stack([x + radius * np.sin(angle), z - radius * np.cos(angle)], axis=-1)
+        names = tuple(self._balls[ball] for ball in nearest.repeat(ROWS).tolist())
+        points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
+        return points, np.asarray(beside[poses, nearest] < MOST_CUT)
 
     def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
         """The sensor as `profile_sensor`, as it is at the first pose; or the balls as `ball_NAME`."""

@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
-from robolaser.geometry.rigid_motion import apply, carry, from_quaternion, inverse, pose
+from robolaser.geometry.rigid_motion import apply, carry, from_quaternion, inverse, pose, to_angles
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.placements import SIX, motion, six_of
@@ -40,8 +39,8 @@ def camera_start(corners: Dataset, known: Mapping[str, float], T_base_flange: Ar
     f = known.get("f", FOCAL_LENGTH_M)
     T_flange_optical = motion({name: np.array([value]) for name, value in found.items()}, "hand_eye")[0]
     R_flange_camera = T_flange_optical[:3, :3] @ _optical(corners)[:3, :3].T
-    turn = Rotation.from_matrix(from_quaternion(np.array(corners.bracket_quat)).T @ R_flange_camera)
-    w, phi, psi = turn.as_euler("XYZ" if corners.angles == "xyz" else "ZYZ")
+    turn = from_quaternion(np.array(corners.bracket_quat)).T @ R_flange_camera
+    w, phi, psi = to_angles(turn, order=corners.angles)
     t_x, t_y, t_z = T_flange_optical[:3, 3]
     return {
         "f": f,

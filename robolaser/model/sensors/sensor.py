@@ -179,9 +179,8 @@ class Sensor(ABC):
     def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
         """Derivatives of the residuals by what moves the values that pass the stages, (c, d, m, k).
 
-        By all parameters; columns of the sensor's own are filled in by `jacobian`, and need to be right here only where
-        that has none. None where nobody worked them out: the linearization takes
-        differences then.
+        By all parameters; those of the sensor's own need to be right here only where `jacobian` has none. None where
+        nobody worked them out: the linearization takes differences then.
 
         Args:
             flange: T_base_flange, (c or 1, n, 4, 4).
@@ -200,9 +199,9 @@ class Sensor(ABC):
         return [(np.arange(len(self.dataset.points)), self.stages)]
 
     @property
-    def kinds_of_rows(self) -> dict[str, tuple[Ints, str]]:
-        """Rows (m,) by what they are called in results, and their unit."""
-        return {self.format.kind: (np.arange(len(self.dataset.points)), self.format.unit)}
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
+        """Rows (m,) by what they are called in results, their unit, and how many of their numbers are angles."""
+        return {self.format.kind: (np.arange(len(self.dataset.points)), self.format.unit, self.format.angles)}
 
     def own_rows(self, residuals: Array, kind: str) -> Array:
         """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
@@ -223,8 +222,7 @@ class Sensor(ABC):
         pivot = self.pivots(values, T_base_flange, perturb)
 
         def moved(twists: Array) -> Array:
-            each = (self.residuals(values, twisted(T_base_flange, twist, pivot), perturb)[0] for twist in twists)
-            return np.stack(list(each))
+            return np.stack([self.residuals(values, twisted(T_base_flange, t, pivot), perturb)[0] for t in twists])
 
         slopes = central_differences(moved, np.full(6, TWIST_STEP))
         return slopes[..., :3], slopes[..., 3:]
@@ -290,9 +288,7 @@ class Sensor(ABC):
         return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
-        """What would be measured with the flange at other poses, one candidate; None where it cannot go anywhere else.
-
-        By default each named point once at every pose, with what stands in its first row.
+        """What would be measured at other poses (default: each named point once); None where the flange cannot go.
 
         Args:
             values: All parameters.
@@ -306,6 +302,10 @@ class Sensor(ABC):
         rows = points.take(np.tile(np.sort(first), poses))
         numbers = np.repeat(np.arange(poses), len(first))
         return replace(rows, pose=numbers, repeat=None), np.ones(poses, dtype=bool)
+
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
+        """Places on the flange, (a, 3), and where each must come for something to be seen; None where anywhere does."""
+        return None
 
     @property
     def description(self) -> dict[str, Any]:

@@ -179,9 +179,10 @@ class Several(Sensor):
         return [(part.rows, part.sensor.stages) for part in self._parts]
 
     @property
-    def kinds_of_rows(self) -> dict[str, tuple[Ints, str]]:
-        """Rows of each sensor and their unit, by its name."""
-        return {part.name: (part.rows, part.sensor.format.unit) for part in self._parts}
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
+        """Each sensor's, by its name."""
+        formats = ((part, part.sensor.format) for part in self._parts)
+        return {part.name: (part.rows, declared.unit, declared.angles) for part, declared in formats}
 
     def own_rows(self, residuals: Array, kind: str) -> Array:
         """Rows of one sensor as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""

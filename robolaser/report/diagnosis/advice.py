@@ -37,11 +37,12 @@ SITES: Mapping[str, str] = {
 
 def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """Caveats about an effect, the most serious first; at least one."""
+    inner = {each.name for each in found.candidate_effect.effect.nonlinear_parameters()}
     said = [
         f"{name} ended on its {number.bound} bound, {plain(number.value, number.unit, 3)}:"
         " the cause is larger, or another one"
         for name, number in found.parameters.items()
-        if number.bound
+        if number.bound and name not in inner
     ]
     is_certain = found.probability >= CERTAIN
     if found.alternatives:
@@ -79,7 +80,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
     doubtful = [one for one in diagnosis.model.effects if one not in certain]
-    said = [f"{one}: {one.remedy}" for one in certain]
+    in_one_urdf = {class_of(one) for one in doubtful if one.effect.in_urdf}
+    said = [f"{one}: {one.remedy}" for one in certain if not (one.effect.in_urdf and class_of(one) in in_one_urdf)]
     said += _of_classes(diagnosis, doubtful)
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
@@ -129,9 +131,22 @@ def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -
     if all(one.effect.in_urdf for one in own):
         return (
             f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell how they are"
-            " to be divided among the joints."
+            f" to be divided among the joints.{_unseen(diagnosis, name)}"
         )
     return f"{what}: which part is at work is not certain. Measure more poses before one is repaired."
+
+
+def _unseen(diagnosis: Diagnosis, name: str) -> str:
+    """That the effects of a class are not corrected along what the data do not see; empty where they see all."""
+    own = [found for found in diagnosis.findings if class_of(found.candidate_effect) == name]
+    numbers = [number for found in own for number in found.parameters.values()]
+    unseen = sum(number.std is None and not number.bound for number in numbers)
+    if not unseen:
+        return ""
+    return (
+        f" They do not determine {unseen} of {len(numbers)} parameters by themselves: along what they cannot see, the"
+        " nominal model stands."
+    )
 
 
 def _look(diagnosis: Diagnosis) -> str:
@@ -142,6 +157,11 @@ def _look(diagnosis: Diagnosis) -> str:
     sites = list(reversed(alike))
     checked = "; and ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
     follows = ", ".join(dict.fromkeys(alike[site] for site in sites))
+    if not any(lies.unknown for lies in diagnosis.where if lies.site in sites):
+        return (
+            f"Check {checked}. What is left there depends on {follows}. The library has effects of that form, but new"
+            " poses are predicted no better with them: measure more poses, in more places."
+        )
     return (
         f"Check {checked}. What is left there depends on {follows}, but in no form that an effect of the library has."
         " An effect of your own may."

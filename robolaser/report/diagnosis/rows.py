@@ -169,8 +169,10 @@ def _chance(p: float) -> str:
 def _less(limits: Sequence[DetectionLimit]) -> list[str]:
     """A line for each place with a limit, and one for those without."""
     lines = [_limit(one) for one in limits]
-    unseen = [one.candidate_effect.where for one in limits if one.size is None]
-    return [*filter(None, lines), *([f"{', '.join(unseen)}: cannot be seen in these poses"] if unseen else [])]
+    for is_imitated, why in ((True, "in the model as an effect found"), (False, "cannot be seen in these poses")):
+        unseen = [one.candidate_effect.where for one in limits if one.size is None and one.is_imitated == is_imitated]
+        lines += [f"{', '.join(unseen)}: {why}"] if unseen else []
+    return [*filter(None, lines)]
 
 
 def _limit(one: DetectionLimit) -> str:

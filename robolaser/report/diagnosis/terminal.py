@@ -61,11 +61,12 @@ def _untested(diagnosis: Diagnosis) -> list[str]:
 
 
 def _effects(diagnosis: Diagnosis) -> Table:
-    """A line for each effect, with the number that is farthest from zero and the gravest caveat."""
+    """A line for each effect, with the amplitude that is farthest from zero and the gravest caveat."""
     made = table("effect", "value", "probability", "gap without it")
     made.add_column("caveat")
     for found in diagnosis.findings[:MOST_EFFECTS]:
-        name = max(found.parameters, key=lambda one: _clarity(found.parameters[one]))
+        amplitudes = [amplitude.name for amplitude in found.candidate_effect.effect.amplitudes()]
+        name = max(amplitudes, key=lambda one: _clarity(found.parameters[one]))
         made.add_row(
             Text(f"{found.candidate_effect.effect.name}:{found.candidate_effect.where} {name}"),
             rows.with_error(found.parameters[name]),

@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
 from robolaser.report.viewer.cell_model import CellFrames, CellModel
 from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, box, merged, sphere, tube
 
@@ -18,9 +19,6 @@ TARGET: Colour = (60, 60, 66)
 MODEL_COLOURS: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}
 """Colours of the points by model, as in the pages."""
 
-THICK = 0.028  # radius of a link as a share of the arm's length
-LEAST_RADIUS_M, MOST_RADIUS_M = 0.004, 0.06
-USUAL_ARM_M = 0.6  # where flange poses were measured
 DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
 
@@ -33,17 +31,8 @@ def moving_shapes(model: CellModel, frames: CellFrames, arm_m: float) -> tuple[S
         frames: At one pose.
         arm_m: Length of the arm, to which sizes are relative [m].
     """
-    radius = float(np.clip(THICK * arm_m, LEAST_RADIUS_M, MOST_RADIUS_M))
+    radius = float(np.clip(SHARE_OF_ARM * arm_m, LEAST_RADIUS_M, MOST_RADIUS_M))
     return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
-
-
-def arm_length(dataset: Dataset) -> float:
-    """Sum of the distances between successive joints [m]."""
-    robot = dataset.robot
-    if robot is None:
-        return USUAL_ARM_M
-    steps = [robot.placements[i, :3, 3] for i in robot.chain] + [robot.end[:3, 3]]
-    return float(sum(np.linalg.norm(step) for step in steps)) or USUAL_ARM_M
 
 
 def fixed_shapes(model: CellModel, others: tuple[CellModel, ...]) -> tuple[Shape, ...]:

@@ -11,9 +11,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
+from robolaser.geometry.collision_bodies import arm_length
 from robolaser.report.viewer.cell_model import CellModel
+from robolaser.report.viewer.collision_scene import CollisionScene
 from robolaser.report.viewer.drawing import draw
-from robolaser.report.viewer.scene import arm_length, fixed_shapes, moving_shapes
+from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Dots, Shape
 
 if TYPE_CHECKING:
@@ -35,22 +37,30 @@ class ViewerApp:
         models: The models to switch between; the last is shown first.
         cloud: A cloud to show with them.
         port: Where to serve; a free one when absent.
+        collisions: What the arm could hit.
 
     Raises:
         DependencyMissing: viser is not installed.
         RobolaserError: The port is taken or not allowed.
     """
 
-    def __init__(self, models: tuple[CellModel, ...], cloud: Dots | None = None, port: int | None = None) -> None:
+    def __init__(
+        self,
+        models: tuple[CellModel, ...],
+        cloud: Dots | None = None,
+        port: int | None = None,
+        collisions: CollisionScene | None = None,
+    ) -> None:
         self._server = _server(port)
         self._lock = threading.RLock()  # browsers call back on many threads
         self._models = {model.name: model for model in models}
         self._current = models[-1]
-        self._arm_m = arm_length(self._current.dataset)
+        self._arm_m = arm_length(self._current.dataset.robot)
         self._handles: dict[str, Any] = {}
         self._hears_sliders = True  # false while the program moves them
         self._pose: int | None = 0
-        self._groups = _groups(self._current, has_cloud=cloud is not None)
+        self._collisions = collisions
+        self._groups = _groups(self._current, has_cloud=cloud is not None) + ("bodies",) * (collisions is not None)
         with self._lock:
             self._build_panel()
             if cloud is not None:
@@ -87,6 +97,9 @@ class ViewerApp:
         if dataset.robot is not None:
             with gui.add_folder("Joints"):
                 self._sliders = [self._slider(i) for i in range(len(dataset.robot.joints))]
+        if self._collisions is not None:
+            gui.add_markdown(self._collisions.route_note)
+            self._hits: Any = gui.add_text("Here", "", disabled=True)
         with gui.add_folder("Show"):
             self._shown = {group: gui.add_checkbox(group, initial_value=True) for group in self._groups}
         for box in self._shown.values():
@@ -154,6 +167,10 @@ class ViewerApp:
         model = self._current
         frames = model.at(self._q()) if self._pose is None else model.at_pose(self._pose)
         self._show(("robot", "scanner", "light"), moving_shapes(model, frames, self._arm_m))
+        if self._collisions is not None:
+            q = self._q() if self._pose is None else model.dataset.arm[1][self._pose]
+            self._hits.value, shapes = self._collisions.at(q)
+            self._show(("bodies",), shapes)
 
     def _show_fixed(self) -> None:
         self._show(("target", "points"), fixed_shapes(self._current, tuple(self._models.values())))

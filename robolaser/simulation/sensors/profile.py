@@ -14,7 +14,7 @@ from robolaser.geometry.visibility import limits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, six_of, vector
-from robolaser.model.sensors.profile import ProfileOptions
+from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS, ProfileOptions
 from robolaser.parameters import Values
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
@@ -27,9 +27,6 @@ RANGE_M = (0.03, 0.03)  # half its range, along x and z: a sensor of the 60 mm c
 BRACKET_M = (0.03, -0.02, 0.05)  # of the sensor on the flange, z outward
 TOLERANCE = 0.03  # how far it is turned from its drawing at most [rad]
 BALLS_M = (0.06, 0.10)  # of balls on the flange, from its axis, least and most
-CUT = 0.75  # over the radius: balls are cut no farther from their middle
-ARC = np.radians(60.0)  # half the arc that is seen
-ROWS = 24  # of each profile
 SHAKE, TRIES = 0.015, 16  # how postures differ that aim at one ball [rad or m], and how many are tried
 GROSS_M = (1e-3, 5e-3)  # a reflection is taken for the ball
 
@@ -141,4 +138,4 @@ def _is_seen(ball: Array) -> Bools:
     """Whether balls in the sensor's frame (n, 3) are in its range, and cut well."""
     across, deep = RANGE_M
     near = (np.abs(ball[:, 0]) < across - RADIUS_M) & (np.abs(ball[:, 2] - STANDOFF_M) < deep - RADIUS_M)
-    return np.asarray(near & (np.abs(ball[:, 1]) < CUT * RADIUS_M))
+    return np.asarray(near & (np.abs(ball[:, 1]) < MOST_CUT * RADIUS_M))

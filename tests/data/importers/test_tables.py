@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from examples import JOINTS, MAPPED, log_rows, tracked, written
 from robolaser import find_robot, load
+from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions
@@ -19,6 +20,9 @@ from robolaser.data.importers.units import FACTORS
 from robolaser.data.importers.writing import checked
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternion
+from robolaser.geometry.visibility import random_configurations
+from robolaser.model.sensors.placements import motion
 
 SEQUENCES = ["".join(axes) for axes in itertools.product("xyz", repeat=3) if axes[0] != axes[1] and axes[1] != axes[2]]
 
@@ -263,3 +267,40 @@ def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tm
     read_back = load(tmp_path / "cell")
     assert "<robot" in (tmp_path / "cell" / "robot.urdf").read_text("utf-8")
     np.testing.assert_allclose(read_back.flange()[0, :3, 3], [0, -0.3, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(mount: str, arm: Robot, tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    q = random_configurations(arm, 15, rng)
+    T_base_flange, T_flange, T_base = arm.forward(q[None])[0], _somewhere(rng, 2), _somewhere(rng, 2)
+    if mount == "flange":  # the camera is on the flange, both tags stand in the cell
+        T_camera_tag = inverse(T_base_flange @ T_flange[0])[:, None] @ T_base
+        expected = {"tool.camera": T_flange[0], "right.base": inverse(T_base[1])}
+    else:
+        T_camera_tag = inverse(T_base[0]) @ T_base_flange[:, None] @ T_flange
+        expected = {"tool.left": T_flange[0], "tool.right": T_flange[1], "base": inverse(T_base[0])}
+    poses = [",".join(["pose", *(f"q_{joint}" for joint in arm.joints)])]
+    poses += [",".join(map(repr, [i, *row.tolist()])) for i, row in enumerate(q)]
+    tags = ["pose,point,x_m,y_m,z_m,qx,qy,qz,qw"]
+    for (i, k), T in zip(np.ndindex(15, 2), T_camera_tag.reshape(-1, 4, 4), strict=True):
+        numbers = [*T[:3, 3].tolist(), *to_quaternion(T[:3, :3]).tolist()]
+        tags.append(",".join([str(i), ("left", "right")[k], *map(repr, numbers)]))
+    files = [tmp_path / "poses.csv", tmp_path / "tags.csv"]
+    for file, lines in zip(files, (poses, tags), strict=True):
+        file.write_text("\n".join(lines))
+    typed = ["import", *map(str, files), "--robot", arm.name, "--sensor", "pose", "--units", "m,rad", "--quiet"]
+    assert main([*typed, "--set", f"mount={mount}", "--output", str(tmp_path / "cell")]) == 0
+    found = calibrate(load(tmp_path / "cell"))
+    values = {name: np.array([value]) for name, value in zip(found.model.parameters.names, found.x, strict=True)}
+    for place, T in expected.items():
+        np.testing.assert_allclose(motion(values, place)[0], T, atol=1e-6)
+
+
+def _somewhere(rng: np.random.Generator, count: int) -> np.ndarray:
+    return pose(exp_so3(rng.uniform(-1.0, 1.0, (count, 3))), rng.uniform(-0.3, 0.3, (count, 3)))
+
+
+def test_a_mount_is_only_of_cameras_that_see_tags(said: ImportOptions, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="--set mount: only of a camera that sees tags"):
+        read(tmp_path / "log.csv", replace(said, further={"mount": "flange"}))

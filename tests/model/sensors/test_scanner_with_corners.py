@@ -43,6 +43,20 @@ def test_the_truth_leaves_nothing(axis: str, effects: dict[str, float]) -> None:
     assert np.abs(left).max() < 1e-10
 
 
+@pytest.mark.parametrize("effect", ["radial_distortion", "tangential_distortion"])
+def test_a_lens_moves_corners_as_it_moves_the_stripe(effect: str) -> None:
+    made = scanner(effects={effect: 0.3})
+    model = Model(made.dataset)
+    left = np.abs(model.residuals_at({name: np.array([made.truth[name]]) for name in model.parameters.names})[0])
+    assert all(left[made.dataset.points.sensor == number].max() > 0.0 for number in (0, 1))
+
+
+def test_with_sessions_nothing_needs_to_be_given_either() -> None:
+    found = calibrate(with_nothing_given(scanner(sessions=2).dataset))
+    assert found.rms_m < 1e-6
+    assert {"target.x@session-1", "target.x@session-2", "theta"} <= set(found.model.parameters.names)
+
+
 def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
     names = Model(noisy.dataset).parameters.names
     assert set(names) == set(noisy.truth)

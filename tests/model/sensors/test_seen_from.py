@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Poses
+from robolaser.data.dataset import Noise, Poses
+from robolaser.diagnosis import examine
+from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.robots import find_robot
 from robolaser.geometry.visibility import random_configurations
+from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
+from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 
@@ -38,3 +42,30 @@ def test_a_tracker_sees_each_reflector_from_every_pose() -> None:
 def test_an_arm_in_a_socket_goes_nowhere_else() -> None:
     sensor = Model(simulate(ROBOT, kind="socket", poses=6, points=3).dataset).sensor
     assert sensor.seen_from({}, np.eye(4)[None]) is None
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_profiles_of_balls_that_poses_aim_at_leave_no_residual(mount: str) -> None:
+    made = simulate(ROBOT, kind="profile", poses=12, points=2, mount=mount, seed=2)
+    sensor = Model(made.dataset).sensor
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    T_base_flange = made.dataset.flange()
+    tools, goals = sensor.aims(values, T_base_flange)
+    np.testing.assert_allclose(apply(T_base_flange, tools), goals, atol=1e-12)
+    points, good = sensor.seen_from(values, T_base_flange)
+    assert good.mean() > 0.5
+    there = Model(replace(made.dataset, points=points))
+    left = np.abs(there.residuals_at(values)).reshape(12, -1)
+    assert left[good].max() < 1e-9
+
+
+def test_next_poses_of_a_profile_sensor_see_a_ball_within_the_limits() -> None:
+    sizes = {"encoder_scale:joint_2": 1e-4}
+    robot = find_robot("scorbot_er7")
+    made = simulate(robot, kind="profile", poses=30, points=2, noise=Noise(point_m=2e-5), effects=sizes, seed=1)
+    found = examine(made.dataset, [EncoderScale, EncoderEccentricity], seed=0)
+    q = np.array([[pose[joint] for joint in robot.joints] for pose in found.next_poses])
+    assert len(q)
+    assert ((q >= robot.lower) & (q <= robot.upper)).all()
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    assert Model(made.dataset).sensor.seen_from(values, robot.forward(q[None])[0])[1].all()

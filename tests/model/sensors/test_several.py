@@ -68,6 +68,20 @@ def test_each_sensor_has_rows_of_its_own_in_the_result(trackers: Dataset) -> Non
     assert all(row["held_out_rms"] is not None for row in rows)
 
 
+def test_rotations_of_bodies_stay_angles_beside_what_others_measure() -> None:
+    noise = Noise(point_m=2e-5, angle_rad=1e-3)
+    bodies = simulate(find_robot("ur10"), kind="pose", poses=20, noise=noise, seed=3).dataset
+    shaken = bodies.points["xyz"] + 2e-5 * np.random.default_rng(0).standard_normal(bodies.points["xyz"].shape)
+    seen = replace(bodies.points, xyz=shaken, columns={})
+    both = {"bodies": (bodies, bodies.points), "tracker": (replace(bodies, kind="point"), seen)}
+    found = calibrate(together(bodies, both))
+    rows = {(row["sensor"], row["unit"]): row["rms"] for row in as_json(found)["rows"]}
+    assert rows["bodies", "rad"] == pytest.approx(np.sqrt(3.0) * 1e-3, rel=0.2)
+    assert rows["bodies", "m"] == pytest.approx(np.sqrt(3.0) * 2e-5, rel=0.25)
+    squares = sum(row["rows"] * row["rms"] ** 2 for row in as_json(found)["rows"] if row["unit"] == "m")
+    assert found.objective_m2 == pytest.approx(squares)
+
+
 def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Dataset) -> None:
     folds = assign_folds(Model(trackers), seed=1)
     assert folds is not None

@@ -7,12 +7,16 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset, written
 
+from robolaser.cell.cell_collisions import collision_model
+from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
+from robolaser.geometry.collision_bodies import arm_length
 from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose
 from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.viewer.collision_scene import BOX, HIT, CollisionScene
 from robolaser.report.viewer.downsampling import downsampled
-from robolaser.report.viewer.scene import MODEL_COLOURS, arm_length, fixed_shapes, moving_shapes
+from robolaser.report.viewer.scene import MODEL_COLOURS, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, box, merged, sphere, tube
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
@@ -103,7 +107,7 @@ def test_a_target_that_is_not_placed_is_laid_where_it_fits(data):
 
 
 def test_shapes_have_faces_of_their_own_vertices_and_names_of_their_own(model):
-    shapes = [*moving_shapes(model, model.at_pose(1), arm_length(model.dataset)), *fixed_shapes(model, (model,))]
+    shapes = [*moving_shapes(model, model.at_pose(1), arm_length(model.dataset.robot)), *fixed_shapes(model, (model,))]
     assert len(by_name(shapes)) == len(shapes)
     assert {type(shape) for shape in shapes} == {Mesh, Lines, Dots}
     for shape in shapes:
@@ -116,7 +120,7 @@ def test_shapes_have_faces_of_their_own_vertices_and_names_of_their_own(model):
 def test_flange_poses_without_a_robot_are_shown_too(data):
     poses = Poses(data.poses.names, T_base_flange=data.flange())
     model = nominal(replace(data, robot=None, poses=poses))
-    shapes = by_name(moving_shapes(model, model.at_pose(0), arm_length(model.dataset)))
+    shapes = by_name(moving_shapes(model, model.at_pose(0), arm_length(model.dataset.robot)))
     assert "robot/links" not in shapes
     assert {"robot/flange", "scanner/camera", "light/sheet"} <= set(shapes)
 
@@ -175,3 +179,19 @@ def test_a_cloud_is_thinned_evenly(count):
     assert len(dots.positions) >= min(count, 500)
     assert dots.positions[0, 0] == 0
     assert downsampled(cloud[:0]) is None
+
+
+def test_what_is_hit_is_shown_in_red_where_it_is():
+    data = dataset(poses=2)
+    robot, q = data.arm
+    flange = robot.forward(q[None])[0]
+    at = Box("block", tuple(flange[0, :3, 3].tolist()), (0.02, 0.02, 0.02))
+    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01, ())
+    words, shapes = scene.at(q[0])
+    assert "block overlap by" in words
+    assert {shape.colour for shape in shapes} == {HIT}
+    block = next(shape for shape in shapes if np.ptp(shape.vertices, axis=0).max() < 0.03)
+    np.testing.assert_allclose(block.vertices.mean(axis=0), flange[0, :3, 3], atol=1e-12)
+    words, shapes = scene.at(q[1])
+    assert words == "nothing is hit"
+    assert [shape.colour for shape in shapes] == [BOX]

@@ -1,0 +1,122 @@
+"""What of a robot and its surroundings comes too near to what: signed distances between bodies, by Coal."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.geometry import urdf
+from robolaser.geometry.collision_bodies import Body
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.urdf.tree import Tree
+from robolaser.geometry.visibility import random_configurations
+
+NEAR = 2.0
+"""Way along the arm between two links, in the sum of their radii, up to which arms are built to clear themselves."""
+TRIED = 100
+"""Configurations all over the joints' range: two bodies that overlap in each of them are neighbours."""
+
+
+@final
+class CollisionModel:
+    """The pairs of bodies that could hit each other.
+
+    Not looked at are bodies that do not move against each other, links of neighbouring joints, links of which capsules
+    are all that is known and which lie within NEAR of each other along the arm, and what overlaps wherever the arm is.
+
+    Args:
+        robot: Any arm.
+        bodies: On its links.
+    """
+
+    def __init__(self, robot: Robot, bodies: Sequence[Body]) -> None:
+        import coal  # noqa: PLC0415 - takes long to load, with Pinocchio
+        import pinocchio  # noqa: PLC0415
+
+        self._pinocchio = pinocchio
+        self.bodies = tuple(bodies)
+        tree = urdf.parse(robot.urdf)
+        renamed = {name: f"joint_{i}" for i, name in enumerate(robot.joints)}
+        self._model = pinocchio.buildModelFromXML(urdf.minimal(tree, renamed))
+        self._columns = [self._model.joints[self._model.getJointId(new)].idx_q for new in renamed.values()]
+        self._data, self._scene = self._model.createData(), pinocchio.GeometryModel()
+        carriers = []
+        for number, body in enumerate(self.bodies):
+            path = tree.path(body.link)
+            last = max((i for i, joint in enumerate(path) if joint.name in renamed), default=-1)
+            T = np.linalg.multi_dot([np.eye(4), *(joint.origin for joint in path[last + 1 :]), body.T_link_body])
+            carrier = 0 if last < 0 else self._model.getJointId(renamed[path[last].name])
+            placement = pinocchio.SE3(T[:3, :3], T[:3, 3])
+            shape = _shape(coal, body)
+            self._scene.addGeometryObject(pinocchio.GeometryObject(str(number), carrier, placement, shape))
+            carriers.append(carrier)
+        is_link = [body.name == body.link for body in self.bodies]
+
+        def are_neighbours(i: int, j: int) -> bool:
+            a, b = carriers[i], carriers[j]
+            adjoining = self._model.parents[a] == b or self._model.parents[b] == a
+            return a == b or (is_link[i] and is_link[j] and (adjoining or _near(tree, self.bodies[i], self.bodies[j])))
+
+        candidates = [(i, j) for i, j in combinations(range(len(self.bodies)), 2) if not are_neighbours(i, j)]
+        self.pairs: tuple[tuple[int, int], ...] = ()
+        self._look_at(candidates)
+        always: Bools = np.all(self.gaps(random_configurations(robot, TRIED, np.random.default_rng(0))) < 0, axis=0)
+        self._look_at([pair for pair, near in zip(candidates, always, strict=True) if not near])
+        self.unchecked = tuple(
+            self.name((i, j))
+            for (i, j), near in zip(candidates, always, strict=True)
+            if near and not (is_link[i] and is_link[j]) and carriers[i] + carriers[j] > 1
+        )
+        """Pairs with a body that is no link, which overlap wherever the arm is; but not what the arm stands on."""
+
+    def _look_at(self, pairs: Sequence[tuple[int, int]]) -> None:
+        self._scene.removeAllCollisionPairs()
+        for pair in pairs:
+            self._scene.addCollisionPair(self._pinocchio.CollisionPair(*pair))
+        self.pairs, self._found = tuple(pairs), self._scene.createData()
+
+    def gaps(self, q: Array) -> Array:
+        """Distance of each pair at configurations (n, j), (n, pairs) [m]; below zero, how deep they overlap."""
+        row, gaps = np.zeros(self._model.nq), np.empty((len(q), len(self.pairs)))
+        for gap, values in zip(gaps, q, strict=True):
+            row[self._columns] = values
+            self._pinocchio.updateGeometryPlacements(self._model, self._data, self._scene, self._found, row)
+            self._pinocchio.computeDistances(self._scene, self._found)
+            gap[:] = [result.min_distance for result in self._found.distanceResults]
+        return gaps
+
+    def placements(self, q: Array) -> Array:
+        """T_base_body of all bodies at one configuration (j,), (bodies, 4, 4)."""
+        row = np.zeros(self._model.nq)
+        row[self._columns] = q
+        self._pinocchio.updateGeometryPlacements(self._model, self._data, self._scene, self._found, row)
+        return np.array([placement.homogeneous for placement in self._found.oMg]).reshape(-1, 4, 4)
+
+    def clear(self, q: Array, margin_m: float = 0.0) -> Bools:
+        """Whether no two bodies are nearer than a margin at configurations (n, j), (n,)."""
+        free: Bools = np.all(self.gaps(q) >= margin_m, axis=1)
+        return free
+
+    def name(self, pair: tuple[int, int]) -> str:
+        """What people call a pair."""
+        return " and ".join(self.bodies[i].name for i in pair)
+
+
+def _shape(coal: Any, body: Body) -> Any:
+    kinds = {"box": coal.Box, "sphere": coal.Sphere, "cylinder": coal.Cylinder, "capsule": coal.Capsule}
+    return kinds[body.kind](*body.size)
+
+
+def _near(tree: Tree, one: Body, other: Body) -> bool:
+    """Whether one of two capsules carries the other over a short piece of the arm."""
+    if not one.kind == other.kind == "capsule":
+        return False
+    for lower, upper in ((one, other), (other, one)):
+        path = tree.path(upper.link)
+        if lower.link in {joint.parent for joint in path}:
+            between = path[len(tree.path(lower.link)) + 1 :]
+            way = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in between)
+            return way <= NEAR * (one.size[0] + other.size[0])
+    return False
