@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robolaser import find_robot
 from robolaser.calibration.pymoo_search import History
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
@@ -14,6 +15,7 @@ from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
+from robolaser.simulation import simulate
 
 NOMINAL = {
     "f": (8e-3, 6e-3, 10e-3), "s_u": (7.4e-6, 5e-6, 1e-5), "s_v": (7.4e-6, 5e-6, 1e-5), "u_0": (320, 290, 340),
@@ -125,6 +127,15 @@ def socket(*, name="seated"):
     return finished(model, model.parameters.nominal)
 
 
+def simulated(kind):
+    noise = Noise(pixel_px=0.1, point_m=2e-5)
+    made = simulate(
+        find_robot("scorbot_er7"), kind=kind, poses=POSES, points=12 if kind == "camera" else 2, noise=noise, seed=5
+    )
+    model = Model(made.dataset)
+    return finished(model, model.parameters.nominal)
+
+
 def finished(model, x):
     rng = np.random.default_rng(6)
     parameters = model.parameters
@@ -136,6 +147,8 @@ def finished(model, x):
         "stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5},
         "point": {"point": 2e-5, "joint": 1e-5},
         "pose": {"point": 1e-3, "angle": 1e-4},
+        "camera": {"pixel": 0.1, "joint": 1e-5},
+        "profile": {"point": 2e-5, "joint": 1e-5},
     }
     own = tuple(model.sensor.free)
     history = None
@@ -163,4 +176,11 @@ def finished(model, x):
     )
 
 
-KINDS = {"stripe": lambda: stripe(robot=arm()), "point": point, "pose": body, "socket": socket}
+KINDS = {
+    "stripe": lambda: stripe(robot=arm()),
+    "point": point,
+    "pose": body,
+    "socket": socket,
+    "camera": lambda: simulated("camera"),
+    "profile": lambda: simulated("profile"),
+}

@@ -107,8 +107,10 @@ def _check_sessions(dataset: Dataset) -> None:
 
 
 def _silent(dataset: Dataset) -> list[str]:
+    """Poses without points, but for those that an arm only passed: in a recording these have no image."""
     rows = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
-    silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0)]
+    images = dataset.poses.image
+    silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0) if images is None or images[i]]
     return [f"{len(silent)} of {len(dataset.poses)} poses have no points: {some(silent)}."] if silent else []
 
 

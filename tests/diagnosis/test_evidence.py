@@ -132,10 +132,10 @@ def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedD
     assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
 
 
-@pytest.mark.parametrize("kind", ["stripe", "point", "pose", "socket"])
+@pytest.mark.parametrize("kind", ["camera", "stripe", "point", "pose", "profile", "socket"])
 def test_calibrate_and_diagnose_say_the_same_error_on_new_poses(kind: str) -> None:
     noise = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, angle_rad=1e-4, joint_rad=1e-5)
-    points = {"stripe": 8, "point": 3, "pose": 1, "socket": 5}[kind]
+    points = {"camera": 12, "stripe": 8, "point": 3, "pose": 1, "profile": 2, "socket": 5}[kind]
     dataset = simulate(find_robot("ur5"), kind=kind, poses=40, points=points, noise=noise, seed=5).dataset
     calibrated = calibrate(dataset, Plan(weights="noise", seed=1))
     gap = examine(dataset, [], seed=1).gap.calibrated_m

@@ -117,6 +117,10 @@ class Profile(Sensor):
         off: Array = np.linalg.norm(apart, axis=-1) - self._radius
         return off[..., None]
 
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Along the ball's normals in the base frame, towards its middle, (c, m, 3) [m]."""
+        return -residuals * self._normals(values, T_base_flange, perturb)
+
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The points of the profiles, in the base frame, (c, m, 3) [m]."""
         seen, of_pose = perturb(Stage.TARGET, self._measured), self.dataset.points.pose
