@@ -14,10 +14,13 @@ GROUP = "robolaser.arms"
 """Entry points of installed packages that announce arms; the entry point's name is the kind."""
 ARMS: Mapping[str, str] = {
     "acl": "robolaser.cell.acl:AclArm",
+    "dynamixel": "robolaser.cell.servos:ServoArm",
+    "feetech": "robolaser.cell.servos:ServoArm",
     "lss": "robolaser.cell.lss:LssArm",
     "replay": "robolaser.cell.replay:ReplayArm",
+    "ur": "robolaser.cell.ur:UrArm",
 }
-"""SCORBOT controllers, Lynxmotion smart servos, and a recording that passes for an arm."""
+"""SCORBOT controllers, bus servos of three makers, a recording that passes for an arm, and Universal Robots' arms."""
 REQUIRED = ("outputs", "synchronous_read", "absolute_encoders")
 
 

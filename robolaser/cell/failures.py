@@ -57,6 +57,11 @@ def refused(port: str, command: str, answer: str, meaning: str) -> ArmRefused:
     return ArmRefused(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
 
 
+def no_outputs(port: str, output: int) -> ArmRefused:
+    """The error of servos that are to switch an output."""
+    return refused(port, f"output {output}", "", "these servos cannot switch outputs; remove [laser] from cell.toml")
+
+
 def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:
     """The error of an arm in trouble."""
     return ArmAlarm(f"The arm on {port} reports '{message}' ({joint}). {advice}")

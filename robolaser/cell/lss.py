@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, refused, unclear
+from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, no_outputs, unclear
 from robolaser.cell.motion_time import PEAK
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
@@ -105,11 +105,11 @@ class LssArm(Arm):
 
     def laser_on(self, output: int) -> None:
         """Switch an output on."""
-        self._no_outputs(output)
+        raise no_outputs(self._line.port, output)
 
     def laser_off(self, output: int) -> None:
         """Switch an output off."""
-        self._no_outputs(output)
+        raise no_outputs(self._line.port, output)
 
     def close(self) -> None:
         """Close it."""
@@ -165,8 +165,3 @@ class LssArm(Arm):
             silence = f"servo {servo} ({joint}) gave no answer for {tries * quiet_s:.1f} s"
             raise line_lost(self._line.port, silence)
         raise unclear(self._line.port, f"#{servo}{what}", heard, tries)
-
-    def _no_outputs(self, output: int) -> None:
-        raise refused(
-            self._line.port, f"output {output}", "", "these servos cannot switch outputs; remove [laser] from cell.toml"
-        )

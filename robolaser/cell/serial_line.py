@@ -1,4 +1,4 @@
-"""A serial line: bytes out, text in, and how long silence may last."""
+"""A serial line: what goes out, what comes in, and how long silence may last; bytes are the letters of Latin-1."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -13,6 +13,7 @@ Connected = TypeVar("Connected")
 
 SCHEMES = ("socket", "rfc2217", "loop")
 """Of URLs that may be opened; what loop:// hears is what it sent."""
+LETTERS = "latin-1"
 TICK_S = 0.02
 """Longest that one look for bytes takes."""
 WRITE_S = 1.0
@@ -79,7 +80,7 @@ class SerialLine:
     def send(self, data: str) -> None:
         """Send text."""
         try:
-            self._transport.write(data.encode("ascii"))
+            self._transport.write(data.encode(LETTERS))
         except (OSError, TypeError) as error:  # a port closed under pyserial's feet is a TypeError
             raise line_lost(self.port, _reason(error)) from None
 
@@ -132,7 +133,7 @@ class SerialLine:
                 data += self._transport.read(waiting)
         except (OSError, TypeError) as error:
             raise line_lost(self.port, _reason(error)) from None
-        return data.decode("ascii", errors="replace")
+        return data.decode(LETTERS)
 
 
 def _reason(error: Exception) -> str:

@@ -174,8 +174,8 @@ class Session:
         except (RobolaserError, KeyboardInterrupt) as error:
             why = "" if type(error) is type(cause) else f" {error or 'Interrupted again.'}"
             outcome = (
-                f"The arm could not be seen to stop.{why}{last} It goes no further than to its next stop; keep clear of it,"
-                " and press its emergency button."
+                f"The arm could not be seen to stop.{why}{last} It goes no further than to its next stop; keep clear of"
+                " it, and press its emergency button."
             )
         if self._cell.laser_output is not None:
             with suppress(RobolaserError, KeyboardInterrupt):

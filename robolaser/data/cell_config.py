@@ -64,6 +64,7 @@ class CameraLine:
     """The camera.
 
     Attributes:
+        kind: Name under which an installed package announces it; empty: the source decides.
         source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
         exposure: In the driver's own unit; None: as it is.
         gain: Likewise.
@@ -74,6 +75,7 @@ class CameraLine:
     exposure: float | None = None
     gain: float | None = None
     settle_s: Positive = USUAL_SETTLE_S
+    kind: str = ""
 
 
 @final

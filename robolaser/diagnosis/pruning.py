@@ -10,6 +10,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
@@ -35,7 +36,8 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
     final = _helpful(refits, final, held_out)
     while True:
         left = localize(final)
-        unmodelled = {one: _unmodelled(refits, final, one) for one in final.effects}
+        rivals = PostureRivals.of(refits, final)
+        unmodelled = {one: max(_unmodelled(refits, final, one), rivals.unmodelled([one])) for one in final.effects}
         doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)

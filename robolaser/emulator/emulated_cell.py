@@ -10,6 +10,7 @@ import numpy as np
 
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.acl import AclController
+from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.faults import ARM, Fault, not_a_fault, read_fault
@@ -28,8 +29,6 @@ LOOKS_A_S, MOST_LOOKS = 50.0, 400
 """How often, on its own clock, the arm is looked at; how often at most after a long moment."""
 BITS_A_BYTE = 10
 """Start, eight, stop."""
-HOMELESS = "lss"
-"""The kind whose servos search no home."""
 
 
 def _acl(cell: Cell) -> Controller:
@@ -43,7 +42,17 @@ def _lss(cell: Cell) -> Controller:
     return LssController(cell.robot, cell.arm.ids, cell.arm.reference_rad, cell.arm.direction)
 
 
-CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {"acl": _acl, "lss": _lss}
+def _bus_servos(cell: Cell) -> Controller:
+    arm = cell.arm
+    return BusServos(cell.robot, arm.ids, arm.reference_rad, arm.direction, dynamixel=arm.kind == "dynamixel")
+
+
+CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {
+    "acl": _acl,
+    "dynamixel": _bus_servos,
+    "feetech": _bus_servos,
+    "lss": _lss,
+}
 
 
 def controller_of(cell: Cell) -> Controller:
@@ -150,7 +159,7 @@ def _watching(
 
 def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
     for fault in faults:
-        if kind == HOMELESS and fault.kind == ArmFault.HOMELESS.value:
+        if kind != "acl" and fault.kind == ArmFault.HOMELESS.value:
             raise not_a_fault(fault.kind, f"arms of kind '{kind}' do no homing")
         if fault.kind in ARM and fault.amount > axes:
             raise UsageError(f"--fault {fault.kind}:{int(fault.amount)}: the arm has axes 1 to {axes}.")

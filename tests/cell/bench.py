@@ -4,9 +4,12 @@ import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 from emulated_cell import cell_folder
+from fake_ur import UrRig
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
@@ -17,6 +20,7 @@ from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.cell.session import Session
+from robolaser.cell.ur import UrArm
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
@@ -168,8 +172,10 @@ def cell(tmp_path: Path, kind: str = "acl") -> Cell:
     return load_cell(folder)
 
 
-def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Bench:
-    """An emulated controller that the cell's arm would have."""
+def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Any:
+    """The far end that the cell's arm would have: a `Bench`, or a `UrRig` in place of a library."""
+    if cell.arm.kind == "ur":
+        return UrRig(cell, Jumping(), faults)
     return Bench(controller_of(cell), Jumping(), faults, seed, cell.arm.baud)
 
 
@@ -178,8 +184,12 @@ def kind_of(name: str) -> str:
     return "acl" if name == "er5plus" else name
 
 
-def arm_on(bench: Bench, cell: Cell) -> Arm:
+def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
     """The arm as the package drives it."""
+    if isinstance(bench, UrRig):
+        with pytest.MonkeyPatch.context() as patch:
+            bench.plugged_in(patch)
+            return UrArm.open(cell, bench.clock)
     line = SerialLine(bench, "bench", bench.clock)
     arm: Arm = pkgutil.resolve_name(ARMS[cell.arm.kind])(line, cell.arm, cell.robot.joints)
     return arm

@@ -6,6 +6,7 @@ import bench
 import numpy as np
 import pytest
 from emulated_cell import ARMS as EMULATED
+from fake_ur import UrRig
 
 from robolaser.cell.arms import ARMS as KINDS
 from robolaser.cell.failures import ArmAlarm
@@ -14,6 +15,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.errors import LineLost
 
 WIRED = sorted(EMULATED)
+Rig = bench.Bench | UrRig
 PLUGGED_S, NOTICED_S = 2.5, 2.0
 
 
@@ -22,7 +24,7 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
     return bench.cell(tmp_path, request.param)
 
 
-def mover(rig: bench.Bench, cell: Cell) -> Mover:
+def mover(rig: Rig, cell: Cell) -> Mover:
     assert cell.description.robot is not None
     return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
 

@@ -168,6 +168,13 @@ def test_a_parameter_on_its_bound_is_said_with_its_sign():
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
 
 
+def test_a_joint_that_begins_at_an_end_of_its_play_has_no_larger_cause():
+    diagnosis = geometric()
+    play = {"lost_motion": Estimate(3e-3, 1e-5, "rad", ""), "start": Estimate(-1.0, None, "", "lower")}
+    found = replace(diagnosis.findings[0], candidate_effect=candidate_effect("backlash:turn"), parameters=play)
+    assert not any("larger" in said for said in caveats(diagnosis, found))
+
+
 def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
     diagnosis = geometric()
     k = diagnosis.model.parameters.names.index("t_x")

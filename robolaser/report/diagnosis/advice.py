@@ -37,11 +37,12 @@ SITES: Mapping[str, str] = {
 
 def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     """Caveats about an effect, the most serious first; at least one."""
+    inner = {each.name for each in found.candidate_effect.effect.nonlinear_parameters()}
     said = [
         f"{name} ended on its {number.bound} bound, {plain(number.value, number.unit, 3)}:"
         " the cause is larger, or another one"
         for name, number in found.parameters.items()
-        if number.bound
+        if number.bound and name not in inner
     ]
     is_certain = found.probability >= CERTAIN
     if found.alternatives:

@@ -1,0 +1,205 @@
+"""Arms of bus servos that share a line: Dynamixel's X series, and Feetech's STS series."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import alarm, joints_differ, line_lost, no_outputs, unclear
+from robolaser.cell.serial_line import LETTERS, SerialLine, connect
+from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL, DynamixelPackets, Packets, StsPackets
+from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.errors import ArmError
+
+STEP = 2 * np.pi / 4096
+MIDDLE = 2048
+MOST = 252
+QUIET_S = 0.25
+TRIES = 4
+RAMP = 0.25
+"""Share of a motion's time in which it gains speed."""
+TIMED = 4
+"""Bit of Dynamixel's drive mode: profiles are stated as times."""
+TROUBLE = {1: "wrong voltage", 2: "no reading of its encoder", 4: "too hot", 8: "too much current", 32: "overloaded"}
+ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
+
+
+@final
+@dataclass(frozen=True)
+class Registers:
+    """Where a servo keeps what: an address and a number of bytes each.
+
+    Attributes:
+        torque: Whether the motor holds.
+        goal: Where it goes.
+        motion: The goal and how to get there, in one piece.
+        present: Where it is.
+        status: Bits of `TROUBLE`.
+        signed_by_bit: Whether the highest bit of a position is its sign.
+    """
+
+    packets: Packets
+    torque: tuple[int, int]
+    goal: tuple[int, int]
+    motion: tuple[int, int]
+    present: tuple[int, int]
+    status: tuple[int, int]
+    signed_by_bit: bool = False
+    drive_mode: tuple[int, int] | None = None
+
+
+SERVOS: Mapping[str, Registers] = {
+    "dynamixel": Registers(DynamixelPackets(), (64, 1), (116, 4), (108, 12), (132, 4), (70, 1), drive_mode=(10, 1)),
+    "feetech": Registers(StsPackets(), (40, 1), (42, 2), (41, 7), (56, 2), (65, 1), signed_by_bit=True),
+}
+
+
+@final
+class ServoArm(Arm):
+    """Servos with absolute encoders; their torque stays off until the first motion, so that they may be led by hand.
+
+    angle = reference_rad + direction (position - 2048) 2 pi / 4096.
+    """
+
+    outputs: ClassVar[int | None] = 0
+    synchronous_read: ClassVar[bool] = True
+    absolute_encoders: ClassVar[bool] = True
+
+    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
+        if not joints:
+            raise joints_differ(arm.kind, 0, MOST)
+        self._line = line
+        self._at = SERVOS[arm.kind]
+        self._ids = arm.ids or tuple(range(1, len(joints) + 1))
+        self._joints = tuple(joints)
+        self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
+        self._direction = np.array(arm.direction or [1.0] * len(joints))
+        self.step = np.full(len(joints), STEP)
+        if self._at.drive_mode is not None:
+            self._state_times(self._at.drive_mode)
+        self.read()
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the port and see that every servo answers.
+
+        Raises:
+            ArmError: It cannot be opened.
+        """
+        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
+
+    def read(self) -> Array:
+        """Where it is now, (j,)."""
+        angles: Array = self._reference + self._direction * (self._positions(self._at.present) - MIDDLE) * STEP
+        return angles
+
+    def poll_faults(self) -> None:
+        """Whether a joint is in trouble."""
+        for joint, bits in zip(self._joints, self._numbers(self._at.status), strict=True):
+            if bits:
+                what = ", ".join(said for bit, said in TROUBLE.items() if bits & bit) or f"error {bits}"
+                raise alarm(self._line.port, joint, what, ADVICE)
+
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Start a motion to angles, (j,), of all servos at once."""
+        goal = np.rint(MIDDLE + self._direction * (q - self._reference) / STEP).astype(np.int64)
+        start = self._positions(self._at.present)
+        if not all(self._numbers(self._at.torque)):
+            self._send_on(start, start, seconds)
+            self._write(self._at.torque, [b"\1"] * len(self._ids))
+        for _ in range(TRIES):
+            self._send_on(start, goal, seconds)
+            heard = self._positions(self._at.goal)
+            if (heard == goal).all():
+                return
+        self.stop()
+        self.poll_faults()
+        raise unclear(self._line.port, f"goal {goal.tolist()}", str(heard.tolist()), TRIES)
+
+    def stop(self) -> None:
+        """Stop where it is: these servos know no other command than to go where they are."""
+        at = self._positions(self._at.present)
+        self._send_on(at, at, 0.0)
+
+    def home(self) -> None:
+        """Nothing: their encoders are absolute."""
+
+    def laser_on(self, output: int) -> None:
+        """Switch an output on."""
+        raise no_outputs(self._line.port, output)
+
+    def laser_off(self, output: int) -> None:
+        """Switch an output off."""
+        raise no_outputs(self._line.port, output)
+
+    def close(self) -> None:
+        """Close it."""
+        self._line.close()
+
+    def _state_times(self, drive_mode: tuple[int, int]) -> None:
+        """Let Dynamixels take times for their motions, which they keep when switched off."""
+        modes = self._numbers(drive_mode)
+        if all(mode & TIMED for mode in modes):
+            return
+        if any(self._numbers(self._at.torque)):
+            raise ArmError(
+                f"The servos on {self._line.port} hold, and take times for motions (drive mode, bit 2) only while"
+                " they do not. Support the arm, switch their power off and on, and try again."
+            )
+        self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
+
+    def _send_on(self, start: Ints, goal: Ints, seconds: float) -> None:
+        """Send all servos from where they are to where they are to be, (j,) each, with the same ramps."""
+        address, length = self._at.motion
+        motions = []
+        for way, position in zip(np.abs(goal - start).tolist(), goal.tolist(), strict=True):
+            if self._at.signed_by_bit:  # acceleration [100 steps/s2], goal, a time that is not used, speed [steps/s]
+                speed = max(1, round(way / max(seconds * (1 - RAMP), 0.1)))
+                ramp = min(254, max(1, round(speed / max(RAMP * seconds, 0.1) / 100)))
+                signed = abs(position) | (0x8000 if position < 0 else 0)
+                motions.append(bytes([ramp]) + signed.to_bytes(2, "little") + b"\0\0" + speed.to_bytes(2, "little"))
+            else:  # times of ramp and motion [ms], goal
+                times = round(1000 * RAMP * seconds), round(1000 * seconds), position
+                motions.append(b"".join(number.to_bytes(4, "little", signed=True) for number in times))
+        self._write((address, length), motions)
+
+    def _positions(self, register: tuple[int, int]) -> Ints:
+        """Positions of all servos, (j,) [steps]."""
+        bits = 8 * register[1]
+        raw = np.array(self._numbers(register), dtype=np.int64)
+        highest = 1 << bits - 1
+        return np.where(raw < highest, raw, highest - raw if self._at.signed_by_bit else raw - 2 * highest)
+
+    def _numbers(self, register: tuple[int, int]) -> list[int]:
+        """What all servos have in a register, without its sign."""
+        packets, (address, length) = self._at.packets, register
+        parameters = b"".join(number.to_bytes(packets.wide, "little") for number in register) + bytes(self._ids)
+        heard = ""
+        for _ in range(TRIES):
+            heard += self._line.discard()
+            self._line.send(packets.instruction(READ_ALL, parameters).decode(LETTERS))
+            found = []
+            for servo in self._ids:
+                pattern = re.compile(packets.answer(servo, length).decode(LETTERS))
+                text, answer = self._line.until(pattern, QUIET_S)
+                heard += text
+                if answer is None or not packets.is_whole(answer[0].encode(LETTERS)):
+                    break
+                found.append(int.from_bytes(answer["data"].encode(LETTERS), "little"))
+            if len(found) == len(self._ids):
+                return found
+        servo = self._ids[len(found)]
+        if not heard:
+            raise line_lost(self._line.port, f"servo {servo} ({self._joints[len(found)]}) gave no answer")
+        raise unclear(self._line.port, f"read {address} of servo {servo}", heard, TRIES)
+
+    def _write(self, register: tuple[int, int], data: Sequence[bytes]) -> None:
+        packets = self._at.packets
+        parameters = b"".join(number.to_bytes(packets.wide, "little") for number in register)
+        parameters += b"".join(bytes([servo]) + one for servo, one in zip(self._ids, data, strict=True))
+        self._line.send(packets.instruction(WRITE_ALL, parameters).decode(LETTERS))

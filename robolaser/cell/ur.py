@@ -1,0 +1,116 @@
+"""Universal Robots' arms, by RTDE: the package ur-rtde."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import alarm, joints_differ, line_lost
+from robolaser.data.cell_config import Cell
+from robolaser.errors import ArmError
+
+STEP = 1e-5
+"""Readings of a joint at rest differ by less [rad]."""
+RAMP = 0.25
+"""Share of a motion's time in which it gains speed."""
+SLOWEST, GENTLEST = 0.01, 0.05
+"""Least speed and acceleration that are asked for [rad/s, rad/s2]."""
+BRAKING = 2.0
+"""When it is stopped [rad/s2]."""
+STALE_S = 1.0
+"""A controller sends 125 or 500 readings a second."""
+POLL_S = 0.005
+VIOLATION, FAULT = 251, 252
+"""Joint modes of a joint in trouble."""
+ADVICE = "Look for what it ran into, and unlock it at the teach pendant."
+
+
+@final
+class UrArm(Arm):
+    """An arm whose teach pendant is in remote control."""
+
+    outputs: ClassVar[int | None] = 8
+    synchronous_read: ClassVar[bool] = True
+    absolute_encoders: ClassVar[bool] = True
+
+    def __init__(self, address: str, joints: Sequence[str], clock: Clock) -> None:
+        try:
+            import rtde_control  # noqa: PLC0415 - who has another arm needs none of this
+            import rtde_io  # noqa: PLC0415
+            import rtde_receive  # noqa: PLC0415
+        except ImportError:
+            raise ArmError(
+                f"The arm at {address} is of kind 'ur', which needs the package ur-rtde: pip install 'robolaser[ur]'."
+            ) from None
+        try:
+            self._receive: Any = rtde_receive.RTDEReceiveInterface(address)
+            self._control: Any = rtde_control.RTDEControlInterface(address)
+            self._io: Any = rtde_io.RTDEIOInterface(address)
+        except RuntimeError as error:
+            raise ArmError(
+                f"Cannot open the arm at {address}: {error}. Check its address ([arm] port in cell.toml, or --port),"
+                " that it is switched on, and that its teach pendant is in remote control."
+            ) from None
+        self._address, self._joints, self._clock = address, tuple(joints), clock
+        self._stamp = -1.0
+        if len(self.read()) != len(joints):
+            raise joints_differ("ur", len(joints), len(self.read()))
+        self.step = np.full(len(joints), STEP)
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Connect with the controller.
+
+        Raises:
+            ArmError: It cannot be reached, or the package is not installed.
+        """
+        return cls(cell.arm.port, cell.robot.joints, clock)
+
+    def read(self) -> Array:
+        """Where it is now, (j,)."""
+        began = self._clock.now()
+        while True:
+            stamp = float(self._receive.getTimestamp())
+            if stamp != self._stamp and self._receive.isConnected():
+                self._stamp = stamp
+                return np.array(self._receive.getActualQ(), dtype=np.float64)
+            if self._clock.now() - began > STALE_S:
+                raise line_lost(self._address, f"no reading for {STALE_S:.0f} s")
+            self._clock.wait(POLL_S)
+
+    def poll_faults(self) -> None:
+        """Whether it was stopped, and by which joint."""
+        if self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped():
+            modes = self._receive.getJointMode()
+            guilty = [joint for joint, mode in zip(self._joints, modes, strict=True) if mode in (VIOLATION, FAULT)]
+            raise alarm(self._address, ", ".join(guilty) or "no joint is named", "protective or emergency stop", ADVICE)
+
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Start a motion to angles, (j,)."""
+        way = float(np.abs(q - self.read()).max())
+        speed = max(SLOWEST, way / (seconds * (1 - RAMP)))
+        self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True)
+
+    def stop(self) -> None:
+        """Stop where it is."""
+        self._control.stopJ(BRAKING, asynchronous=True)
+
+    def home(self) -> None:
+        """Nothing: its encoders are absolute."""
+
+    def laser_on(self, output: int) -> None:
+        """Switch an output on: digital output 0 is the first."""
+        self._io.setStandardDigitalOut(output - 1, True)  # noqa: FBT003 - its arguments have no names
+
+    def laser_off(self, output: int) -> None:
+        """Switch an output off."""
+        self._io.setStandardDigitalOut(output - 1, False)  # noqa: FBT003
+
+    def close(self) -> None:
+        """Disconnect; the program that moves it ends."""
+        self._control.stopScript()
+        for interface in (self._control, self._receive, self._io):
+            interface.disconnect()

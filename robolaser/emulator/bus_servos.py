@@ -1,0 +1,183 @@
+"""Servos on one line that keep what they know in numbered registers: Dynamixel's X series, and Feetech's STS series."""
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.emulator.controller import ArmFault, Controller
+from robolaser.emulator.joints import Axis, least_seconds
+from robolaser.geometry.kinematics import Robot
+
+TURN = 4096
+MIDDLE = 2048
+REGISTERS = 256
+FASTEST_RAD_S = 1.0
+HOT, OVERLOADED = 4, 32
+READ, WRITE, SYNC_READ, SYNC_WRITE = 0x02, 0x03, 0x82, 0x83
+ALL = 0xFE
+
+
+@final
+class BusServos(Controller):
+    """A chain of servos that each hear all, and answer what they are asked.
+
+    Args:
+        robot: The arm.
+        ids: Addresses, base first; empty: 1, 2, ...
+        reference: Joint angles at position 2048, (j,) [rad]; empty: all zero.
+        direction: +1 or -1 for each joint; empty: all +1.
+        dynamixel: Whether they are Dynamixels.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        ids: Sequence[int],
+        reference: Sequence[float],
+        direction: Sequence[float],
+        *,
+        dynamixel: bool,
+    ) -> None:
+        j = len(robot.joints)
+        self._reference = np.array(reference or [0.0] * j)
+        self._direction = np.array(direction or [1.0] * j)
+        self._lower, self._upper = robot.lower, robot.upper
+        self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
+        self._ids = tuple(ids or range(1, j + 1))
+        self._memory = {servo: bytearray(REGISTERS) for servo in self._ids}
+        self._dynamixel = dynamixel
+        self._torque, self._goal, self._present, self._status = (64, 116, 132, 70) if dynamixel else (40, 42, 56, 65)
+        self._size = 4 if dynamixel else 2
+        self._heard = b""
+
+    def receive(self, data: bytes, now_s: float) -> bytes:
+        """Take packets, and answer those that ask."""
+        self._heard += data
+        answers = b""
+        while (packet := self._next_packet()) is not None:
+            answers += self._obey(*packet, now_s)
+        return answers
+
+    def poll(self, now_s: float) -> bytes:
+        """Nothing: servos answer only when they are asked."""
+        return b""
+
+    def motor(self, now_s: float) -> Array:
+        """Joint angles as the encoders see them, (j,) [rad]."""
+        return np.array([axis.at(now_s) for axis in self._axes])
+
+    def outputs(self, now_s: float) -> frozenset[int]:
+        """None: servos have no outputs."""
+        return frozenset()
+
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
+        """Bear what befalls the arm; servos have no home to miss."""
+        if fault is ArmFault.STALL:
+            self._axes[axis - 1].jam(now_s)
+            return
+        for i in range(len(self._ids)) if fault is ArmFault.REBOOT else [axis - 1]:
+            self._axes[i].halt(now_s)
+            self._memory[self._ids[i]][self._torque] = 0
+        if fault in (ArmFault.IMPACT, ArmFault.THERMIC):
+            self._memory[self._ids[axis - 1]][self._status] = OVERLOADED if fault is ArmFault.IMPACT else HOT
+
+    def _next_packet(self) -> tuple[int, int, bytes] | None:
+        """Address, instruction and parameters of the next packet that is whole."""
+        header = b"\xff\xff\xfd\x00" if self._dynamixel else b"\xff\xff"
+        while (start := self._heard.find(header)) >= 0:
+            body = self._heard[start + len(header) :]
+            if len(body) < (3 if self._dynamixel else 2):
+                return None
+            size = (3 + body[1] + 256 * body[2]) if self._dynamixel else 2 + body[1]
+            if len(body) < size:
+                return None
+            packet, self._heard = self._heard[start : start + len(header) + size], body[size:]
+            if self._dynamixel and size >= 6 and _crc(packet[:-2]) == packet[-2] + 256 * packet[-1]:
+                return body[0], body[3], body[4 : size - 2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+            if not self._dynamixel and size >= 4 and (sum(packet[2:]) & 0xFF) == 0xFF:
+                return body[0], body[2], body[3 : size - 1]
+        return None
+
+    def _obey(self, servo: int, instruction: int, parameters: bytes, now_s: float) -> bytes:
+        width = 2 if self._dynamixel else 1
+        address = int.from_bytes(parameters[:width], "little")
+        rest = parameters[width:]
+        length = int.from_bytes(rest[:width], "little")
+        if instruction == READ and servo in self._memory:
+            return self._answer(servo, address, length, now_s)
+        if instruction == WRITE and servo in self._memory:
+            self._store(servo, address, rest, now_s)
+            return self._status_packet(servo, b"")
+        if instruction == SYNC_READ and servo == ALL:
+            return b"".join(self._answer(one, address, length, now_s) for one in rest[width:] if one in self._memory)
+        if instruction == SYNC_WRITE and servo == ALL:
+            for k in range(width, len(rest), length + 1):
+                if rest[k] in self._memory:
+                    self._store(rest[k], address, rest[k + 1 : k + 1 + length], now_s)
+        return b""
+
+    def _answer(self, servo: int, address: int, length: int, now_s: float) -> bytes:
+        i = self._ids.index(servo)
+        turned = self._direction[i] * (self._axes[i].at(now_s) - self._reference[i])
+        memory = self._memory[servo]
+        memory[self._present : self._present + self._size] = self._coded(MIDDLE + round(turned * TURN / (2 * np.pi)))
+        return self._status_packet(servo, bytes(memory[address : address + length]))
+
+    def _status_packet(self, servo: int, data: bytes) -> bytes:
+        error = self._memory[servo][self._status]
+        if self._dynamixel:
+            packet = b"\xff\xff\xfd\x00" + bytes([servo, len(data) + 4, 0, 0x55, 0x80 if error else 0]) + data
+            return packet + _crc(packet).to_bytes(2, "little")
+        packet = bytes([servo, len(data) + 2, error]) + data
+        return b"\xff\xff" + packet + bytes([0xFF - sum(packet) % 256])
+
+    def _store(self, servo: int, address: int, data: bytes, now_s: float) -> None:
+        memory, i = self._memory[servo], self._ids.index(servo)
+        if self._dynamixel and address < 64 and memory[self._torque]:
+            return  # what is kept without power is not written while the motor holds
+        memory[address : address + len(data)] = data
+        if not memory[self._torque]:
+            self._axes[i].halt(now_s)
+        elif address <= self._goal < address + len(data):
+            self._go(i, memory, now_s)
+
+    def _go(self, i: int, memory: bytearray, now_s: float) -> None:
+        raw = bytes(memory[self._goal : self._goal + self._size])
+        shown = int.from_bytes(raw, "little", signed=self._dynamixel)
+        if not self._dynamixel and shown & 0x8000:
+            shown = 0x8000 - shown
+        wanted = self._reference[i] + self._direction[i] * (shown - MIDDLE) * 2 * np.pi / TURN
+        axis, goal = self._axes[i], float(np.clip(wanted, self._lower[i], self._upper[i]))
+        axis.halt(now_s)
+        way = abs(goal - axis.goal)
+        if self._dynamixel:
+            timed = memory[10] & 4
+            seconds = int.from_bytes(memory[112:116], "little") / 1000 if timed else 0.0
+        else:
+            seconds = least_seconds(way, max(1, int.from_bytes(memory[46:48], "little")) * 2 * np.pi / TURN)
+        axis.queue(goal, now_s, max(seconds, least_seconds(way, FASTEST_RAD_S)))
+
+    def _coded(self, position: int) -> bytes:
+        if self._dynamixel:
+            return position.to_bytes(4, "little", signed=True)
+        return (abs(position) + (0x8000 if position < 0 else 0)).to_bytes(2, "little")
+
+
+def _crc(data: bytes) -> int:
+    """As ROBOTIS prints it: by a table of 256 remainders."""
+    crc = 0
+    for byte in data:
+        crc = (crc << 8 & 0xFFFF) ^ _REMAINDERS[crc >> 8 ^ byte]
+    return crc
+
+
+def _remainder(number: int) -> int:
+    rest = number << 8
+    for _ in range(8):
+        rest = rest << 1 ^ (0x18005 if rest & 0x8000 else 0)
+    return rest
+
+
+_REMAINDERS = [_remainder(number) for number in range(256)]
