@@ -42,13 +42,13 @@ def watch(
     Raises:
         RobolaserError: Of arm, camera or disk; what was recorded up to then is whole.
     """
-    began, digits = clock.now(), max(3, len(str(count)))
+    began = clock.now()
     waiting: list[Sample] = []
     written_s = began
     if laser_output is not None:
         arm.laser_on(laser_output)
     try:
-        for i in range(1, count + 1):
+        for name in sample_names(count):
             arm.poll_faults()
             before_s, before = _reading(arm, clock)
             image = camera.shot(0.0)
@@ -56,8 +56,8 @@ def watch(
             after_s, after = _reading(arm, clock)
             qd = (after - before) / (after_s - before_s)
             q = before + qd * (came_s - before_s)
-            waiting.append(Sample(f"w{i:0{digits}d}", came_s - began, q, {"image": image}, qd))
-            if i == count or clock.now() - written_s > AT_A_TIME_S:
+            waiting.append(Sample(name, came_s - began, q, {"image": image}, qd))
+            if clock.now() - written_s > AT_A_TIME_S:
                 _write(writer, waiting, recorded)
                 written_s = clock.now()
     finally:
@@ -65,6 +65,12 @@ def watch(
         if laser_output is not None:
             with suppress(RobolaserError):
                 arm.laser_off(laser_output)
+
+
+def sample_names(count: int) -> list[str]:
+    """w001, w002, ..."""
+    digits = max(3, len(str(count)))
+    return [f"w{i:0{digits}d}" for i in range(1, count + 1)]
 
 
 def _reading(arm: Arm, clock: Clock) -> tuple[float, Array]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import point_table, pose_table
+from robolaser.data.atomic_write import finish_writing
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
@@ -28,6 +29,7 @@ def load(folder: str | Path) -> Dataset:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
+    finish_writing(folder)
     described = describe(folder)
     poses, odd = read_poses(folder, described.robot)
     dataset = with_path_velocities(
@@ -107,8 +109,10 @@ def _check_sessions(dataset: Dataset) -> None:
 
 
 def _silent(dataset: Dataset) -> list[str]:
+    """Poses without points, but for those that an arm only passed: in a recording these have no image."""
     rows = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
-    silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0)]
+    images = dataset.poses.image
+    silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0) if images is None or images[i]]
     return [f"{len(silent)} of {len(dataset.poses)} poses have no points: {some(silent)}."] if silent else []
 
 

@@ -15,6 +15,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import stepwise_order
+from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import (
@@ -126,8 +127,8 @@ def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
     """
     rivals = [without, *_substitutes(refits, final, without, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
-    unmodelled = [refits.unmodelled(final, without)]
     own = [one for one in final.effects if class_of(one) == name]
+    unmodelled = [refits.unmodelled(final, without), PostureRivals.of(refits, final).unmodelled(own)]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
         unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
     return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))

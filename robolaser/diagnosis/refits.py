@@ -8,7 +8,12 @@ import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.local_unknown import has_form, local_unknown_chi2, probability_of_local_unknown
+from robolaser.diagnosis.local_unknown import (
+    has_form,
+    local_unknown_chi2,
+    posture_unknown_chi2,
+    probability_of_local_unknown,
+)
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, EVEN, INDEPENDENT_SHAPES, MIN_IMPROVEMENT
@@ -34,6 +39,7 @@ class Refits:
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
     _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _at_joint: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
+    _beside_posture: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
 
@@ -106,6 +112,10 @@ class Refits:
         """The deviance and the complexity penalties of the effects."""
         return fit.deviance + self._penalties(fit)
 
+    def cost_by_chi2(self, fit: Fit) -> float:
+        """The same with the scatter of whole poses as assumed."""
+        return fit.chi2 + self._penalties(fit)
+
     def _penalties(self, fit: Fit) -> float:
         """Of a fit's effects. The geometry of a whole arm is one effect, and costs what the data say of it."""
         arm = placements_of_arm(fit.effects)
@@ -137,7 +147,15 @@ class Refits:
         key = frozenset(fit.effects), joint
         if key not in self._at_joint or self._at_joint[key][0] != fit.chi2:
             self._at_joint[key] = fit.chi2, local_unknown_chi2(fit, joint)
-        return fit.chi2 + self._penalties(fit), self._at_joint[key][1]
+        return self.cost_by_chi2(fit), self._at_joint[key][1]
+
+    def cost_beside_posture_unknown(self, fit: Fit) -> float:
+        """Cost of a fit beside a smooth function that turns several joints, which costs what an effect does."""
+        key = frozenset(fit.effects)
+        if key not in self._beside_posture or self._beside_posture[key][0] != fit.chi2:
+            unknown = posture_unknown_chi2(fit) - CHI2_PER_EFFECT
+            self._beside_posture[key] = fit.chi2, self.cost_by_chi2(fit) - unknown
+        return self._beside_posture[key][1]
 
     def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
         """Whether effects are left out because an unmodelled cause more probably explains what they do.
@@ -150,7 +168,7 @@ class Refits:
     def _cost_beside_unmodelled(self, fit: Fit) -> float:
         key = frozenset(fit.effects)
         if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
-            self._beside_unmodelled[key] = fit.chi2, fit.chi2 + self._penalties(fit) - unmodelled_chi2(fit)
+            self._beside_unmodelled[key] = fit.chi2, self.cost_by_chi2(fit) - unmodelled_chi2(fit)
         return self._beside_unmodelled[key][1]
 
 

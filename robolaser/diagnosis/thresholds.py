@@ -86,8 +86,6 @@ NOISE_CONTRADICTED_SIGMA: Final = 4.0
 """Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
 LEAST_RANGE_EXPONENT: Final = 0.3
 """Power of the range with which noise must grow to be worth a remark. A judgement."""
-HELD_OUT_REMOVALS: Final = 2
-"""Effects, those that explain least first, without which held-out poses are predicted, before none is taken out."""
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 
@@ -116,6 +114,9 @@ SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
 SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement."""
+SMOOTH_FORCE: Final = 2.0
+"""The same for a force at the flange, of the extent of the flange's places: a cable that hangs from afar pulls nearly
+alike everywhere. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at most."""
 ROUGH: Final = 0.25
 """The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
 log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
@@ -127,6 +128,9 @@ MAX_DISTORTION_PX: Final = 0.1
 """Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement."""
 LEVER_M: Final = 0.3
 """Distance, at which a turn counts as the shift that it makes there. A judgement."""
+CHI2_HOPELESS: Final = 200.0
+"""Chi-squared above the cheapest model, from which on no further effect is taken out beside an unknown function of the
+posture. A judgement: half of it is odds of 1 to 1e21, and a function's first use costs up to 50."""
 MIN_CREDIBILITY: Final = 0.1
 """Credibility of an effect, below which it is not worth a person's time. A judgement, set by blind trials."""
 

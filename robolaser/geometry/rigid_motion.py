@@ -141,7 +141,7 @@ def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array
 
 
 def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:
-    """(w, φ, ψ) of which `from_angles` makes R, (..., 3, 3) -> three of (...) [rad]; φ within ±π/2, or 0 to π for "zyz".
+    """(w, φ, ψ) of which `from_angles` makes R, (..., 3, 3) -> three of (...) [rad]; φ within ±π/2, for "zyz" 0 to π.
 
     Where φ leaves only the sum or difference of the others, w is zero.
     """

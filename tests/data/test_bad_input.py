@@ -304,6 +304,19 @@ def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning
     assert "column operator is not a number in every row (row 3)" in warning
 
 
+@pytest.mark.parametrize(("image", "warned"), [("0.png", ["1 of 5 poses have no points: 0."]), ("", [])])
+def test_a_pose_without_points_is_a_warning_unless_the_arm_only_passed_it(
+    folder: Path, image: str, warned: list[str]
+) -> None:
+    header, *rows = (folder / "poses.csv").read_text().splitlines()
+    images = [image, *("image.png" for _ in rows[1:])]
+    shown = [f"{row},{of_row}" for row, of_row in zip([header, *rows], ["image", *images], strict=True)]
+    (folder / "poses.csv").write_text("\n".join(shown))
+    points = (folder / "points.csv").read_text().splitlines()
+    (folder / "points.csv").write_text("\n".join(row for row in points if not row.startswith("0,")))
+    assert list(load(folder).warnings) == warned
+
+
 def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
     for file in ("poses.csv", "points.csv"):
         header, *rows = (folder / file).read_text().splitlines()

@@ -6,12 +6,23 @@ from worlds import seen
 
 from robolaser import find_robot
 from robolaser.data.dataset import Noise
+from robolaser.diagnosis import examine
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
-from robolaser.diagnosis.local_unknown import local_unknown_chi2, probability_of_local_unknown
+from robolaser.diagnosis.local_unknown import (
+    local_unknown_chi2,
+    posture_unknown_chi2,
+    probability_of_local_unknown,
+)
+from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.hand_eye_sag import HandEyeSag
+from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.simulation import simulate
+from robolaser.trials.building import Ranges
+from robolaser.trials.making import make
 
 
 def fitted(effects: dict[str, float] | None = None) -> Fit:
@@ -32,6 +43,7 @@ def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -
 def test_where_nothing_is_wrong_no_joint_has_a_function_of_unknown_form() -> None:
     fit = fitted()
     assert all(local_unknown_chi2(fit, joint) < CHI2_PER_EFFECT for joint in ("joint_2", "joint_3", "joint_4"))
+    assert posture_unknown_chi2(fit) < CHI2_PER_EFFECT
 
 
 def test_what_is_wrong_at_a_joint_is_a_function_there_and_hardly_elsewhere() -> None:
@@ -60,3 +72,15 @@ def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> No
 @pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])
 def test_a_dead_zone_is_no_eccentric_encoder_with_certainty(robot: str, seed: int) -> None:
     assert all(found.probability < 0.9 for found in seen(robot, "dead_zone", seed).findings)
+
+
+def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> None:
+    sag, turned = CandidateEffect(HandEyeSag, "hand_eye"), CandidateEffect(LinkGeometry, "joint_3")
+    rivals = PostureRivals((frozenset({sag, turned}), frozenset({sag}), frozenset()), (0.2, 0.5, 0.2))
+    assert rivals.unmodelled([turned]) == pytest.approx(0.7)
+    assert rivals.unmodelled([sag]) == rivals.unmodelled([sag, turned]) == pytest.approx(0.2)
+
+
+def test_a_cable_is_not_several_effects_with_certainty() -> None:
+    cable = make(find_robot("scorbot_er7"), "hose", seed=9018, ranges=Ranges(poses=(30, 48), points=(6, 8)))
+    assert all(found.probability < 0.9 for found in examine(cable.dataset, seed=1).findings)

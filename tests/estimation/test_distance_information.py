@@ -1,6 +1,7 @@
 """Known distances count in standard errors and in what the data identify, as they count in every fit."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -42,13 +43,18 @@ def test_a_stated_distance_makes_the_scale_identifiable():
     np.testing.assert_allclose(standard_errors(both, fixed=none), expected, rtol=1e-4)
 
 
+@cache
+def seated(seed):
+    """An arm whose tool was put into three sockets."""
+    return simulate(ROBOT, kind="socket", poses=12, points=3, noise=Noise(joint_rad=JOINT_RAD, point_m=1e-6), seed=seed)
+
+
 @pytest.mark.parametrize("weights", ["plain", "noise"])
 def test_standard_errors_match_the_spread_of_fits_with_known_distances(weights):
-    noise = Noise(joint_rad=JOINT_RAD, point_m=1e-6)
     rng = np.random.default_rng(3)
     misses, stds, without = [], [], []
     for seed in range(TRIALS):
-        made = simulate(ROBOT, kind="socket", poses=12, points=3, noise=noise, seed=seed)
+        made = seated(seed)
         place = {n: np.array([made.truth[f"socket.{n}.{i}"] for i in "xyz"]) for n in "012"}
         pairs = tuple(
             (a, b, float(np.linalg.norm(place[a] - place[b]) + DISTANCE_M * rng.normal()))

@@ -74,7 +74,7 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
     value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
     P = S_inv - (B @ np.linalg.inv(H)) @ np.swapaxes(B, -1, -2)
     expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
-    there = [v * np.einsum("ni,nij,nj->", z, C, z, optimize=True) for v, C in zip(variance, unit, strict=True)]
+    there = [v * np.vdot(z, (C @ z[..., None])[..., 0]) for v, C in zip(variance, unit, strict=True)]
     return float(value), np.array(expected), np.array(there)
 
 

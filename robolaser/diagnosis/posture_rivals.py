@@ -1,0 +1,54 @@
+"""One function of unknown form that turns several joints: the rival of several effects together.
+
+A cable that pulls at the wrist looks like a compliance here, a turned link there and a sagging bracket. Each of them is
+needed beside the others, but one unknown function does what all of them do.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.thresholds import CHI2_HOPELESS
+from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.effects.effect import CandidateEffect
+
+
+@final
+@dataclass(frozen=True)
+class PostureRivals:
+    """Models with such a function, beside ever fewer effects of the final model.
+
+    Attributes:
+        held: The effects that each holds.
+        weights: Their probabilities; the rest is that of the final model without such a function.
+    """
+
+    held: tuple[frozenset[CandidateEffect], ...]
+    weights: tuple[float, ...]
+
+    @classmethod
+    def of(cls, refits: Refits, final: Fit) -> "PostureRivals":
+        """Beside all effects, beside all but one, and beside ever fewer, those that are missed least taken out first.
+
+        Where that costs far too much already, no further one is.
+        """
+        single = {one: refits.refit(final, removed=one) for one in final.effects}
+        models = {frozenset(fit.effects): fit for fit in (final, *single.values())}
+        costs = {held: refits.cost_beside_posture_unknown(fit) for held, fit in models.items()}
+        less, alone = final, refits.cost_by_chi2(final)
+        for one in sorted(single, key=lambda one: costs[frozenset(single[one].effects)]):
+            less = refits.refit(less, removed=one)
+            costs[frozenset(less.effects)] = cost = refits.cost_beside_posture_unknown(less)
+            if cost > min(alone, *costs.values()) + CHI2_HOPELESS:
+                break
+        weights = posterior_weights(np.array([alone, *costs.values()]))
+        return cls(tuple(costs), tuple(weights[1:].tolist()))
+
+    def unmodelled(self, effects: Iterable[CandidateEffect]) -> float:
+        """Probability that such a function is at work, and that none of some effects is."""
+        some = frozenset(effects)
+        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & some))
