@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import noun
 from robolaser.diagnosis.corrected_model import given_on_bound
@@ -155,7 +156,7 @@ def _look(diagnosis: Diagnosis) -> str:
     largest = diagnosis.where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
-    checked = "; and ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
+    checked = "; and ".join(_part(site, alike[site]) for site in sites)
     follows = ", ".join(dict.fromkeys(alike[site] for site in sites))
     if not any(lies.unknown for lies in diagnosis.where if lies.site in sites):
         return (
@@ -166,6 +167,12 @@ def _look(diagnosis: Diagnosis) -> str:
         f"Check {checked}. What is left there depends on {follows}, but in no form that an effect of the library has."
         " An effect of your own may."
     )
+
+
+def _part(site: str, coordinate: str) -> str:
+    if coordinate == FORCE:
+        return f"cables and hoses that pull at the joints about {site}"
+    return SITES.get(site, f"{site}: gear, encoder and bearings")
 
 
 def _measure(diagnosis: Diagnosis) -> str:
