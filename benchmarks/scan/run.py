@@ -69,7 +69,7 @@ def compare(model: str, effects: tuple[str, ...], millions: int, rounds: int, fo
         seconds = []
         for _ in range(rounds + 1):  # the first compiles and fills the disk's cache
             began = time.perf_counter()
-            write_ply(out, scan.cloud.pieces(), (), overwrite=True)
+            write_ply(out, scan.cloud.pieces(), ())
             ours = time.perf_counter() - began
             kept = positions_of(map_ply(out)[:1000])
             began = time.perf_counter()
@@ -142,7 +142,7 @@ def plain(scan: Scan, stripes_file: Path, out: Path) -> None:
             vertices["pose"], vertices["intensity"] = piece["pose"], piece["intensity"]
             yield vertices[(points[:, 2] > 0) & (points[:, 2] < 10.0)]
 
-    write_ply(out, pieces(), (), overwrite=True)
+    write_ply(out, pieces(), ())
 
 
 def memory(calibration: Path, recording: Path) -> str:
@@ -150,7 +150,7 @@ def memory(calibration: Path, recording: Path) -> str:
     scan = prepare(read_calibration(calibration), load(recording))
     next(scan.cloud.pieces())  # compiled and warm
     tracemalloc.start()
-    write_ply(recording / "cloud.ply", scan.cloud.pieces(), (), overwrite=True)
+    write_ply(recording / "cloud.ply", scan.cloud.pieces(), ())
     return f"{tracemalloc.get_traced_memory()[1] / 1e6:.1f}"
 
 
