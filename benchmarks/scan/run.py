@@ -24,13 +24,13 @@ from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 from robolaser.data.writing import save
-from robolaser.geometry.camera import cut, metric, rays, sheet, undistort
+from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.scan import Scan, prepare, read_calibration
-from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
+from robolaser.scan.ply import VERTEX, map_ply, positions_of, write_ply
 from robolaser.simulation import simulate
 
 MODELS = {
@@ -69,13 +69,13 @@ def compare(model: str, effects: tuple[str, ...], millions: int, rounds: int, fo
         seconds = []
         for _ in range(rounds + 1):  # the first compiles and fills the disk's cache
             began = time.perf_counter()
-            write_ply(out, scan.cloud.pieces(), (), overwrite=True)
+            write_ply(out, scan.cloud.pieces(), ())
             ours = time.perf_counter() - began
-            kept = places_of(map_ply(out)[:1000])
+            kept = positions_of(map_ply(out)[:1000])
             began = time.perf_counter()
             if effects == ():
                 plain(scan, recording / FILE, out)
-                np.testing.assert_allclose(places_of(map_ply(out)[:1000]), kept, atol=1e-6)
+                np.testing.assert_allclose(positions_of(map_ply(out)[:1000]), kept, atol=1e-6)
             seconds.append((ours, time.perf_counter() - began))
         ours_s, plain_s = np.array(seconds[1:]).T
         took = subprocess.run(
@@ -128,7 +128,7 @@ def plain(scan: Scan, stripes_file: Path, out: Path) -> None:
 
     def seen(pixel: Array) -> Array:
         ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], scanner.dataset.stripe_axis)
-        return cut(ray, sheet(values))[0]
+        return intersect(ray, laser_plane(values))[0]
 
     def pieces():  # type: ignore[no-untyped-def]
         for first in range(0, len(stripes), CHUNK):
@@ -142,7 +142,7 @@ def plain(scan: Scan, stripes_file: Path, out: Path) -> None:
             vertices["pose"], vertices["intensity"] = piece["pose"], piece["intensity"]
             yield vertices[(points[:, 2] > 0) & (points[:, 2] < 10.0)]
 
-    write_ply(out, pieces(), (), overwrite=True)
+    write_ply(out, pieces(), ())
 
 
 def memory(calibration: Path, recording: Path) -> str:
@@ -150,7 +150,7 @@ def memory(calibration: Path, recording: Path) -> str:
     scan = prepare(read_calibration(calibration), load(recording))
     next(scan.cloud.pieces())  # compiled and warm
     tracemalloc.start()
-    write_ply(recording / "cloud.ply", scan.cloud.pieces(), (), overwrite=True)
+    write_ply(recording / "cloud.ply", scan.cloud.pieces(), ())
     return f"{tracemalloc.get_traced_memory()[1] / 1e6:.1f}"
 
 

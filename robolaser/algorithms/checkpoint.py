@@ -1,11 +1,11 @@
 """Checkpoints of the genetic algorithm: a resumed run goes on as if it had never stopped."""
 
+import io
 import json
-import os
 import struct
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,9 @@ from pymoo.util.sliding_window import SlidingWindow
 
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.rcga import RCGA
-from robolaser.errors import AlgorithmError, unwritable
+from robolaser.bounded_reading import ARRAY_BYTES, opened
+from robolaser.data.atomic_write import write_bytes
+from robolaser.errors import AlgorithmError, DataError
 
 FORMAT = "robolaser-checkpoint/2"
 
@@ -80,7 +82,8 @@ def save(algorithm: RCGA, path: Path | str, *, fingerprint: str = "") -> None:
     }
     empty = np.empty((len(arrays), 0))
     stored = {key: np.asarray(arrays.columns.get(key, empty), np.float64) for key in _STORED}
-    _replace(Path(path), header=np.array(json.dumps(header, default=_as_json)), born=born, **stored)
+    text = np.array(json.dumps(header, default=_as_json))
+    write_arrays(Path(path), {"header": text, "born": born, **stored})
 
 
 def load(
@@ -205,37 +208,48 @@ def _restore(node: Termination, state: dict[str, Any]) -> None:
             setattr(node, name, np.array(value["array"]) if isinstance(value, dict) else value)
 
 
-def _replace(path: Path, **arrays: Any) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays by name as a file of NumPy's, whole or not at all.
+
+    Raises:
+        OutputError: The disk or the rights say no.
+    """
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **arrays)
+    write_bytes(path, file.getvalue())
+
+
+def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Any]:
+    """Read arrays by name.
+
+    Raises:
+        AlgorithmError: The file is missing, damaged, without one of them, or becomes larger than any search's state.
+    """
     try:
-        with part.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as error:
-        raise unwritable(path, error.strerror or str(error)) from error
-    finally:
-        part.unlink(missing_ok=True)
+        with opened(path, ARRAY_BYTES) as stream, np.load(stream, allow_pickle=False) as file:
+            if sum(entry.file_size for entry in file.zip.infolist()) > ARRAY_BYTES:
+                raise _unreadable(path, f"it would become more than {ARRAY_BYTES} bytes")
+            return {name: file[name] for name in names}
+    except DataError as error:
+        raise _unreadable(path, str(error).rstrip(".")) from None
+    except _DAMAGE as error:
+        raise _unreadable(path, f"it is truncated or damaged ({error})") from None
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    arrays = read_arrays(path, ("header", *_STORED, "born"))
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            header = json.loads(str(file["header"]))
-            arrays = {key: file[key] for key in (*_STORED, "born")}
+        header = json.loads(str(arrays.pop("header")))
         found = header["format"]
-    except FileNotFoundError as error:
-        raise _unreadable(path, "there is no such file") from error
-    except _DAMAGE as error:
-        raise _unreadable(path, f"it is truncated, damaged or not a checkpoint ({error})") from error
+    except (*_DAMAGE, RecursionError) as error:
+        raise _unreadable(path, f"it is not a checkpoint ({error})") from None
     if found != FORMAT:
         raise _unreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")
     return header, arrays
 
 
 def _unreadable(path: Path, reason: str) -> AlgorithmError:
-    return AlgorithmError(f"{path} is not a whole checkpoint: {reason}. Delete it to start the run over.")
+    return AlgorithmError(f"{path} is no whole state of a search: {reason}. Delete it to start the run over.")
 
 
 def _foreign(path: Path, what: str, found: object, expected: object) -> AlgorithmError:

@@ -13,7 +13,7 @@ from typing import Any
 
 from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
 from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.data.atomic_write import write_together
+from robolaser.data.result_folder import write_results
 
 LAYOUT = "0.3.18"
 """Version of the IOHexperimenter whose files these are like."""
@@ -30,7 +30,12 @@ def export(result: BenchmarkResult, folder: Path) -> None:
     Raises:
         OutputError: A file cannot be written.
     """
-    files: dict[Path, bytes] = {}
+    write_results(folder, exported(result))
+
+
+def exported(result: BenchmarkResult) -> dict[str, str]:
+    """What the files of an export hold, by their names in its folder."""
+    files: dict[str, str] = {}
     for number, problem in enumerate(result.problems, start=1):
         for algorithm, title in result.solvers.items():
             runs = [
@@ -41,14 +46,12 @@ def export(result: BenchmarkResult, folder: Path) -> None:
             if not runs:
                 continue
             name = f"{number}_{_plain(problem.name)}"
-            home = folder / _plain(algorithm)
+            home = Path(_plain(algorithm))
             table = Path(f"data_f{name}") / f"IOHprofiler_f{number}_DIM{problem.dimension}.dat"
             header = _about(problem, number, algorithm, title, table, runs)
-            files[home / f"IOHprofiler_f{name}.json"] = (json.dumps(header, indent=1) + "\n").encode()
-            files[home / table] = ("\n".join(line for run in runs for line in _lines(run)) + "\n").encode()
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    write_together(files)
+            files[str(home / f"IOHprofiler_f{name}.json")] = json.dumps(header, indent=1) + "\n"
+            files[str(home / table)] = "\n".join(line for run in runs for line in _lines(run)) + "\n"
+    return files
 
 
 def _about(

@@ -1,6 +1,5 @@
 """The global search: one problem, one algorithm, one budget, one seed; it can be stopped and resumed."""
 
-import io
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
-from robolaser.data.atomic_write import write_bytes
 
 """Called with the name of the current step and the share of it that is done, 0 to 1."""
 
@@ -144,14 +142,16 @@ class _Course:
         return History(self.names, np.array(self.evaluations), np.array(self.best), np.array(self.x))
 
     def write(self, path: Path) -> None:
-        file = io.BytesIO()
-        np.savez(file, evaluations=self.evaluations, best=self.best, x=self.x)
-        write_bytes(path, file.getvalue())
+        from robolaser.algorithms.checkpoint import write_arrays  # noqa: PLC0415 - pymoo takes a second to import
+
+        write_arrays(path, {"evaluations": self.evaluations, "best": self.best, "x": self.x})
 
     def read(self, path: Path, generations: int) -> None:
         if not path.exists():
             return
-        with np.load(path, allow_pickle=False) as file:
-            self.evaluations = [int(n) for n in file["evaluations"][:generations]]
-            self.best = [float(b) for b in file["best"][:generations]]
-            self.x = list(file["x"][:generations])
+        from robolaser.algorithms.checkpoint import read_arrays  # noqa: PLC0415
+
+        file = read_arrays(path, ("evaluations", "best", "x"))
+        self.evaluations = [int(n) for n in file["evaluations"][:generations]]
+        self.best = [float(b) for b in file["best"][:generations]]
+        self.x = list(file["x"][:generations])

@@ -4,6 +4,7 @@ from typing import Any, final
 
 import cv2
 
+from robolaser.bounded_reading import pixels_of
 from robolaser.cell.camera import Image, cannot_open
 
 OPENING_MS = 8000
@@ -22,9 +23,9 @@ class ImageStream:
         """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
         while True:
             there, packet = self._capture.read()
-            image = cv2.imdecode(packet.reshape(-1), cv2.IMREAD_GRAYSCALE) if there else None
+            image = _decoded(packet) if there else None
             if not there or image is not None:
-                return there, image  # type: ignore[return-value]  # grey, 8 bits
+                return there, image
 
     def set(self, what: int, value: float) -> bool:
         """Nothing can be set through a stream."""
@@ -44,10 +45,16 @@ def open_stream(source: str) -> Any:
     raw = _opened(source)
     raw.set(cv2.CAP_PROP_FORMAT, RAW)
     there, packet = raw.read()
-    if there and packet.dtype == "uint8" and cv2.imdecode(packet.reshape(-1), cv2.IMREAD_GRAYSCALE) is not None:
+    if there and packet.dtype == "uint8" and _decoded(packet) is not None:
         return ImageStream(raw)
     raw.release()
     return _opened(source)
+
+
+def _decoded(packet: Any) -> Image | None:
+    data = packet.reshape(-1)
+    known = pixels_of(data.tobytes()) is not None
+    return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if known else None  # type: ignore[return-value]  # grey, 8 bits
 
 
 def _opened(source: str) -> Any:

@@ -15,15 +15,15 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Image, Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
 from robolaser.cell.route import Waypoint, read_route, route_text
-from robolaser.data.atomic_write import write_together
+from robolaser.data.atomic_write import finish_writing, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import read_text
-from robolaser.data.image_list import UNLIT
+from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
 from robolaser.geometry.kinematics import Robot
 
@@ -113,6 +113,7 @@ class RecordingWriter:
             DataError: None was begun there, or it was begun in another cell.
             PlanError: It was begun with other poses or shots.
         """
+        finish_writing(folder)
         if not (folder / PLAN).is_file():
             raise DataError(
                 f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
@@ -141,6 +142,21 @@ class RecordingWriter:
     def done(self) -> int:
         """How many poses are on the disk."""
         return len(self.waypoints) - len(self.remaining)
+
+    @property
+    def files(self) -> list[str]:
+        """Names of what will be written to the folder or cleared away there."""
+        stems, shots = map(self._stem, (one.name for one in self.remaining)), self._columns()
+        images = [f"{IMAGES}/{stem}{_ending(shot)}" for stem in stems for shot in shots if shot.startswith(LIT)]
+        if self.begun:
+            return images
+        urdf = tomllib.loads(read_text(self._cell.folder / DATASET))["robot"]["urdf"]
+        return [
+            *self._there(),
+            *(file.name for file in self._files()),
+            *([urdf] if (self._cell.folder / urdf).is_file() else []),
+            *images,
+        ]
 
     def unused(self, name: str) -> str:
         """A name that no pose bears: the one given, or with a number after it."""
@@ -179,7 +195,13 @@ class RecordingWriter:
         """
         described = self.begun and (self.folder / DATASET).exists()
         description = {} if described else self._description()
-        files: dict[Path, bytes] = {} if self.begun else self._begin()
+        files: dict[Path, bytes] = {}
+        cleared: list[str] = []
+        if not self.begun:
+            with _writing(self.folder):
+                (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
+            files[self.folder / PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
+            cleared = self._there()
         if not self._tidy:
             self._tidy_up()
         rows = list(self._rows)
@@ -193,20 +215,17 @@ class RecordingWriter:
             rows.append(row)
         files[self.folder / POSES] = self._table(rows)
         files |= description
-        write_together(files)
+        named = {str(file.relative_to(self.folder)): data for file, data in files.items()}
+        write_together(self.folder, named, cleared)
         self._rows, self.begun = rows, True
 
     def _files(self) -> list[Path]:
         """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
         return [self.folder / name for name in (DATASET, POSES, PLAN, "points.csv", "stripes.npy")]
 
-    def _begin(self) -> dict[Path, bytes]:
-        """Clear away what was there."""
-        with _writing(self.folder):
-            for file in (*self._pictured(), *self._files()):
-                file.unlink(missing_ok=True)
-            (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
-        return {self.folder / PLAN: route_text(self._robot, self.waypoints, self.shots).encode()}
+    def _there(self) -> list[str]:
+        """Names of the files of a recording that is thrown away."""
+        return [str(file.relative_to(self.folder)) for file in (*self._pictured(), *self._files()) if file.is_file()]
 
     def _pictured(self) -> list[Path]:
         """Images that a recording that is thrown away has taken."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
 from robolaser.cell.quantization_noise import KEY, SECTION
 from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
@@ -45,8 +46,8 @@ def same(waypoints: Sequence[Waypoint], planned: Sequence[Waypoint]) -> bool:
 def whole(image: Path) -> bool:
     """Whether a PNG file is there from its first byte to its last."""
     try:
-        data = image.read_bytes()
-    except OSError:
+        data = read_bytes(image, IMAGE_BYTES)
+    except DataError:
         return False
     return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)
 

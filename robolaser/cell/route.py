@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +10,10 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import bad_cell, read_table, read_text
+from robolaser.bounded_reading import read_json
+from robolaser.data.csv_tables import bad_cell, read_table
 from robolaser.data.pose_table import all_different
-from robolaser.errors import DataError, unreadable
+from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 
 FAR = 1.0
@@ -89,12 +89,10 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     Raises:
         DataError: It is no JSON, asks for none, or for those of another robot.
     """
+    said = read_json(path)
     try:
-        said = json.loads(read_text(path))
         wanted = said["next_poses"]
         q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
-    except json.JSONDecodeError as error:
-        raise unreadable(path, f"it is not JSON that a diagnosis wrote ({error})") from None
     except KeyError as error:
         raise _no_poses(path, f"it lacks {error}") from None
     except (TypeError, ValueError):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
     from robolaser.geometry.kinematics import Robot
 
+NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
 MOST_ROWS = 5  # of confusions shown: score.json has all
@@ -71,7 +72,7 @@ def new(
     import secrets
 
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import make_folder
+    from robolaser.data.result_folder import results_in
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.building import Ranges
     from robolaser.trials.sealed_truth import key_beside
@@ -85,8 +86,12 @@ def new(
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
-    make_folder(folder)
-    with terminal.progress() as tell:
+    secret = key or key_beside(folder)
+    with (
+        results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim,
+        results_in(secret.parent, command=NEW, files=[secret.name], force=force),
+        terminal.progress() as tell,
+    ):
         names = make(
             folder,
             sources,
@@ -95,15 +100,15 @@ def new(
             kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else None,
             ranges=ranges,
             tracked=tracked,
-            overwrite=force,
-            key=key,
+            key=secret,
+            claim=claim,
             tell=tell,
         )
 
     def print_names() -> None:
         say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
         say(f"robolaser challenge score {folder}")
-        say(f"Keep {key or key_beside(folder)} to yourself: it opens the seals.")
+        say(f"Keep {secret} to yourself: it opens the seals.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -134,16 +139,17 @@ def score(
         key: The key of the trial. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier score.
     """
-    from robolaser.data.atomic_write import write_text
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import score as score_trial
 
     file = (output or folder) / "score.json"
-    with results_in(file.parent, command="challenge score", files=[file.name], force=force):
+    with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim:
+        secret = key or key_beside(folder)
         with terminal.progress() as tell:
-            scored = score_trial(folder, seed=seed, jobs=jobs, key=key, tell=tell)
+            scored = score_trial(folder, file.parent, seed=seed, jobs=jobs, key=secret, claim=claim, tell=tell)
         text = json.dumps(scored, indent=1) + "\n"
-        write_text(file, text)
+        write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
 
 

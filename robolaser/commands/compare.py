@@ -1,6 +1,7 @@
 """robolaser compare: algorithms side by side."""
 
 import time
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -85,29 +86,29 @@ def compare(
         time_limit_s=time_limit,
         memory_limit_b=round(memory_limit * GB),
     )
-    export_to = output / EXPORT if iohprofiler else None
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
-        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume),
+        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume) as claim,
     ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)
         record = RunRecord(output / RECORD)
+
         try:
             record.begin(plan, engine=engine.label, workers=engine.workers)
             _run(plan, engine, record, terminal)
         except (KeyboardInterrupt, EngineLost) as stopped:
             engine.close()
             with suppress(KeyboardInterrupt):  # the record is there even without the report
-                _conclude(plan, record, output, export_to, terminal, typed)
+                _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
             why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
             raise Interrupted(
                 f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
                 f" {output / RECORD}: continue with --resume."
             ) from None
-        _conclude(plan, record, output, export_to, terminal, typed)
+        _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
 
 
 def _refuse_to_mix(output: Path) -> None:
@@ -150,10 +151,15 @@ def _duration(seconds: float) -> str:
 
 
 def _conclude(
-    plan: "RunPlan", record: "RunRecord", output: Path, export_to: Path | None, terminal: Terminal, typed: str
+    plan: "RunPlan",
+    record: "RunRecord",
+    output: Path,
+    export_claim: Callable[[Iterable[str]], None] | None,
+    terminal: Terminal,
+    typed: str,
 ) -> None:
     """Write and show the result."""
-    from robolaser.benchmark.iohprofiler import export
+    from robolaser.benchmark.iohprofiler import exported
     from robolaser.benchmark.result_files import comparison_json, runs_csv
     from robolaser.benchmark.standings import standings
     from robolaser.data.result_folder import write_results
@@ -163,7 +169,9 @@ def _conclude(
     ranked = tuple(standings(result, family) for family in result.families)
     text = comparison_json(result, ranked)
     texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
+    if export_claim is not None:
+        runs = {f"{EXPORT}/{name}": text for name, text in exported(result).items()}
+        export_claim(runs)
+        texts = runs | texts
     write_results(output, texts)
-    if export_to is not None:
-        export(result, export_to)
     terminal.show(text, lambda: print_comparison(result, ranked, output))

@@ -1,10 +1,9 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
 import os
-import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,9 +11,9 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force
 from robolaser.commands.terminal import TERMINAL, Terminal, say
-from robolaser.errors import Interrupted, unwritable
 
 if TYPE_CHECKING:
+    from robolaser.data.atomic_write import Contents
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
 
@@ -66,24 +65,26 @@ def extract(
     both = has_stripe and not to_scan
     files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
     write = _stripes if to_scan else _points
-    with results_in(folder, command="extract", files=sorted(files), force=force):
+    images = [] if output is None else _images(dataset, recording)
+    with results_in(folder, command="extract", files=[*sorted(files), *images], force=force):
         if not has_stripe:
-            _corners(dataset, recording, output, force=force, terminal=terminal)
+            _corners(dataset, recording, output, images, terminal=terminal)
             return
-        write(dataset, recording, output, step=step, centre=centre, force=force, terminal=terminal)
+        write(dataset, recording, output, images, step=step, centre=centre, terminal=terminal)
 
 
 def _points(
     recording: "Dataset",
     source: Path,
     output: Path | None,
+    copied: Sequence[str],
     *,
     step: int | None,
     centre: Centre,
-    force: bool,
     terminal: Terminal,
 ) -> None:
-    from robolaser.data.writing import save, save_points
+    from robolaser.data.result_folder import write_results
+    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
@@ -97,12 +98,12 @@ def _points(
             terminal.print(f"{frame.pose:<16} {figures}")
     if not found.lens.known:
         terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
+    for doubt in found.doubts:
+        terminal.warn(doubt)
     if output is None:
-        save_points(dataset, source)
+        write_results(source, point_texts(dataset))
     else:
-        with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy_images(recording, source, output)
-            save(_with_noise_stated(dataset, found.pixel_noise_px), output, overwrite=force)
+        _write(output, source, copied, texts_of(_with_noise_stated(dataset, found.pixel_noise_px)))
     file = (output or source) / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
@@ -124,8 +125,11 @@ def _points(
     )
 
 
-def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: bool, terminal: Terminal) -> None:
-    from robolaser.data.writing import save, save_points
+def _corners(
+    recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], *, terminal: Terminal
+) -> None:
+    from robolaser.data.result_folder import write_results
+    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.target_corners import points_of_target
 
     with terminal.progress() as progress:
@@ -135,11 +139,9 @@ def _corners(recording: "Dataset", source: Path, output: Path | None, *, force: 
         rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
         terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
     if output is None:
-        save_points(dataset, source)
+        write_results(source, point_texts(dataset))
     else:
-        with _told_if_stopped(f"a part of {output}", POINTS):
-            _copy_images(recording, source, output)
-            save(dataset, output, overwrite=force)
+        _write(output, source, copied, texts_of(dataset))
     file = (output or source) / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
@@ -153,14 +155,14 @@ def _stripes(
     recording: "Dataset",
     source: Path,
     output: Path | None,
+    copied: Sequence[str],
     *,
     step: int | None,
     centre: Centre,
-    force: bool,
     terminal: Terminal,
 ) -> None:
     from robolaser.data.stripe_file import write_stripes
-    from robolaser.data.writing import save
+    from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
 
     file = (output or source) / STRIPES
@@ -173,13 +175,12 @@ def _stripes(
             blank += not len(block)
             yield block
 
+    written = file if output is None else file.with_name(f".{STRIPES}")
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, step=step, detector=centre, progress=progress)
-        centres = write_stripes(file, counted(blocks), overwrite=force)
+        centres = write_stripes(written, counted(blocks))
     if output is not None:
-        with _told_if_stopped(str(file), "its poses and images"):
-            _copy_images(recording, source, output)
-            save(recording, output, overwrite=force)
+        _write(output, source, copied, {**texts_of(recording), STRIPES: written})
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
@@ -198,26 +199,19 @@ def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
     return replace(dataset, noise=stated, members=tuple(members))
 
 
-def _copy_images(recording: "Dataset", source: Path, folder: Path) -> None:
+def _images(recording: "Dataset", source: Path) -> list[str]:
+    """Names of a recording's images in its folder."""
     from robolaser.data.image_list import images_of_poses
-    from robolaser.data.result_folder import make_folder
 
-    for image in (file.relative_to(source) for shots in images_of_poses(recording) for file in shots.files):
-        make_folder((folder / image).parent)
-        try:
-            shutil.copyfile(source / image, folder / image)
-            taken = (source / image).stat()
-            os.utime(folder / image, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
-        except OSError as error:
-            raise unwritable(folder / image, error.strerror or str(error)) from None
+    return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
 
 
-@contextmanager
-def _told_if_stopped(written: str, missing: str) -> Iterator[None]:
-    """Say what is on the disk, and what is not, if the user stops it here."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(
-            f"Stopped. {written} was written, but not {missing}: run the command again with --force."
-        ) from None
+def _write(output: Path, source: Path, copied: Sequence[str], files: "Mapping[str, str | Contents | None]") -> None:
+    """Write a new data set with its images."""
+    from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+    from robolaser.data.result_folder import write_results
+
+    write_results(output, {**{name: partial(read_bytes, source / name, IMAGE_BYTES) for name in copied}, **files})
+    for name in copied:
+        taken = (source / name).stat()
+        os.utime(output / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes

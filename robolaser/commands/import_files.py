@@ -78,9 +78,9 @@ def import_files(
         force: Overwrite an earlier data set.
     """
     from robolaser.data.importers import ImportOptions, importer_for
-    from robolaser.data.importers.writing import check_output, checked, preview, write
+    from robolaser.data.importers.writing import check_apart, checked, preview, write
     from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import FOLDER
+    from robolaser.data.writing import files_of
     from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
@@ -89,7 +89,7 @@ def import_files(
     stated_units = tuple(unit.strip() for unit in (units or "").split(",") if unit.strip())
     described = DescriptionOptions(DHStatement(dh, stated_units), _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
-    check_output(output, (*sources, *urdf), overwrite=force)
+    check_apart(output, (*sources, *urdf))
     importer = importer_for(sources, kind)
     options = ImportOptions(
         name=output.resolve().name,
@@ -118,9 +118,9 @@ def import_files(
         imported = _with_points(imported, terminal)
         read_back = imported.dataset
     if not dry_run:
-        files = (*FOLDER, *(member.file for member in imported.dataset.members), *imported.images)
+        files = (*files_of(imported.dataset), *imported.images)
         with results_in(output, command="import", files=files, force=force):
-            write(imported, output, overwrite=force)
+            write(imported, output)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
@@ -147,7 +147,8 @@ def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
 
     with TemporaryDirectory() as scratch, terminal.progress() as progress:
         folder = Path(scratch) / "recording"
-        write(imported, folder, overwrite=False)
+        folder.mkdir()
+        write(imported, folder)
         seen, dataset = points_of_target(load(folder), progress)
     without = [one.pose for one in seen if not one.points]
     if without:

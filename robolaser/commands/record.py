@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
-RECORDED = ("dataset.toml", "poses.csv", "plan.csv", "robot.urdf")
 WHERE = Group("Poses, from exactly one of", sort_key=-3, validator=mutually_exclusive)
 GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive)
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
@@ -121,7 +120,7 @@ def record(
         )
     if not resume:
         writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
-    with results_in(output, command="record", files=() if resume else RECORDED, force=force):
+    with results_in(output, command="record", files=writer.files, over=["extract"], force=force or resume):
         _record(described, robot, writer, terminal, position_confirmed=confirm_position)
 
 

@@ -57,9 +57,8 @@ def scan(
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
-    from robolaser.data.atomic_write import write_text
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.cloud import page, print_cloud
     from robolaser.scan import prepare, read_calibration
     from robolaser.scan.ply import write_ply
@@ -72,17 +71,19 @@ def scan(
     for warning in (*made.recording.warnings, *made.warnings):
         terminal.warn(warning)
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, force=force):
+    with results_in(output.parent, command="scan", files=names, inputs=[calibration], force=force):
         subsample = Subsample()
+        cloud = output.with_name(f".{output.name}")
         with terminal.progress() as progress:
             pieces = subsample.watch(made.cloud.pieces(progress))
-            write_ply(output, pieces, made.comments(), overwrite=force)
+            write_ply(cloud, pieces, made.comments())
         wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
             quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
-            if report:
-                write_text(files[1], page(made, quality, command=typed))
+            shown = {files[1].name: page(made, quality, command=typed)} if report else {}
+            write_results(output.parent, {output.name: cloud, **shown})
         except KeyboardInterrupt:
+            write_results(output.parent, {output.name: cloud})
             raise Interrupted(
                 f"Stopped. {output} was written, but not what is measured on it: run the command again with --force."
             ) from None

@@ -66,8 +66,8 @@ def simulate(
         force: Overwrite an earlier data set.
     """
     from robolaser.data.dataset import Noise
-    from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import FOLDER, save
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.writing import FOLDER, files_of, texts_of
     from robolaser.geometry.robots import find_robot
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
@@ -89,7 +89,7 @@ def simulate(
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
         raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
-    with results_in(output, command="simulate", files=FOLDER, force=force):
+    with results_in(output, command="simulate", files=FOLDER, force=force) as claim:
         arm = find_robot(robot, flange=flange)
         sizes = sizes_of(effects)
         if paper:
@@ -109,7 +109,8 @@ def simulate(
                 name=output.resolve().name,
                 seed=seed,
             )
-        save(made.dataset, output, overwrite=force)
+        claim(files_of(made.dataset))
+        write_results(output, texts_of(made.dataset))
     rows, number = len(made.dataset.points), len(made.dataset.poses)
     terminal.show(
         {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},

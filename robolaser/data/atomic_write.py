@@ -1,13 +1,22 @@
-"""Files that are written whole or not at all: a full disk or a power cut leaves what was there before."""
+"""Files that are written whole or not at all: a full disk or a power cut leaves what was there before.
 
+Files that belong together are staged beside what they will replace; a journal then names them all, which makes them
+count. Whoever is killed while they are renamed leaves the journal, and whoever reads the folder next does the rest.
+"""
+
+import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from robolaser.errors import unwritable
+from robolaser.bounded_reading import read_json
+from robolaser.errors import DataError, OutputError, unwritable
+
+JOURNAL = ".robolaser-writing.json"
+"""{"rename": {temporary: name}, "delete": [name]}, below the folder that it lies in."""
 
 
 def write_text(path: Path, text: str) -> None:
@@ -21,28 +30,77 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, data: bytes) -> None:
     """As `write_text`, for bytes."""
-    write_together({path: data})
+    with written_whole(path) as file:
+        file.write(data)
 
 
-def write_together(files: Mapping[Path, bytes]) -> None:
-    """Write files that belong together: all, or none where the disk has no room for them.
+Contents = bytes | Callable[[], bytes] | Path
+"""Of a file: its bytes, what gives them, or a whole file below the same folder that becomes it."""
+
+
+def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence[str] = ()) -> None:
+    """Write files that belong together: all or none, wherever the disk fills or the process is killed.
+
+    Args:
+        folder: Their folder.
+        files: What they hold, by name; those in folders below as images/p001.png.
+        delete: Names of files that go with what they belonged to.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    with ExitStack() as open_files:
-        staged = {path: open_files.enter_context(_beside(path)) for path in files}
-        for path, file in staged.items():
-            with _naming(path):
-                file.write(files[path])
-                _settle(file)
-        for path, file in staged.items():
-            with _naming(path):
-                os.replace(file.name, path)
+    staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
+    try:
+        for name, data in files.items():
+            if isinstance(data, Path):
+                continue
+            with _beside(folder / name, keep=True) as file:
+                staged[os.path.relpath(file.name, folder)] = name
+                file.write(data() if callable(data) else data)
+        write_text(
+            folder / JOURNAL, json.dumps({"rename": staged, "delete": [name for name in delete if name not in files]})
+        )
+    except BaseException:
+        for temporary in staged:
+            with suppress(OSError):
+                (folder / temporary).unlink(missing_ok=True)
+        raise
+    finish_writing(folder)
+
+
+def finish_writing(folder: Path) -> None:
+    """Do what a process had decided to write into a folder when it was killed.
+
+    Raises:
+        OutputError: The disk or the rights say no.
+    """
+    journal = folder / JOURNAL
+    if not journal.is_file():
+        return
+    try:
+        said = read_json(journal)
+        renamed, deleted = dict(said["rename"]), list(said["delete"])
+        homes = {(folder / name).parent.resolve() for name in (*renamed, *renamed.values(), *deleted)}
+    except (DataError, KeyError, TypeError, ValueError, OSError):
+        return
+    if not all(home.is_relative_to(folder.resolve()) for home in homes):
+        return  # nobody of ours wrote it
+    try:
+        for name in deleted:
+            (folder / name).unlink(missing_ok=True)
+        for temporary, name in renamed.items():
+            with suppress(FileNotFoundError):  # renamed before
+                os.replace(folder / temporary, folder / name)
+        journal.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"Cannot finish writing in {folder}: {error.strerror or error}. All is on the disk already; the next"
+            " command that reads or writes there does the rest."
+        ) from None
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[BinaryIO]:
+def written_whole(path: Path, *, mode: int = 0o644) -> Iterator[BinaryIO]:
     """Open a file to write to that is there once all is written, and not at all where something goes wrong.
 
     What was there before stays until then.
@@ -50,9 +108,9 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
     Raises:
         OutputError: The disk or the rights say no.
     """
-    with _beside(path) as file, _naming(path):
+    with _beside(path) as file:
         yield file
-        _settle(file)
+        _settle(file, mode)
         os.replace(file.name, path)
 
 
@@ -65,19 +123,22 @@ def _naming(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _beside(path: Path) -> Iterator[BinaryIO]:
-    """A file under a name of its own beside the one that it may become; gone afterwards unless it was renamed."""
+def _beside(path: Path, *, keep: bool = False) -> Iterator[BinaryIO]:
+    """A file under a name of its own beside the one that it may become; gone afterwards unless renamed or kept."""
     with _naming(path):
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    with open(name, "wb", opener=lambda *_: descriptor) as file:
-        try:
-            yield file
-        finally:
-            Path(name).unlink(missing_ok=True)
+        with open(name, "wb", opener=lambda *_: descriptor) as file:
+            try:
+                yield file
+                if keep:
+                    _settle(file)
+            finally:
+                if not keep:
+                    Path(name).unlink(missing_ok=True)
 
 
-def _settle(file: BinaryIO) -> None:
-    """Flush a file to the disk and let everybody read it."""
+def _settle(file: BinaryIO, mode: int = 0o644) -> None:
+    """Flush a file to the disk, and let those read it who may: everybody, mostly."""
     file.flush()
     os.fsync(file.fileno())
-    os.chmod(file.name, 0o644)
+    os.chmod(file.name, mode)

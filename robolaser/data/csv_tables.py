@@ -2,18 +2,16 @@
 
 import csv
 import io
-import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import TextIO, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.atomic_write import write_text
+from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.errors import DataError, near, unreadable
 
 BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
@@ -86,37 +84,6 @@ def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> Dat
     )
 
 
-def read_text(path: Path) -> str:
-    """A text file, its byte order mark taken off.
-
-    Raises:
-        DataError: It is not there, not a regular file (a pipe would never end), or not UTF-8.
-    """
-    with _opened(path) as file:
-        return file.read()
-
-
-@contextmanager
-def _opened(path: Path, newline: str | None = None) -> Iterator[TextIO]:
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise unreadable(path, "it is not a regular file")
-        with path.open(encoding="utf-8-sig", newline=newline) as file:
-            yield file
-    except OSError as error:
-        raise unreadable(path, error.strerror or str(error)) from None
-    except UnicodeDecodeError:
-        raise unreadable(path, f"byte {_undecodable(path)} is not UTF-8 text") from None
-
-
-def _undecodable(path: Path) -> int:
-    try:
-        path.read_bytes().decode()
-    except UnicodeDecodeError as error:
-        return error.start
-    return 0
-
-
 def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
     """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
 
@@ -155,7 +122,7 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
 def _blocks(path: Path) -> Iterator[tuple[Sequence[Sequence[str]], Sequence[int]]]:
     """The header, then some rows at a time that are not blank: their cells by column, and the line each starts at."""
     line = width = 0
-    with _opened(path, newline="") as file:
+    with opened(path, TABLE_BYTES, text=True, newline="") as file:
         text = file.readline()
         while columns := _columns_of_lines(text, width):
             starts = range(line + 1, line + 1 + len(columns[0]))
@@ -251,11 +218,11 @@ def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int])
     raise AssertionError  # one of them was not
 
 
-def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Write a CSV file; floats keep every digit that counts."""
+def table_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A CSV file's text; floats keep every digit that counts."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     for row in rows:
         writer.writerow([f"{float(cell):.12g}" if isinstance(cell, float) else cell for cell in row])
-    write_text(path, text.getvalue())
+    return text.getvalue()

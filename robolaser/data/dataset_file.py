@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, final
 import numpy as np
 from msgspec import Meta
 
-from robolaser.data.csv_tables import read_text
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses, Positive
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
@@ -274,7 +274,7 @@ def _check_board(board: Board) -> None:
 def _robot(table: RobotTable, folder: Path) -> Robot:
     path = inside(folder, table.urdf, f"{FILE}, [robot] urdf")
     if path.is_file():
-        text = read_text(path)
+        text = read_text(path, ROBOT_BYTES)
     elif table.urdf.endswith((".urdf", ".xml")) or "/" in table.urdf:
         raise unreadable(path, "no such file")
     else:

@@ -8,28 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.data.atomic_write import written_whole
-from robolaser.errors import output_exists
 
 
-def write_streamed(
-    path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]], *, overwrite: bool = False
-) -> int:
+def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
     """Write records, whole or not at all.
 
     Args:
         path: The file; what was there stays until all is written.
         head: Gives what stands before so many records; as long for one number as for any other.
         pieces: Records in order, each (n,).
-        overwrite: Replace a file that is there.
 
     Returns:
         How many records were written.
 
     Raises:
-        OutputError: There is a file, or the disk or its rights refuse.
+        OutputError: The disk or its rights refuse.
     """
-    if path.exists() and not overwrite:
-        raise output_exists(path)
     with written_whole(path) as file:
         file.write(head(0))
         count = 0

@@ -4,12 +4,13 @@ import fcntl
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from robolaser.data.atomic_write import write_text, write_together
-from robolaser.errors import OutputError, unwritable
+from robolaser.bounded_reading import read_json
+from robolaser.data.atomic_write import Contents, finish_writing, write_text, write_together
+from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
 MANIFEST = ".robolaser.json"
 """What commands wrote into a folder: {"format": …, "files": {name: command}}."""
@@ -25,63 +26,71 @@ def results_in(
     files: Sequence[str],
     state: Sequence[str] = (),
     inputs: Sequence[Path] = (),
+    over: Sequence[str] = (),
     force: bool = False,
-) -> Iterator[None]:
+) -> Iterator[Callable[[Iterable[str]], None]]:
     """Keep a folder for one command while it runs, and note what it leaves there as its own.
+
+    It gives a function that claims further files, whose names the command comes to know later.
 
     Args:
         folder: Created where it is not there.
         command: The command's name.
-        files: Names of all that it may write.
+        files: Names of all that it may write, those in folders below as images/p001.png.
         state: Names of what it leaves when it is stopped, to be gone on with; the command looks after those itself.
-        inputs: Data sets and other folders that it reads.
-        force: Replace earlier results of this command.
+        inputs: Data sets, other folders and files that it reads.
+        over: Commands whose results it may replace as if they were its own.
+        force: Replace earlier results.
 
     Raises:
-        OutputError: The folder is one of the inputs, cannot be written to, is written to by another process, or holds
-            a file of one of these names that this command did not write, or its earlier result without `force`.
+        OutputError: The folder or one of the files is among the inputs, the folder cannot be written to, is written
+            to by another process, or holds a file of one of these names that this command did not write, or its earlier
+            result without `force`.
     """
-    refuse_input(folder, inputs)
+    _refuse_input(folder, files, inputs)
     make_folder(folder)
     with _locked(folder):
-        known = _manifest(folder)
-        for name in (*files, *state):
-            if os.path.lexists(folder / name):
-                _refuse_what_is_not_its_own(folder / name, known.get(name), command)
-        for name in files:
-            if (folder / name).exists() and not force:
-                raise OutputError(
-                    f"{folder / name} holds a result already. Choose another --output, or overwrite it with --force."
-                )
-        names = (*files, *state)
-        _note(folder, known | dict.fromkeys(names, command))
+        finish_writing(folder)
+        known, own = _manifest(folder), dict[str, str]()
+
+        def claim(names: Iterable[str]) -> None:
+            new = dict.fromkeys(names, command)
+            for name in new:
+                if name not in own and os.path.lexists(folder / name):
+                    _refuse_what_is_not_its_own(folder / name, known.get(name), (command, *over))
+                    if not (force or name in state):
+                        raise output_exists(folder / name)
+            _note(folder, known | own | new)
+            own.update(new)
+
+        claim((*files, *state))
         try:
-            yield
+            yield claim
         finally:
-            left = {name: command for name in names if (folder / name).exists()}
-            _note(folder, {name: owner for name, owner in known.items() if name not in names} | left)
+            left = {name: owner for name, owner in (known | own).items() if (folder / name).exists()}
+            with suppress(OutputError):  # on a full disk the manifest goes on to name what was to be written
+                _note(folder, left)
 
 
-def write_results(folder: Path, texts: Mapping[str, str | None]) -> None:
+def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -> None:
     """Write files by their names, all or none; what is None this time goes, if an earlier result left it.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    write_together({folder / name: text.encode() for name, text in texts.items() if text is not None})
-    for name in (name for name, text in texts.items() if text is None):
-        (folder / name).unlink(missing_ok=True)
+    for home in {(folder / name).parent for name, file in contents.items() if file is not None}:
+        make_folder(home)
+    files = {
+        name: file.encode() if isinstance(file, str) else file for name, file in contents.items() if file is not None
+    }
+    write_together(folder, files, [name for name, file in contents.items() if file is None])
 
 
-def refuse_input(folder: Path, inputs: Sequence[Path]) -> None:
-    """Refuse to write results into what is read.
-
-    Raises:
-        OutputError: The folder is one of the inputs.
-    """
-    for source in inputs:
-        if folder.resolve() == source.resolve():
-            raise OutputError(f"{folder} is what the command reads, and stays as it is. Choose another --output.")
+def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:
+    """Refuse to write results into or over what is read."""
+    for written in (folder, *(folder / name for name in files)):
+        if any(written.resolve() == source.resolve() for source in inputs):
+            raise OutputError(f"{written} is what the command reads, and stays as it is. Choose another --output.")
 
 
 def make_folder(folder: Path) -> None:
@@ -113,21 +122,21 @@ def _locked(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def _refuse_what_is_not_its_own(path: Path, owner: str | None, command: str) -> None:
-    if owner == command and path.is_file() and not path.is_symlink():
+def _refuse_what_is_not_its_own(path: Path, owner: str | None, commands: Sequence[str]) -> None:
+    if owner in commands and path.is_file() and not path.is_symlink():
         return
-    whose = f"a result of robolaser {owner}" if owner not in (None, command) else "not its own earlier result"
+    whose = f"a result of robolaser {owner}" if owner not in (None, *commands) else "not its own earlier result"
     raise OutputError(
-        f"robolaser {command} would write {path}, but what is there is {whose}; it stays as it is, with --force too."
-        " Choose another --output, or move the file away."
+        f"robolaser {commands[0]} would write {path}, but what is there is {whose}; it stays as it is, with --force"
+        " too. Choose another --output, or move the file away."
     )
 
 
 def _manifest(folder: Path) -> dict[str, str]:
     """The command that wrote each file; a manifest that cannot be read owns nothing."""
     try:
-        files = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["files"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        files = read_json(folder / MANIFEST)["files"]
+    except (DataError, KeyError, TypeError):
         return {}
     if not isinstance(files, dict):
         return {}

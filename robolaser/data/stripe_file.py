@@ -54,22 +54,21 @@ def open_stripes(path: Path) -> Stripes:
     return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)
 
 
-def write_stripes(path: Path, blocks: Iterable[Stripes], *, overwrite: bool = False) -> int:
+def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
     """Write line centres as they come, whole or not at all.
 
     Args:
         path: The file; what was there stays until all is written.
         blocks: Pieces, each (n,) of STRIPE, in order.
-        overwrite: Replace a file that is there.
 
     Returns:
         How many line centres were written.
 
     Raises:
-        OutputError: There is a file, or the disk or its rights refuse.
+        OutputError: The disk or its rights refuse.
     """
     same = (np.asarray(block, STRIPE) for block in blocks)
-    return write_streamed(path, _announced, same, overwrite=overwrite)
+    return write_streamed(path, _announced, same)
 
 
 def _announced(count: int) -> bytes:

@@ -2,7 +2,6 @@
 
 import math
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,15 +9,12 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec import inspect
 
-from robolaser.data.csv_tables import read_text
+from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.errors import DataError, meant, near
 
 T = TypeVar("T")
 Key = tuple[str | int, ...]
 
-DEEPEST = 50
-_CHAIN = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
-"""A dotted key of so many parts: tomllib's time grows with the cube of their number."""
 _FAULT = re.compile(r"(?:.*missing required field `(?P<missing>[^`]*)`|.*?)(?: - at `\$(?P<at>.*)`)?")
 _STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
 LARGEST = 2**63 - 1
@@ -31,16 +27,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         DataError: It is not there, not text or not TOML, or is nested more deeply than any such file.
     """
-    text = read_text(path)
+    text = read_text(path, SETTINGS_BYTES)
     try:
-        if _CHAIN.search(text):
-            raise RecursionError
-        return tomllib.loads(text)
-    except RecursionError:
-        reason = "it is nested too deeply"
-    except ValueError as error:  # tomllib's own, and Python's for integers of thousands of digits
-        reason = str(error)
-    raise DataError(f"{path} is not valid TOML: {reason}.", file=path)
+        return parse_toml(text)
+    except ValueError as error:
+        raise DataError(f"{path} is not valid TOML: {error}.", file=path) from None
 
 
 def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: Sequence[str] = ()) -> T:

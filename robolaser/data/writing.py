@@ -1,18 +1,18 @@
 """A data set as a folder on disk: what `load` reads, written so that it reads the same again."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from robolaser.arrays import Array
-from robolaser.data.atomic_write import write_text
-from robolaser.data.csv_tables import write_table
+from robolaser.data.csv_tables import table_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT, GRAVITY
 from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
-from robolaser.errors import output_exists, unwritable
+from robolaser.errors import output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
@@ -21,9 +21,7 @@ FOLDER = (*FILES, "robot.urdf")
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
-    """Write a data set; images stay where they are, only their paths are written.
-
-    dataset.toml comes last: a folder that was cut off half way is no data set.
+    """Write a data set, whole or not at all; images stay where they are, only their paths are written.
 
     Args:
         dataset: Without points it becomes a raw recording, which has no points.csv.
@@ -34,36 +32,42 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
         OutputError: There is one, or the disk or its rights refuse.
     """
     folder = Path(folder)
-    for file in {*FILES, *_point_files(dataset)}:
+    for file in files_of(dataset):
         if not overwrite and (folder / file).exists():
             raise output_exists(folder / file)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise unwritable(folder, error.strerror or str(error)) from None
-    if dataset.robot is not None:
-        write_text(folder / "robot.urdf", dataset.robot.urdf)
-    _write_columns(folder / "poses.csv", dict(pose_columns(dataset)))
-    if len(dataset.points):
-        save_points(dataset, folder)
-    else:
-        for file in _point_files(dataset):
-            (folder / file).unlink(missing_ok=True)
-    write_text(folder / "dataset.toml", "\n".join(_settings(dataset)) + "\n")
+    make_folder(folder)
+    write_results(folder, texts_of(dataset))
 
 
-def save_points(dataset: Dataset, folder: Path) -> None:
-    """Write points.csv, or that of each of several sensors, and nothing else."""
-    for file, part in zip(_point_files(dataset), dataset.parts, strict=True):
-        _write_columns(folder / file, dict(point_columns(part)))
+def files_of(dataset: Dataset) -> list[str]:
+    """Names of all files that a data set is written as."""
+    return [*dict.fromkeys((*FOLDER, *_point_files(dataset)))]
+
+
+def texts_of(dataset: Dataset) -> dict[str, str | None]:
+    """What its files hold, by name; None where it has none of that name. dataset.toml comes last."""
+    has_points = len(dataset.points) > 0
+    return {
+        **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
+        "poses.csv": _table(pose_columns(dataset)),
+        **(point_texts(dataset) if has_points else dict.fromkeys(_point_files(dataset))),
+        "dataset.toml": "\n".join(_settings(dataset)) + "\n",
+    }
+
+
+def point_texts(dataset: Dataset) -> dict[str, str | None]:
+    """What points.csv holds, or that of each of several sensors, by name."""
+    parts = zip(_point_files(dataset), dataset.parts, strict=True)
+    return {file: _table(point_columns(part)) for file, part in parts}
 
 
 def _point_files(dataset: Dataset) -> list[str]:
     return [member.file for member in dataset.members] or ["points.csv"]
 
 
-def _write_columns(path: Path, columns: dict[str, Sequence[str]]) -> None:
-    write_table(path, list(columns), zip(*columns.values(), strict=True))
+def _table(columns: Iterable[tuple[str, Sequence[str]]]) -> str:
+    named = dict(columns)
+    return table_text(list(named), zip(*named.values(), strict=True))
 
 
 def _digits(values: Array) -> list[str]:

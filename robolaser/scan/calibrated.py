@@ -1,6 +1,5 @@
 """A scanner as a calibration left it: what calibration.json and the robot.urdf beside it say."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,8 +7,9 @@ from typing import final
 
 import numpy as np
 
+from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.calibration.result import FORMAT
-from robolaser.data.csv_tables import read_text
+from robolaser.data.atomic_write import finish_writing
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
 from robolaser.errors import DataError, ScanError
@@ -129,11 +129,8 @@ def read_calibration(path: Path) -> Calibrated:
         what = f"has no {FILE}" if path.is_dir() else "does not exist"
         raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
     path = file_path
-    try:
-        whole = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise unusable(path, f"it is not JSON ({error})") from None
-    file = JsonObject(path, "", whole)
+    finish_writing(path.parent)
+    file = JsonObject(path, "", read_json(path))
     check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")
     if model.text("sensor") != Stripe.format.kind:
@@ -176,7 +173,7 @@ def _robot(path: Path, model: JsonObject) -> Robot | None:
         return None
     urdf = inside(path.parent, model.text("robot"), f"{path.name}, model.robot")
     return Robot.from_urdf(
-        read_text(urdf),
+        read_text(urdf, ROBOT_BYTES),
         flange=model.text("flange"),
         joints=model.texts("joints") if model.has("joints") else None,
         gravity=model.numbers("gravity", 3) if model.has("gravity") else GRAVITY,

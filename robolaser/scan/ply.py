@@ -20,23 +20,21 @@ LONGEST = 200  # of a comment
 MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
-def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *, overwrite: bool = False) -> int:
+def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
     """Write a cloud as it comes.
 
     Args:
         path: The file; what was there stays until all is written.
         pieces: Vertices, each (n,) of VERTEX.
         comments: Lines for people at the head of the file.
-        overwrite: Replace a file that is there.
 
     Returns:
         How many vertices were written.
 
     Raises:
-        OutputError: There is a file.
         OutputError: The disk or the rights say no.
     """
-    return write_streamed(path, lambda count: _header(count, comments), pieces, overwrite=overwrite)
+    return write_streamed(path, lambda count: _header(count, comments), pieces)
 
 
 def map_ply(path: Path) -> Vertices:

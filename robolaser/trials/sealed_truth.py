@@ -2,22 +2,22 @@
 
 import hashlib
 import json
-import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robolaser.data.atomic_write import write_text
+from robolaser.bounded_reading import SEALED_BYTES, read_bytes, read_text
+from robolaser.data.atomic_write import Contents, written_whole
+from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER
-from robolaser.errors import TrialError, unwritable
+from robolaser.errors import DataError, TrialError
 
 FORMAT = "robolaser-seal/3"
 TRUTH = "truth.sealed"
 SEAL = "seal.txt"
-MOST_BYTES = 1 << 26
-"""Of truth.sealed; a world takes some two thousand."""
+DIAGNOSIS = "diagnosis/diagnosis.json"
 
 
 def key_beside(folder: Path) -> Path:
@@ -26,29 +26,42 @@ def key_beside(folder: Path) -> Path:
     return named.with_name(f"{named.name}.key")
 
 
-def seal(folder: Path, truths: Mapping[str, Mapping[str, Any]], rng: np.random.Generator, key: Path) -> None:
-    """Encrypt the truth about data sets, with their hashes, and write a hash of it into each.
+def seal(
+    folder: Path,
+    files: Mapping[str, Mapping[str, str | None]],
+    truths: Mapping[str, Mapping[str, Any]],
+    rng: np.random.Generator,
+    key: Path,
+) -> None:
+    """Write data sets, the truth about them, encrypted with their hashes, and a hash of it into each: all or nothing.
 
     Args:
-        folder: Of the trial; each data set lies in it under its name.
+        folder: Of the trial.
+        files: What the files of each data set hold, by its name and theirs.
         truths: By data set.
         rng: Where the salts come from, without which a guess could be checked against the hash.
-        key: File for the key, readable by its owner alone; an earlier key is replaced.
+        key: File for the key, readable by its owner alone; an earlier key opens an earlier trial until this one is
+            there, and is gone then.
 
     Raises:
-        OutputError: The key cannot be written.
+        OutputError: The disk or the rights say no.
     """
     from cryptography.fernet import Fernet  # noqa: PLC0415 - only trials need it
 
-    worlds = {}
+    worlds, written = {}, dict[str, str | Contents | None]()
     for name, truth in truths.items():
         salt = rng.bytes(16).hex()
-        worlds[name] = {"salt": salt, "truth": truth, "data": data_hash(folder / name)}
-        write_text(folder / name / SEAL, f"sha256 {_hash(salt, truth)}\n")
+        there = {file: text.encode() for file, text in files[name].items() if text is not None}
+        worlds[name] = {"salt": salt, "truth": truth, "data": _hash_of(there)}
+        written |= {f"{name}/{file}": text for file, text in files[name].items()}
+        written[f"{name}/{SEAL}"] = f"sha256 {_hash(salt, truth)}\n"
+        written[f"{name}/{DIAGNOSIS}"] = None  # of the world that was here before
     secret = Fernet.generate_key()
-    _write_secret(key, secret)
     text = json.dumps({"format": FORMAT, "worlds": worlds}, sort_keys=True)
-    write_text(folder / TRUTH, Fernet(secret).encrypt(text.encode()).decode() + "\n")
+    written[TRUTH] = Fernet(secret).encrypt(text.encode()).decode() + "\n"
+    _write_secret(key, [secret, *(_secrets(key) if key.exists() else ())])
+    write_results(folder, written)
+    _write_secret(key, [secret])
 
 
 def unseal(folder: Path, key: Path) -> dict[str, dict[str, Any]]:
@@ -62,7 +75,7 @@ def unseal(folder: Path, key: Path) -> dict[str, dict[str, Any]]:
         path = folder / name / SEAL
         if not path.is_file():
             raise _broken(path, "is not there")
-        if path.read_text(encoding="utf-8", errors="replace").split()[-1:] != [_hash(world["salt"], world["truth"])]:
+        if read_text(path).split()[-1:] != [_hash(world["salt"], world["truth"])]:
             raise _broken(path, "does not match the truth in truth.sealed")
         if data_hash(folder / name) != world["data"]:
             raise _broken(folder / name, "holds other data than were made")
@@ -71,47 +84,48 @@ def unseal(folder: Path, key: Path) -> dict[str, dict[str, Any]]:
 
 def data_hash(dataset: Path) -> str:
     """SHA-256 of a data set's files, names included."""
+    return _hash_of({name: read_bytes(dataset / name) for name in FOLDER if (dataset / name).is_file()})
+
+
+def _hash_of(files: Mapping[str, bytes]) -> str:
     total = hashlib.sha256()
-    for name in FOLDER:
-        file = dataset / name
-        if file.is_file():
-            total.update(f"{name} {hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())
+    for name in filter(files.__contains__, FOLDER):
+        total.update(f"{name} {hashlib.sha256(files[name]).hexdigest()}\n".encode())
     return total.hexdigest()
 
 
 def _opened(folder: Path, key: Path) -> dict[str, Any]:
-    from cryptography.fernet import Fernet, InvalidToken  # noqa: PLC0415
+    from cryptography.fernet import Fernet, InvalidToken, MultiFernet  # noqa: PLC0415
 
     sealed = folder / TRUTH
-    if not sealed.is_file() or sealed.stat().st_size > MOST_BYTES:
+    if not sealed.is_file() or sealed.stat().st_size > SEALED_BYTES:
         raise TrialError(
             f"{folder} has no truth.sealed that can be read, so it is not a blind trial. Make one with"
             " `robolaser challenge new`."
         )
     try:
-        said = json.loads(Fernet(key.read_bytes().strip()).decrypt(sealed.read_bytes().strip()))
+        said = json.loads(MultiFernet([*map(Fernet, _secrets(key))]).decrypt(read_bytes(sealed, SEALED_BYTES).strip()))
         if said["format"] == FORMAT:
             return dict(said["worlds"])
-    except OSError as error:
-        raise TrialError(
-            f"The key {key} cannot be read ({error.strerror or error}). Whoever made the trial has it: --key FILE."
-        ) from None
     except (InvalidToken, ValueError, KeyError, TypeError):
         pass
     raise TrialError(f"{key} does not open {sealed}: it is the key of another trial, or one of the two was changed.")
+
+
+def _secrets(key: Path) -> list[bytes]:
+    try:
+        return read_bytes(key).split()
+    except DataError as error:
+        raise TrialError(f"{error} Whoever made the trial has its key: --key FILE.") from None
 
 
 def _hash(salt: str, truth: Mapping[str, Any]) -> str:
     return hashlib.sha256(f"{salt}{json.dumps(truth, sort_keys=True)}".encode()).hexdigest()
 
 
-def _write_secret(path: Path, secret: bytes) -> None:
-    try:
-        path.unlink(missing_ok=True)
-        with open(path, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
-            file.write(secret + b"\n")
-    except OSError as error:
-        raise unwritable(path, error.strerror or str(error)) from None
+def _write_secret(path: Path, secrets: Sequence[bytes]) -> None:
+    with written_whole(path, mode=0o600) as file:
+        file.write(b"\n".join(secrets) + b"\n")
 
 
 def _broken(path: Path, wrong: str) -> TrialError:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 from pathlib import Path
@@ -12,11 +12,12 @@ import numpy as np
 
 import robolaser
 from robolaser.arrays import Progress
-from robolaser.data.atomic_write import write_text
+from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.data.writing import save
-from robolaser.errors import TrialError, output_exists
+from robolaser.data.result_folder import write_results
+from robolaser.data.writing import FOLDER, texts_of
+from robolaser.errors import DataError, TrialError
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
@@ -24,9 +25,8 @@ from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
-from robolaser.trials.sealed_truth import TRUTH, data_hash, key_beside, seal, unseal
+from robolaser.trials.sealed_truth import DIAGNOSIS, SEAL, TRUTH, data_hash, seal, unseal
 
-DIAGNOSIS = Path("diagnosis") / "diagnosis.json"
 _FORMAT = "robolaser-diagnosis/1"
 _NEEDED = ("verdict", "gap_mm", "where", "effects")
 
@@ -46,8 +46,8 @@ def new(
     kinds: Mapping[str, float] | None = None,
     ranges: Ranges | None = None,
     tracked: bool = False,
-    overwrite: bool = False,
-    key: Path | None = None,
+    key: Path,
+    claim: Callable[[Iterable[str]], None],
     tell: Progress = _nothing,
 ) -> list[str]:
     """Make blind data sets in a folder, and seal the truth about them.
@@ -60,8 +60,8 @@ def new(
         kinds: How often each kind of world comes, in any unit. Absent: `USUAL`.
         ranges: What else is left to chance.
         tracked: Whether a tracker sees every arm.
-        overwrite: Replace a trial that is there, and its key.
-        key: File for the key of the seals. By default beside the folder, see `key_beside`.
+        key: File for the key of the seals.
+        claim: Is told the names of all files that will be written to the folder.
         tell: Progress.
 
     Returns:
@@ -71,30 +71,28 @@ def new(
         UsageError: Not one of `KINDS`, nor a fault.
         TrialError: A data set with another sensor, without joint angles, or without a placed target.
         DependencyMissing: MuJoCo moves some of the worlds, and is not installed.
-        OutputError: There is a trial.
+        OutputError: The disk or the rights say no.
     """
     if kinds is None:
         tracked = tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
         kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
     kinds_of(kinds)
-    key = key or key_beside(folder)
-    for file in (folder / TRUTH, key):
-        if file.exists() and not overwrite:
-            raise output_exists(file)
+    worlds = [f"world-{i:03d}" for i in range(count)]
+    claim([TRUTH, *(f"{world}/{file}" for world in worlds for file in (*FOLDER, SEAL, DIAGNOSIS))])
     rng = np.random.default_rng(seed)
     patterns = [reference_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
     drawn = deal(kinds, count, rng)
     children = rng.integers(1 << 40, size=count)
+    files: dict[str, dict[str, str | None]] = {}
     truths = {}
     for i, kind in enumerate(drawn):
         tell("making worlds", i / count)
-        name = f"world-{i:03d}"
+        name = worlds[i]
         source = patterns[i % len(patterns)]
         world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
-        save(world.dataset, folder / name, overwrite=overwrite)
-        (folder / name / DIAGNOSIS).unlink(missing_ok=True)  # of the world that was here before
+        files[name] = texts_of(world.dataset)
         truths[name] = world.truth
-    seal(folder, truths, rng, key)
+    seal(folder, files, truths, rng, key)
     return list(truths)
 
 
@@ -108,17 +106,26 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
 
 
 def score(
-    folder: Path, *, seed: int = 1, jobs: int = 1, key: Path | None = None, tell: Progress = _nothing
+    folder: Path,
+    output: Path,
+    *,
+    seed: int,
+    jobs: int,
+    key: Path,
+    claim: Callable[[Iterable[str]], None],
+    tell: Progress = _nothing,
 ) -> dict[str, Any]:
     """Open the seals of a trial and score the diagnoses in it.
 
-    A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written there.
+    A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written to its name in `output`.
 
     Args:
         folder: Of the trial.
+        output: Where diagnoses are written; the trial's folder may be it.
         seed: Of the diagnoses that are still to be made.
         jobs: How many of them at a time.
-        key: The trial's key, by default beside the folder.
+        key: The trial's key.
+        claim: Is told the names of all files that will be written to the output.
         tell: Progress.
 
     Returns:
@@ -127,32 +134,33 @@ def score(
     Raises:
         TrialError: The truth is not there, or was touched; or a file is no diagnosis.
     """
-    truths = unseal(folder, key or key_beside(folder))
-    missing = [folder / name for name in truths if not (folder / name / DIAGNOSIS).exists()]
+    truths = unseal(folder, key)
+    paths = {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in truths}
+    missing = [name for name, path in paths.items() if not path.exists()]
+    claim(f"{name}/{DIAGNOSIS}" for name in missing)
+    worlds, made = [folder / name for name in missing], [paths[name] for name in missing]
     if jobs == 1:
-        for i, world in enumerate(missing):
+        for i, (world, path) in enumerate(zip(worlds, made, strict=True)):
             tell("diagnosing", i / len(missing))
-            _diagnose(world, seed)
+            _diagnose(world, path, seed)
     else:
         with ProcessPoolExecutor(jobs) as pool:
-            for i, _ in enumerate(pool.map(_diagnose, missing, repeat(seed))):
+            for i, _ in enumerate(pool.map(_diagnose, worlds, made, repeat(seed))):
                 tell("diagnosing", i / len(missing))
     outcomes, hashes = {}, {}
     for name, truth in truths.items():
-        path = folder / name / DIAGNOSIS
+        path = paths[name]
         try:
             outcomes[name] = outcome(truth, read_diagnosis(path))
         except (TypeError, KeyError, ValueError, AttributeError) as error:
             raise _no_diagnosis(path, f"{type(error).__name__}: {error}") from None
-        hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(path.read_bytes()).hexdigest()}
+        hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(read_bytes(path)).hexdigest()}
     return compile_score(outcomes) | {"sha256": hashes}
 
 
-def _diagnose(world: Path, seed: int) -> None:
+def _diagnose(world: Path, path: Path, seed: int) -> None:
     found = diagnosed(load(world), seed=seed)
-    path = world / DIAGNOSIS
-    path.parent.mkdir(exist_ok=True)
-    write_text(path, json.dumps(found, indent=1) + "\n")
+    write_results(path.parent, {path.name: json.dumps(found, indent=1) + "\n"})
 
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
@@ -168,8 +176,8 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         TrialError: It is none.
     """
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        said = read_json(path)
+    except DataError as error:
         raise _no_diagnosis(path, str(error)) from None
     if not isinstance(said, dict) or said.get("format") != _FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")

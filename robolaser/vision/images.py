@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.data.image_list import PoseImages
-from robolaser.errors import ImageError
+from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
 from robolaser.vision.profile_levels import FULL
 
@@ -30,18 +31,18 @@ def read_grey(path: Path, width_px: int, height_px: int) -> Image:
         ImageError: It is missing, no image, or of another size.
     """
     try:
-        coded = np.fromfile(path, dtype=np.uint8)
-    except OSError as error:
-        raise _unreadable(path, error.strerror or "cannot be opened") from None
-    image = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH) if len(coded) else None
+        coded = read_bytes(path, IMAGE_BYTES)
+    except DataError as error:
+        raise ImageError(f"{error} Name a grey or colour image that OpenCV reads, such as PNG.") from None
+    stated = pixels_of(coded)
+    if stated is not None and stated[0] * stated[1] != width_px * height_px:
+        raise _of_another_size(path, stated, (width_px, height_px))
+    flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
+    image = None if stated is None else cv2.imdecode(np.frombuffer(coded, np.uint8), flags)
     if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise _unreadable(path, "not an image of a known format, or damaged")
+        raise _unreadable(path, "not an image of a known format, damaged, or larger than any camera's")
     if image.shape != (height_px, width_px):
-        raise ImageError(
-            f"{path} is {image.shape[1]} x {image.shape[0]} pixels, but width_px x height_px say"
-            f" {width_px} x {height_px}. All images of a recording come from one camera at one size: correct the size"
-            " or leave the image out."
-        )
+        raise _of_another_size(path, (image.shape[1], image.shape[0]), (width_px, height_px))
     return np.asarray(image if image.dtype == np.uint8 else _eight_bits(image), dtype=np.uint8)
 
 
@@ -50,6 +51,13 @@ def _eight_bits(image: NDArray[Any]) -> NDArray[Any]:
     used = int(image.max(initial=0)).bit_length()
     depth = next(bits for bits in DEPTHS if used <= bits)
     return image >> (depth - 8)
+
+
+def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int]) -> ImageError:
+    return ImageError(
+        f"{path} is {here[0]} x {here[1]} pixels, but width_px x height_px say {stated[0]} x {stated[1]}. All images of"
+        " a recording come from one camera at one size: correct the size or leave the image out."
+    )
 
 
 def _unreadable(path: Path, reason: str) -> ImageError:

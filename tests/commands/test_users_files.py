@@ -63,6 +63,13 @@ def test_simulate_does_not_replace_the_urdf_it_was_given(made, tmp_path, capsys)
     assert digests(tmp_path) == before
 
 
+def test_no_table_of_a_second_sensor_replaces_the_users_own(tmp_path):
+    (tmp_path / "corners.csv").write_text("mine")
+    typed = ["simulate", "--robot", "scorbot_er7", "--sensor", "stripe+camera", "--poses", "4", "--force"]
+    assert main([*typed, "--output", str(tmp_path)]) == 1
+    assert digests(tmp_path) == {"corners.csv": hashlib.sha256(b"mine").hexdigest()}
+
+
 def test_its_own_earlier_result_is_replaced_and_the_rest_of_the_folder_stays(dataset, tmp_path):
     there = tmp_path / "there"
     typed = ["calibrate", str(dataset), "--output", str(there), "--quiet"]

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from robolaser.data.atomic_write import write_text
-from robolaser.data.csv_tables import read_table, write_table
+from robolaser.data.csv_tables import read_table, table_text
 from robolaser.errors import OutputError, RobolaserError
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
     names = ["plain", 'with "quotes"', "with, comma", "ünïcode"]
-    write_table(tmp_path / "t.csv", ["name", "x"], [(name, 0.1 * i) for i, name in enumerate(names)])
+    (tmp_path / "t.csv").write_text(table_text(["name", "x"], [(name, 0.1 * i) for i, name in enumerate(names)]))
     table = read_table(tmp_path / "t.csv")
     assert list(table.texts("name")) == names
     np.testing.assert_allclose(table.numbers(["x"])[:, 0], 0.1 * np.arange(4), rtol=1e-11)

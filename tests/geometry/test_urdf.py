@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from robolaser.bounded_reading import ROBOT_BYTES
 from robolaser.errors import (
     DataError,
     RobolaserError,
@@ -71,7 +72,7 @@ WRONG = {
     ),
     "foreign entity": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]><robot>&a;</robot>', RobotError, "refuses"),
     "deep nesting": ("<robot>" + "<a>" * 5000 + "</a>" * 5000 + "</robot>", RobotError, "nested"),
-    "huge": ("<robot>" + " " * urdf.MOST_BYTES + "</robot>", RobotError, "bytes"),
+    "huge": ("<robot>" + " " * ROBOT_BYTES + "</robot>", RobotError, "bytes"),
     "too many links": ("<robot>" + "<link/>" * 2001 + "</robot>", RobotError, "more than 2000 links"),
     "no link": ("<robot/>", RobotError, "there is no link"),
     "unnamed link": (edited('<link name="base"/>', "<link/>"), RobotError, "link number 1 has no name"),
@@ -175,10 +176,10 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(DataError, match=r"arm\.urdf: No such file"):
         urdf.load_text(path)
     path.write_bytes(ARM.encode("utf-16"))
-    with pytest.raises(RobotError, match=r"arm\.urdf cannot be read as UTF-8"):
+    with pytest.raises(DataError, match=r"arm\.urdf: byte 0 is not UTF-8"):
         urdf.load_text(path)
-    path.write_bytes(b" " * (urdf.MOST_BYTES + 1))
-    with pytest.raises(RobotError, match="bytes"):
+    path.write_bytes(b" " * (ROBOT_BYTES + 1))
+    with pytest.raises(DataError, match="bytes"):
         urdf.load_text(path)
 
 

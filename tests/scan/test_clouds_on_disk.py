@@ -53,14 +53,6 @@ def test_the_head_is_plain_lines_of_ascii(tmp_path):
     assert not any(line.startswith("element face") for line in lines)
 
 
-def test_a_cloud_that_is_there_stays_unless_told(tmp_path):
-    write_ply(tmp_path / "c.ply", [some(3)], [])
-    with pytest.raises(OutputError):
-        write_ply(tmp_path / "c.ply", [some(4)], [])
-    assert write_ply(tmp_path / "c.ply", [some(4)], [], overwrite=True) == 4
-    assert len(map_ply(tmp_path / "c.ply")) == 4
-
-
 def test_what_breaks_half_way_leaves_what_was_there_and_nothing_else(tmp_path):
     write_ply(tmp_path / "c.ply", [some(3)], [])
 
@@ -69,7 +61,7 @@ def test_what_breaks_half_way_leaves_what_was_there_and_nothing_else(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_ply(tmp_path / "c.ply", broken(), [], overwrite=True)
+        write_ply(tmp_path / "c.ply", broken(), [])
     assert len(map_ply(tmp_path / "c.ply")) == 3
     assert [path.name for path in tmp_path.iterdir()] == ["c.ply"]
 

@@ -5,6 +5,7 @@ import json
 import shutil
 import stat
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from cryptography.fernet import Fernet
 
 from robolaser.cli import main
 from robolaser.data.loading import load
+from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.errors import TrialError
 from robolaser.trials.sealed_truth import TRUTH, key_beside, unseal
 from robolaser.trials.trial import DIAGNOSIS
@@ -33,6 +35,7 @@ def trial(made, tmp_path):
     folder = tmp_path / "trial"
     shutil.copytree(made, folder)
     shutil.copy(key_beside(made), key_beside(folder))
+    shutil.copy(made.parent / MANIFEST, tmp_path)
     for name, truth in unseal(folder, key_beside(folder)).items():
         file = folder / name / DIAGNOSIS
         file.parent.mkdir()
@@ -60,10 +63,10 @@ def test_who_is_always_right_scores_everything(trial, capsys):
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial, jobs):
-    for path in sorted(trial.rglob(DIAGNOSIS.name))[:2]:
+    for path in sorted(trial.rglob(Path(DIAGNOSIS).name))[:2]:
         path.unlink()
     assert main(["challenge", "score", str(trial), "--jobs", jobs]) == 0
-    assert len(list(trial.rglob(DIAGNOSIS.name))) == 4
+    assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 4
 
 
 def test_a_score_that_is_there_stays_unless_forced(trial):
@@ -127,9 +130,19 @@ def test_what_is_no_diagnosis_is_said_in_a_sentence(trial, text, capsys):
     assert "is not a diagnosis in the format" in capsys.readouterr().err
 
 
-def test_a_diagnosis_of_the_world_before_is_not_scored(trial):
+def test_a_diagnosis_of_the_world_before_is_not_scored_and_somebodys_own_stays(trial, capsys):
+    kept = {file: file.read_bytes() for file in trial.rglob("*") if file.is_file()}
+    assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 1
+    assert "diagnosis.json, but what is there is not its own" in capsys.readouterr().err
+    assert {file: file.read_bytes() for file in trial.rglob("*") if file.is_file()} == kept
+    names = [str(file.relative_to(trial)) for file in trial.rglob(Path(DIAGNOSIS).name)]
+    for name in names:
+        (trial / name).unlink()
+    with results_in(trial, command="challenge score", files=names):
+        for name in names:
+            (trial / name).write_bytes(kept[trial / name])
     assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 0
-    assert not list(trial.rglob(DIAGNOSIS.name))
+    assert not list(trial.rglob(Path(DIAGNOSIS).name))
 
 
 def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):

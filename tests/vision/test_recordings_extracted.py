@@ -236,17 +236,25 @@ def test_an_output_that_is_a_file_is_told_before_any_image_is_read(tmp_path, cap
     assert str(tmp_path / "file") in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("kind", "written"), [("boards", "a part of"), ("scan", "stripes.npy was written")])
-def test_who_stops_it_hears_what_is_on_the_disk(kind, written, boards, tmp_path, monkeypatch, capsys):
+def test_no_image_is_copied_over_the_users_own(tmp_path, capsys):
+    folder, out = scan(tmp_path / "scan", poses=1), tmp_path / "out"
+    out.mkdir()
+    (out / "a0.png").write_text("mine")
+    assert main(["extract", str(folder), "--output", str(out), "--force"]) == 1
+    assert "a0.png, but what is there is not its own" in capsys.readouterr().err
+    assert [(file.name, file.read_text()) for file in out.iterdir()] == [("a0.png", "mine")]
+
+
+@pytest.mark.parametrize("kind", ["boards", "scan"])
+def test_who_stops_it_leaves_nothing(kind, boards, tmp_path, monkeypatch, capsys):
     def stopped(*_):
         raise KeyboardInterrupt
 
     folder = boards if kind == "boards" else scan(tmp_path / "scan", poses=1)
-    monkeypatch.setattr("shutil.copyfile", stopped)
+    monkeypatch.setattr("robolaser.data.atomic_write.write_text", stopped)
     assert main(["extract", str(folder), "--output", str(tmp_path / "out")]) == 1
-    said = capsys.readouterr().err
-    assert written in said
-    assert "Nothing was written" not in said
+    assert "Nothing was written" in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())
 
 
 def test_the_way_that_the_command_takes_is_the_librarys():

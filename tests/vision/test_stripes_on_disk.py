@@ -44,16 +44,9 @@ def test_a_source_that_breaks_off_leaves_what_was_there(tmp_path):
 
     write_stripes(tmp_path / "s.npy", [block(7)])
     with pytest.raises(KeyboardInterrupt):
-        write_stripes(tmp_path / "s.npy", broken(), overwrite=True)
+        write_stripes(tmp_path / "s.npy", broken())
     assert len(open_stripes(tmp_path / "s.npy")) == 7
     assert [path.name for path in tmp_path.iterdir()] == ["s.npy"]
-
-
-def test_nothing_is_overwritten_unasked(tmp_path):
-    write_stripes(tmp_path / "s.npy", [block(7)])
-    with pytest.raises(OutputError):
-        write_stripes(tmp_path / "s.npy", [block(1)])
-    assert write_stripes(tmp_path / "s.npy", [block(1)], overwrite=True) == len(open_stripes(tmp_path / "s.npy"))
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):

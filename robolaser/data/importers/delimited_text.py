@@ -4,7 +4,8 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from robolaser.data.csv_tables import Table, read_text
+from robolaser.bounded_reading import read_text
+from robolaser.data.csv_tables import Table
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.errors import DataError, UsageError, unreadable
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import read_text
+from robolaser.bounded_reading import YAML_BYTES, read_text
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.units import LENGTH, Units
@@ -71,7 +71,7 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
     """
     import cv2  # noqa: PLC0415 - slow to import
 
-    text = read_text(path)
+    text = read_text(path, YAML_BYTES)
     try:
         storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
         root = storage.root()

@@ -9,7 +9,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import finite, read_text
+from robolaser.bounded_reading import read_text
+from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
 from robolaser.data.importers.time_matching import TOLERANCE, check_overlap, dropped, match, tolerance_of

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import read_text
+from robolaser.bounded_reading import YAML_BYTES, read_text
 from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import from_quaternion, nearest_rotation, pose
 
 PEEKED = 65_536  # letters by which a file is recognised
-LARGEST_BYTES = 50_000_000
 MOTION = ("x", "y", "z", "qx", "qy", "qz", "qw")
 STRETCH = 0.01  # files round their digits
 
@@ -36,9 +35,7 @@ def read_yaml(path: Path) -> Any:
     """
     import yaml  # noqa: PLC0415 - loaded when needed
 
-    text = read_text(path)
-    if len(text) > LARGEST_BYTES:
-        raise DataError(f"{path.name} has {len(text)} letters: too many. Is it the right file?", file=path)
+    text = read_text(path, YAML_BYTES)
     try:
         contents = yaml.safe_load(text)
     except RecursionError:

@@ -2,12 +2,12 @@
 
 import csv
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from robolaser.bounded_reading import parse_toml
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
@@ -89,9 +89,9 @@ def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
 
 def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     try:
-        contents = tomllib.loads(load_text(path))
-    except (ValueError, RecursionError) as error:
-        raise RobotError(f"{path.name} is not valid TOML: {error or 'it is nested too deeply'}.") from None
+        contents = parse_toml(load_text(path))
+    except ValueError as error:
+        raise RobotError(f"{path.name} is not valid TOML: {error}.") from None
     rows = contents.pop("joint", None)
     if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
         raise RobotError(f"{path.name} has no [[joint]] tables, one for each row of Denavit-Hartenberg numbers.")

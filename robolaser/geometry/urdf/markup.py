@@ -10,10 +10,8 @@ from xml.sax.xmlreader import AttributesImpl, InputSource
 from defusedxml import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
 
+from robolaser.bounded_reading import XML_ATTRIBUTES, XML_DEPTH
 from robolaser.errors import RobotError
-
-MOST_NESTING = 60
-MOST_ATTRIBUTES = 100
 
 
 def read(text: str, source: str, most_bytes: int) -> ET.Element:
@@ -74,10 +72,10 @@ class _Shallow(ContentHandler, LexicalHandler):
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802 - SAX's names
         self._depth += 1
-        if self._depth > MOST_NESTING:
-            raise too_large(self._source, "levels of nested elements", MOST_NESTING)
-        if len(attrs) > MOST_ATTRIBUTES:
-            raise too_large(self._source, "attributes in one element", MOST_ATTRIBUTES)
+        if self._depth > XML_DEPTH:
+            raise too_large(self._source, "levels of nested elements", XML_DEPTH)
+        if len(attrs) > XML_ATTRIBUTES:
+            raise too_large(self._source, "attributes in one element", XML_ATTRIBUTES)
         self.tree.start(name, dict(attrs))
 
     def endElement(self, name: str) -> None:  # noqa: N802

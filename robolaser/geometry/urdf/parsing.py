@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.errors import RobotError, near, unreadable
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_y, rot_z
 from robolaser.geometry.urdf import markup
-from robolaser.geometry.urdf.markup import no_text, too_large
+from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link, Tree
 
-MOST_BYTES = 10_000_000  # the largest published URDFs (humanoids with hands) have about 300 kB
 MOST_LINKS = 2000
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 MOST_LETTERS = 200  # in a name or a number
@@ -32,20 +32,11 @@ def load_text(path: Path) -> str:
     """Read a URDF file as text.
 
     Raises:
-        RobotError: It has more bytes than any robot, or is not UTF-8.
-        DataError: It cannot be opened.
+        DataError: It cannot be opened, has more bytes than any robot, or is not UTF-8.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise too_large(path.name, "bytes", MOST_BYTES)
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as fault:
-        raise no_text(path.name, f"byte {fault.start}: {fault.reason}") from None
-    except OSError as fault:
-        raise unreadable(path, fault.strerror or str(fault)) from None
-    except ValueError as fault:
+        return read_text(path, ROBOT_BYTES)
+    except ValueError as fault:  # a name with a zero byte
         raise unreadable(path, str(fault)) from None
 
 
@@ -77,7 +68,7 @@ def read_xml(text: str, source: str) -> ET.Element:
     Raises:
         RobotError: It is not plain XML, or not a URDF.
     """
-    robot = markup.read(text, source, MOST_BYTES)
+    robot = markup.read(text, source, ROBOT_BYTES)
     if robot.tag != "robot":
         raise RobotError(
             f"{source} starts with <{robot.tag[:60]}>, but a URDF starts with <robot>. Is it the right file?"

@@ -226,7 +226,8 @@ def test_images_become_files_with_the_readings_of_their_times(kind: str, encodin
     options = ImportOptions(robot=robot, further=CAMERA)
     importer.check(options)
     imported = importer.read([path], options)
-    write(imported, tmp_path / "set", overwrite=False)
+    (tmp_path / "set").mkdir()
+    write(imported, tmp_path / "set")
     dataset = robolaser.load(tmp_path / "set")
     assert dataset.kind == "camera"
     assert dataset.image_px == (8, 6)

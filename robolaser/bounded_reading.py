@@ -1,0 +1,135 @@
+"""Files of strangers: regular ones, no larger than their kind ever is, parsed without running away.
+
+All limits of size and depth stand here; each is some ten times what was ever seen.
+"""
+
+import io
+import json
+import re
+import stat
+import tomllib
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from robolaser.errors import unreadable
+
+SETTINGS_BYTES = 1 << 21
+"""Of a TOML file: tomllib reads a megabyte a second."""
+ROBOT_BYTES = 10_000_000
+"""Of a robot's description; the largest published ones (humanoids with hands) have about 300 kB."""
+TEXT_BYTES = 1 << 28
+"""Of another text that is read whole: results, tables of other programs."""
+TABLE_BYTES = 1 << 33
+"""Of a CSV table, which is read piece by piece."""
+YAML_BYTES = 50_000_000
+IMAGE_BYTES = 1 << 28
+IMAGE_PIXELS = 150_000_000
+"""The largest cameras have 150 megapixels."""
+SEALED_BYTES = 1 << 26
+"""Of a trial's truth; a world takes some two thousand."""
+ARRAY_BYTES = 1 << 30
+"""Of the arrays of a search's state, inflated."""
+KEY_PARTS = 50
+"""Of a dotted key: tomllib's time grows with the cube of their number."""
+XML_DEPTH = 60
+XML_ATTRIBUTES = 100
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
+_CHAIN = re.compile(rf"(?<![\w-])(?:{_PART}\.[ \t]*+){{{KEY_PARTS}}}")
+
+
+@contextmanager
+def opened(path: Path, most_bytes: int, *, text: bool = False, newline: str | None = None) -> Iterator[IO[Any]]:
+    """Open a regular file to read, as bytes or as text without its byte order mark.
+
+    Raises:
+        DataError: It is not there, no regular file (a pipe would never end), too large, or not UTF-8.
+    """
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise unreadable(path, "it is not a regular file")
+        if found.st_size > most_bytes:
+            raise unreadable(path, f"it has {found.st_size} bytes, and no such file more than {most_bytes}")
+        encoding = "utf-8-sig" if text else None
+        with path.open("r" if text else "rb", encoding=encoding, newline=newline) as file:
+            yield file
+    except OSError as error:
+        raise unreadable(path, error.strerror or str(error)) from None
+    except UnicodeDecodeError:
+        raise unreadable(path, f"byte {_undecodable(path)} is not UTF-8 text") from None
+
+
+def read_bytes(path: Path, most_bytes: int = TEXT_BYTES) -> bytes:
+    """A whole file.
+
+    Raises:
+        DataError: As `opened`.
+    """
+    with opened(path, most_bytes) as file:
+        return bytes(file.read(most_bytes))
+
+
+def read_text(path: Path, most_bytes: int = TEXT_BYTES) -> str:
+    """A whole text.
+
+    Raises:
+        DataError: As `opened`.
+    """
+    with opened(path, most_bytes, text=True) as file:
+        return str(file.read(most_bytes))
+
+
+def read_json(path: Path) -> Any:
+    """What a JSON file says.
+
+    Raises:
+        DataError: As `opened`, or it is no JSON, or nested too deeply.
+    """
+    try:
+        return json.loads(read_text(path))
+    except RecursionError:
+        reason = "it is nested too deeply"
+    except ValueError as error:  # of the parser, and Python's own for integers of thousands of digits
+        reason = f"it is not JSON ({error})"
+    raise unreadable(path, reason)
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """What a TOML text says.
+
+    Raises:
+        ValueError: It is not TOML, or nested more deeply than any such file.
+    """
+    try:
+        if _CHAIN.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def pixels_of(data: bytes) -> tuple[int, int] | None:
+    """Width and height that an image's header states; None where it is none, or of more pixels than any camera's.
+
+    Nothing is decoded: some kilobytes can become gigabytes.
+    """
+    from PIL import Image  # noqa: PLC0415 - slow to import
+
+    try:
+        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(data)) as image:
+            width, height = image.size
+    except (OSError, ValueError, SyntaxError, OverflowError, Image.DecompressionBombError):
+        return None
+    return (width, height) if 0 < width * height <= IMAGE_PIXELS else None
+
+
+def _undecodable(path: Path) -> int:
+    try:
+        path.read_bytes().decode()
+    except UnicodeDecodeError as error:
+        return error.start
+    return 0

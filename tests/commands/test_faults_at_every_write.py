@@ -1,0 +1,148 @@
+"""Wherever a command is killed, the disk fills or goes read-only, what is left is the old result or the new one."""
+
+import errno
+import functools
+
+import cv2
+import numpy as np
+import pytest
+from failing_disk import contents, failing, restore, watched
+
+from robolaser.cli import main
+from robolaser.data.atomic_write import finish_writing
+from robolaser.trials.sealed_truth import key_beside, unseal
+
+STATE = ("runs.jsonl", "search.npz", "trial.key")  # of what is stopped, to be gone on with; a key opens both trials
+
+
+def result(folder):
+    """What a reader sees: hidden files do not count; of a trial, that its key opens it."""
+    for home in (folder, folder / "trial"):
+        finish_writing(home)
+    if (folder / "trial" / "truth.sealed").exists():
+        unseal(folder / "trial", key_beside(folder / "trial"))
+    return {
+        name: data
+        for name, data in contents(folder).items()
+        if not name.rpartition("/")[2].startswith(".") and name not in STATE
+    }
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("inputs")
+    few = ["--poses", "10", "--points", "5", "--quiet"]
+    assert main(["simulate", "--robot", "scorbot_er7", "--output", str(folder / "stripe"), *few]) == 0
+    assert (
+        main(["simulate", "--robot", "scorbot_er7", "--sensor", "point", "--output", str(folder / "point"), *few]) == 0
+    )
+    assert main(["calibrate", str(folder / "stripe"), "--output", str(folder / "calibration"), "--quiet"]) == 0
+    recording = folder / "recording"
+    recording.mkdir()
+    settings = (folder / "stripe" / "dataset.toml").read_text()
+    (recording / "dataset.toml").write_text(settings)
+    (recording / "robot.urdf").write_bytes((folder / "stripe" / "robot.urdf").read_bytes())
+    header, *rows = (folder / "stripe" / "poses.csv").read_text().splitlines()
+    (recording / "poses.csv").write_text("\n".join([f"{header},image", *(f"{row},i.png" for row in rows)]) + "\n")
+    image = np.full((480, 640), 20, np.uint8)
+    image[240:243] = 200
+    cv2.imwrite(str(recording / "i.png"), image)
+    for table in ("poses", "points"):
+        (folder / f"{table}.csv").write_bytes((folder / "point" / f"{table}.csv").read_bytes())
+    return folder
+
+
+def typed(inputs, command, out):
+    """What is typed for a result, and what more for another one."""
+    stripe, recording, calibration = inputs / "stripe", inputs / "recording", inputs / "calibration"
+    words, more = {
+        "simulate": (f"--robot scorbot_er7 --poses 6 --output {out}", "--seed 2"),
+        "simulate two": (f"--robot scorbot_er7 --sensor stripe+camera --poses 4 --output {out}", "--seed 2"),
+        "import": (
+            f"{inputs}/poses.csv {inputs}/points.csv --robot scorbot_er7 --units m,rad --output {out}",
+            "--path unknown",
+        ),
+        "calibrate": (f"{stripe} --output {out}", "--weights noise"),
+        "diagnose": (f"{stripe} --output {out}", "--without backlash"),
+        "extract": (f"{recording} --output {out}", "--centre gravity"),
+        "scan": (f"{calibration} {stripe} --output {out}/c.ply --report", "--nominal"),
+        "compare": (
+            f"pymoo:sphere-2 --algorithms ga --seeds 1 --budget 200 --jobs 1 --iohprofiler --output {out}",
+            "--seed 7",
+        ),
+        "challenge": (f"new {out}/trial --kinds none --count 1 --poses 6 --points 3", "--seed 2"),
+    }[command]
+    return [command.split()[0], *words.split()], more.split()
+
+
+COMMANDS = (
+    "simulate",
+    "simulate two",
+    "import",
+    "calibrate",
+    "diagnose",
+    "extract",
+    "scan",
+    "compare",
+    "challenge",
+)
+
+
+COMPUTED = (
+    "robolaser.calibration.calibrate.calibrate",
+    "robolaser.diagnosis.examine",
+    "robolaser.diagnosis.corrected_model.corrected",
+    "robolaser.simulation.simulate",
+    "robolaser.trials.trial.make",
+)
+
+
+@pytest.fixture(autouse=True)
+def computed_once(monkeypatch):
+    """What is computed is the same each time, and takes long."""
+    for place in COMPUTED:
+        module, _, name = place.rpartition(".")
+        monkeypatch.setattr(place, _once(module, name))
+
+
+@functools.cache
+def _once(module, name):
+    compute = getattr(__import__(module, fromlist=[name]), name)
+    known = {}
+
+    def remembered(data, *args, **more):
+        key = repr([args, {word: value for word, value in more.items() if word not in ("progress", "state", "tell")}])
+        if key not in known:
+            known[key] = compute(data, *args, **more)
+        return known[key]
+
+    return remembered
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_is_left_is_the_old_result_or_the_new_one(inputs, command, tmp_path, capsys):
+    folder, left = tmp_path / "out", tmp_path / "left"
+    folder.mkdir()
+    left.mkdir()
+    words, more = typed(inputs, command, folder)
+    again = [*words, *more, "--force", "--quiet"]
+    assert main([*words, "--quiet"]) == 0
+    before, old = contents(folder), result(folder)
+    moments = []
+    with watched(folder, lambda _: moments.append(contents(folder))):
+        assert main(again) == 0
+    new = result(folder)
+    assert old != new
+
+    for moment in moments:  # killed there
+        restore(left, moment)
+        assert result(left) in (old, new)
+
+    for kind, number in ((errno.EROFS, 0), (errno.ENOSPC, len(moments) // 3)):
+        restore(folder, before)
+        with watched(folder, failing(number, kind)):
+            assert main(again) == 1
+        assert capsys.readouterr().err.startswith("robolaser: Cannot write")
+        assert result(folder) == old
+    assert main(again) == 0  # nothing that was left stands in the way
+    assert result(folder) != old
