@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell import live_camera
-from robolaser.cell.camera import Camera, Image
+from robolaser.cell.camera import Camera, Image, grey
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
 from robolaser.cell.live_camera import LiveCamera
