@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
 from robolaser.diagnosis.fit import Fit
@@ -13,7 +11,7 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import EVEN, MIN_CREDIBILITY
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -99,19 +97,13 @@ def _incredible(
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
-    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first.
-
-    Of all effects, only those that explain the least are tried on held-out poses.
-    """
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first."""
     gap = held_out.gap(final)
     while final.effects:
-        less = sorted((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
-        less = less[:HELD_OUT_REMOVALS]
-        gaps = [held_out.gap(fit) for fit in less]
-        best = int(np.argmin(gaps))
-        if gaps[best] > gap:
+        less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
+        if held_out.gap(less) > gap:
             break
-        final, gap = less[best], gaps[best]
+        final, gap = less, held_out.gap(less)
     return final
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell import live_camera
-from robolaser.cell.camera import Camera, Image
+from robolaser.cell.camera import Camera, Image, grey
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
 from robolaser.cell.live_camera import LiveCamera
@@ -269,3 +269,10 @@ def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None
     (tmp_path / "empty").mkdir()
     with pytest.raises(CameraError, match=source):
         open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), WallClock(), print)
+
+
+@pytest.mark.parametrize(("channel", "expected"), [("blue", 10), ("green", 40), ("red", 200)])
+def test_a_colour_camera_keeps_the_channel_that_was_asked_for(channel: str, expected: int) -> None:
+    frame = np.full((4, 6, 3), (10, 40, 200), np.uint8)
+    assert (grey("camera", frame, channel) == expected).all()
+    assert grey("camera", frame).shape == (4, 6)
