@@ -83,9 +83,9 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., LiveCamer
 def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., LiveCamera]) -> None:
     scene = [50]
     camera = running(lambda number: noisy(number, scene[0]))
-    for grey in (120, 60, 200):
-        scene[0] = grey
-        assert camera.shot(0.03).min() >= grey
+    for level in (120, 60, 200):
+        scene[0] = level
+        assert camera.shot(0.03).min() >= level
 
 
 def test_shots_in_a_row_are_different_images(running: Callable[..., LiveCamera]) -> None:
