@@ -49,13 +49,13 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
             final = helpful
             continue
         evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
-        exchanged = _exchanged(final, evidence, held_out)
-        if exchanged is None:
+        better = exchanged(final, evidence, held_out)
+        if better is None:
             return final, evidence, left
-        final = exchanged
+        final = better
 
 
-def _exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
+def exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
     """With an effect exchanged for one that is more probable than not in its place and predicts new poses as well."""
     probable = (fit for one in evidence for other, fit in one.alternatives if one.weights[other] > EVEN)
     return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import joint_names, listed, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
@@ -155,8 +156,10 @@ def _look(diagnosis: Diagnosis) -> str:
     largest = diagnosis.where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
-    joints = [site for site in sites if site not in SITES]
+    pulled = [site for site in sites if alike[site] == FORCE]
+    joints = [site for site in sites if site not in SITES and site not in pulled]
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
+    checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
     checked += [SITES[site] for site in sites if site in SITES]
     follows = listed(list(dict.fromkeys(alike[site] for site in sites)))
     said = f"Check {listed(checked)}. What is left there depends on {follows}"
