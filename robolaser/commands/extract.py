@@ -98,6 +98,8 @@ def _points(
             terminal.print(f"{frame.pose:<16} {figures}")
     if not found.lens.known:
         terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
+    for doubt in found.doubts:
+        terminal.warn(doubt)
     if output is None:
         write_results(source, point_texts(dataset))
     else:

@@ -35,14 +35,28 @@ JURY = 200
 """Centres that judge a line, at least, where there are as many: more tell no more."""
 
 
-def on_plane(centres: LineCentres, along: Array, across: Array, nearness: Array) -> tuple[Bools, Array]:
+STEP_LEAST_PX = 0.3
+"""Step of the stripe beside the board's squares [px] up to which it lies on the board: 0.2 mm of height or so."""
+STEP_SIGMAS = 5.0
+"""The same in standard deviations of the difference of two medians."""
+FEWEST_LINES = 20
+"""Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
+
+
+def on_plane(
+    centres: LineCentres, along: Array, across: Array, nearness: Array, on_squares: Bools
+) -> tuple[Bools, Array]:
     """Pick the centres that lie on one straight line, one at most in each line of pixels.
+
+    Where the stripe crosses the board's squares the line is theirs, and goes on beside them up to a step: there the
+    board ends, and the stripe lies on the table below it.
 
     Args:
         centres: The candidates of an image.
         along: Their coordinate along the stripe, without the lens's distortion, (n,) [px].
         across: The other coordinate, (n,) [px].
         nearness: Weight of each, (n,): a stripe beside the board more likely lies on its plane than one far off.
+        on_squares: Whether each shows a place among the board's squares, (n,).
 
     Returns:
         Whether each candidate is kept, (n,), and its distance from the line, (n,) [px].
@@ -50,19 +64,49 @@ def on_plane(centres: LineCentres, along: Array, across: Array, nearness: Array)
     if len(along) < 2:
         return np.zeros(len(along), dtype=np.bool_), np.zeros(len(along))
     usable = centres.is_symmetric
-    slope, start = _likeliest(along, across, np.where(usable, nearness, 0.0))
-    off = _distance(along, across, slope, start)
-    gate = WIDEST_GATE_PX
-    for _ in range(ROUNDS):
-        kept = usable & (np.abs(off) <= gate)
-        if kept.sum() < 2:
-            return np.zeros(len(along), dtype=np.bool_), off
-        slope, start = np.polyfit(along[kept], across[kept], 1)
-        off = _distance(along, across, slope, start)
-        gate = float(np.clip(GATE_SIGMAS * mad_scale(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
+    if crosses_squares(centres, on_squares):
+        off, _ = _from_line(along, across, np.where(usable & on_squares, nearness, 0.0))
+        near = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= 2 * WIDEST_GATE_PX))
+        first, last = _up_to_a_step(centres.line, off, _undisturbed(centres, off, near), on_squares)
+        usable = usable & (centres.line >= first) & (centres.line <= last)
+    off, gate = _from_line(along, across, np.where(usable, nearness, 0.0))
     kept = _nearest(centres.line, np.abs(off), usable & (np.abs(off) <= WIDEST_GATE_PX))
     kept = _undisturbed(centres, off, kept) & (np.abs(off) <= gate)
     return kept & _supported(centres.line, kept), off
+
+
+def crosses_squares(centres: LineCentres, on_squares: Bools) -> bool:
+    """Whether enough lines of pixels show the stripe among the board's squares."""
+    return len(np.unique(centres.line[centres.is_symmetric & on_squares])) >= FEWEST_LINES
+
+
+def _from_line(along: Array, across: Array, weight: Array) -> tuple[Array, float]:
+    """Distance of each centre from the likeliest straight line, (n,), and the gate within which it is kept [px]."""
+    off = _distance(along, across, *_likeliest(along, across, weight))
+    gate = WIDEST_GATE_PX
+    for _ in range(ROUNDS):
+        kept = (weight > 0) & (np.abs(off) <= gate)
+        if kept.sum() < 2:
+            return off, -1.0
+        off = _distance(along, across, *np.polyfit(along[kept], across[kept], 1))
+        gate = float(np.clip(GATE_SIGMAS * mad_scale(off[kept]), NARROWEST_GATE_PX, WIDEST_GATE_PX))
+    return off, gate
+
+
+def _up_to_a_step(line: Ints, off: Array, kept: Bools, on_squares: Bools) -> tuple[int, int]:
+    """First and last line of pixels between which the stripe goes on from the board's squares without a step."""
+    at = np.flatnonzero(kept)
+    inside = np.flatnonzero(on_squares[at])
+    if len(inside) < FEWEST_LINES:
+        return int(line.min()), int(line.max())
+    medians = np.median(np.lib.stride_tricks.sliding_window_view(off[at], NEIGHBOURS), axis=-1)
+    step = np.abs(medians[NEIGHBOURS:] - medians[:-NEIGHBOURS])  # between `at` i - 1 and i for i from NEIGHBOURS on
+    sigma = mad_scale(jumps(off[at])) * np.sqrt(np.pi / NEIGHBOURS)
+    steps = NEIGHBOURS + np.flatnonzero(step > max(STEP_LEAST_PX, STEP_SIGMAS * sigma))
+    before, after = steps[steps <= inside[0] + NEIGHBOURS // 2], steps[steps > inside[-1] - NEIGHBOURS // 2]
+    first = before.max(initial=0)
+    last = after.min(initial=len(at)) - 1
+    return int(line[at[first]]), int(line[at[last]])
 
 
 def jumps(off: Array) -> Array:

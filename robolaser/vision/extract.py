@@ -6,11 +6,11 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
-from robolaser.vision.board_placement import jumps, on_plane
+from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.candidates import Axis, LineCentres, every
 from robolaser.vision.images import ambient, lights
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
@@ -21,8 +21,10 @@ POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
-FEWEST_LINES = 20
-"""Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
+MUCH = 0.05
+"""Share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much."""
+SQUARES_BEYOND = 0.9
+"""Squares beyond the inner corners that surely are the board: it has a whole one there."""
 
 
 @final
@@ -36,6 +38,8 @@ class Frame:
         points: Points they gave.
         corner_rms_px: Corners of the board against its pattern [px]; NaN without a board.
         line_rms_px: Stripe against a straight line, all its lines of pixels that were kept [px]; NaN without.
+        beside: Whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane.
+        left_out: Share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else.
     """
 
     pose: str
@@ -43,6 +47,8 @@ class Frame:
     points: int = 0
     corner_rms_px: float = float("nan")
     line_rms_px: float = float("nan")
+    beside: bool = False
+    left_out: float = 0.0
 
 
 @final
@@ -75,6 +81,25 @@ class Extraction:
 
     def __len__(self) -> int:
         return len(self.pose)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the user should know of where the stripe lies."""
+        used = [frame for frame in self.frames if not frame.skipped]
+        cut = [frame.left_out for frame in used if frame.left_out > MUCH]
+        beside = sum(frame.beside for frame in used)
+        doubts = []
+        if cut:
+            doubts.append(
+                f"in {len(cut)} of {len(used)} images the stripe has a step beside the board's squares, as on a table"
+                f" below a thick board: {np.mean(cut):.0%} of its length there, beyond the step, was left out."
+            )
+        if beside:
+            doubts.append(
+                f"in {beside} of {len(used)} images the stripe crosses none of the board's squares: it is taken to lie"
+                " on the same plane beside them. On a table below a thick board it would not."
+            )
+        return tuple(doubts)
 
 
 @final
@@ -136,7 +161,7 @@ def extract_points(
     apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
     board_m = (square_m * (columns - 1), square_m * (rows - 1))
     cuts = [
-        _cut(shots.pose, one.centres, views.get(i), lens, board_m, stripe_axis, apart)
+        _cut(shots.pose, one.centres, views.get(i), lens, (board_m, SQUARES_BEYOND * square_m), stripe_axis, apart)
         for i, (shots, one) in enumerate(zip(images, seen, strict=True))
     ]
     scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
@@ -202,7 +227,7 @@ def _cut(
     shots: tuple[LineCentres, ...],
     view: BoardPlane | None,
     lens: Lens,
-    board_m: tuple[float, float],
+    board: tuple[tuple[float, float], float],
     stripe_axis: Axis,
     step: int,
 ) -> _Cut:
@@ -211,12 +236,15 @@ def _cut(
     if not any(map(len, shots)):
         return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
     names: list[str] = []
-    pixels, places, repeats, offs, scatter = [], [], [], [], []
+    pixels, places, repeats, offs, scatter, crosses, beyond = [], [], [], [], [], [], []
+    board_m, surely_m = board
     for number, centres in enumerate(shots, start=1):
         straight = lens.undistort(centres.pixel)
         place = view.intersect(straight)
         along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
-        kept, off = on_plane(centres, along, across, _nearness(place, board_m))
+        size = np.asarray(board_m)
+        on_squares = np.all(np.abs(place - size / 2) <= size / 2 + surely_m, axis=-1)
+        kept, off = on_plane(centres, along, across, _nearness(place, board_m), on_squares)
         if kept.sum() < FEWEST_LINES:
             continue
         lines = np.flatnonzero(kept)
@@ -226,6 +254,8 @@ def _cut(
         places.append(np.pad(place[taken], ((0, 0), (0, 1))))
         repeats.append(np.full(len(taken), number))
         offs.append(off[kept])
+        crosses.append(crosses_squares(centres, on_squares))
+        beyond.append(_beyond(centres, kept) if crosses[-1] else 0.0)
         scatter.append(jumps(off[kept]))
     if not offs:
         return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px))
@@ -234,6 +264,8 @@ def _cut(
         points=len(names),
         corner_rms_px=view.corner_rms_px,
         line_rms_px=float(np.sqrt(np.mean(np.concatenate(offs) ** 2))),
+        beside=not all(crosses),
+        left_out=float(np.mean(beyond)),
     )
     return _Cut(
         frame,
@@ -243,6 +275,13 @@ def _cut(
         np.concatenate(places),
         np.concatenate(scatter),
     )
+
+
+def _beyond(centres: LineCentres, kept: Bools) -> float:
+    """Share of the lines of pixels with a stripe's light that lie before the first or after the last that is kept."""
+    lines = np.unique(centres.line[centres.is_symmetric])
+    first, last = centres.line[kept].min(), centres.line[kept].max()
+    return float(((lines < first) | (lines > last)).mean())
 
 
 def _nearness(place: Array, board_m: tuple[float, float]) -> Array:

@@ -29,7 +29,9 @@ class Scene:
         columns: Inner corners along x.
         rows: Inner corners along y.
         dark_first: Whether the square outward of the origin is dark.
-        plate: Last y of the plate the board lies on [m]; beyond it is a floor 20 mm deeper.
+        plate: Last y of the plate the board lies on [m]; beyond it is a floor.
+        border: Breadth of the plate beyond the outer squares [m]; beyond it is the floor.
+        floor: How much deeper the floor is [m].
         light: Peak of the stripe on white [grey]; above 255 it saturates.
         width: Standard deviation of the sheet's thickness [m].
         ambient: Grey of white paper without the stripe.
@@ -44,6 +46,8 @@ class Scene:
     rows: int = 6
     dark_first: bool = True
     plate: float = np.inf
+    border: float = np.inf
+    floor: float = 0.020
     light: float = 1200.0
     width: float = 0.0004
     ambient: float = 45.0
@@ -89,9 +93,10 @@ class Scene:
         one = replace(self, R=self.R.astype(np.float32), t=self.t.astype(np.float32))
         point = one.hit(ray)
         xy = (point - one.t) @ one.R[:, :2]
-        on_plate = xy[..., 1] < self.plate
+        last = SQUARE * np.array([self.columns, self.rows]) + self.border
+        on_plate = (xy[..., 1] < self.plate) & np.all((xy > -SQUARE - self.border) & (xy < last), axis=-1)
         if not on_plate.all():
-            point = np.where(on_plate[..., None], point, one.hit(ray, 0.020))
+            point = np.where(on_plate[..., None], point, one.hit(ray, self.floor))
         cell = np.floor(xy / SQUARE + 1).astype(int)
         inside = np.all((cell >= 0) & (cell <= [self.columns, self.rows]), axis=-1)
         edge = xy / SQUARE - np.rint(xy / SQUARE)
