@@ -1,8 +1,11 @@
 """What the docs promise is there, and what is there the docs mention; their code blocks run in `make docs`."""
 
+import ast
 import re
 import tomllib
 from collections.abc import Iterable
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -19,6 +22,7 @@ ROOT = Path(__file__).parents[1]
 GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}
 PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").glob("*.md")}
 TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
+SCRIPTS = [script for folder in ("benchmarks", "docs", "examples") for script in (ROOT / folder).rglob("*.py")]
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
@@ -90,3 +94,12 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
     names = {**Stripe.format.units, **POSE_UNITS}
     assert missing((name for name in names if name not in "xyz"), "conventions.md") == []
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.relative_to(ROOT).as_posix())
+def test_what_a_script_imports_of_the_package_is_there(script: Path) -> None:
+    for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robolaser"):
+            module = import_module(node.module or "")
+            gone = [name.name for name in node.names if not hasattr(module, name.name)]
+            assert not [name for name in gone if find_spec(f"{node.module}.{name}") is None], script

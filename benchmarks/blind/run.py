@@ -27,7 +27,8 @@ from robolaser.commands.challenge import summary
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.robots import find_robot
-from robolaser.trials.making import KINDS, USUAL, make
+from robolaser.trials.kinds import USUAL
+from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome
 from robolaser.trials.score import compile_score
 from robolaser.trials.synthetic.fault_models import MODELLED
@@ -55,7 +56,7 @@ class Task:
 
 def kind_of(robot: str, seed: int, kinds: list[str]) -> str:
     """A kind by chance."""
-    shares = np.array([USUAL[kind] for kind in kinds])
+    shares = np.array([USUAL.get(kind, 1.0) for kind in kinds])
     return str(np.random.default_rng([seed, *robot.encode()]).choice(kinds, p=shares / shares.sum()))
 
 
@@ -92,7 +93,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="100-110", help="A-B, both ends included")
     parser.add_argument("--robots", default=",".join(ROBOTS))
-    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--kinds", default=",".join(USUAL))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "robolaser-blind")
     parser.add_argument("--fresh", action="store_true", help="make the worlds anew")

@@ -24,13 +24,13 @@ from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 from robolaser.data.writing import save
-from robolaser.geometry.camera import cut, metric, rays, sheet, undistort
+from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.scan import Scan, prepare, read_calibration
-from robolaser.scan.ply import VERTEX, map_ply, places_of, write_ply
+from robolaser.scan.ply import VERTEX, map_ply, positions_of, write_ply
 from robolaser.simulation import simulate
 
 MODELS = {
@@ -71,11 +71,11 @@ def compare(model: str, effects: tuple[str, ...], millions: int, rounds: int, fo
             began = time.perf_counter()
             write_ply(out, scan.cloud.pieces(), ())
             ours = time.perf_counter() - began
-            kept = places_of(map_ply(out)[:1000])
+            kept = positions_of(map_ply(out)[:1000])
             began = time.perf_counter()
             if effects == ():
                 plain(scan, recording / FILE, out)
-                np.testing.assert_allclose(places_of(map_ply(out)[:1000]), kept, atol=1e-6)
+                np.testing.assert_allclose(positions_of(map_ply(out)[:1000]), kept, atol=1e-6)
             seconds.append((ours, time.perf_counter() - began))
         ours_s, plain_s = np.array(seconds[1:]).T
         took = subprocess.run(
@@ -128,7 +128,7 @@ def plain(scan: Scan, stripes_file: Path, out: Path) -> None:
 
     def seen(pixel: Array) -> Array:
         ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], scanner.dataset.stripe_axis)
-        return cut(ray, sheet(values))[0]
+        return intersect(ray, laser_plane(values))[0]
 
     def pieces():  # type: ignore[no-untyped-def]
         for first in range(0, len(stripes), CHUNK):

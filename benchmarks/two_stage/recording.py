@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages
 from robolaser.data.loading import load
 from robolaser.vision.board import find_board
-from robolaser.vision.board_orientation import settle_by_robot
+from robolaser.vision.board_orientation import orient_by_robot
 from robolaser.vision.extract import extract_points
 from robolaser.vision.lens import find_lens
 
@@ -53,9 +53,9 @@ def measure(folder: Path) -> Recording:
     missing = [name for (name, _), one in zip(images, seen, strict=True) if one is None]
     if missing:
         raise SystemExit(f"{folder}: no board in {', '.join(missing)}; the two-stage way needs one in every image.")
-    layings = [one.layings for one in seen if one is not None]
-    lens = find_lens([ways[0] for ways in layings], board.square_m, *image_px)
-    grids = settle_by_robot(layings, T[:, :3, :3], lens)
+    orientations = [one.orientations for one in seen if one is not None]
+    lens = find_lens([ways[0] for ways in orientations], board.square_m, *image_px)
+    grids = orient_by_robot(orientations, T[:, :3, :3], lens)
     v, u = np.indices((board.rows, board.columns))
     lattice = board.square_m * np.stack([u, v, np.zeros_like(u)], axis=-1).reshape(-1, 3)
     views = []

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robolaser.arrays import Array
-from robolaser.scan.ply import map_ply, places_of
+from robolaser.scan.ply import map_ply, positions_of
 
 PICTURE = Path(__file__).with_name("cell-cloud.png")
 INK, BALL, STEP = "#3c434a", "#2b6cb1", "#d9701e"
@@ -53,7 +53,7 @@ def draw(clouds: list[tuple[str, Array]]) -> Figure:
 
 def main() -> None:
     titles = "with play in the model", "without play"
-    clouds = [1e3 * places_of(map_ply(Path(path))) for path in sys.argv[1:]]
+    clouds = [1e3 * positions_of(map_ply(Path(path))) for path in sys.argv[1:]]
     draw(list(zip(titles, clouds, strict=True))).savefig(PICTURE)
 
 

@@ -63,8 +63,17 @@ def no_more_images(source: object, reason: str) -> CameraError:
     return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")
 
 
-def grey(source: object, frame: Any) -> Image:
+CHANNELS = ("blue", "green", "red")
+"""Of a colour image, as OpenCV orders them."""
+
+
+def grey(source: object, frame: Any, channel: str = "grey") -> Image:
     """Any image as OpenCV delivers it, as (h, w) uint8; sixteen bits keep their upper eight.
+
+    Args:
+        source: What messages call the camera.
+        frame: (h, w) or (h, w, colours), of 8 or 16 bits.
+        channel: "grey", or the colour that is kept.
 
     Raises:
         CameraError: It is no image.
@@ -72,7 +81,9 @@ def grey(source: object, frame: Any) -> Image:
     plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
     if plain.dtype != np.uint8:
         raise cannot_open(source, f"its images hold {plain.dtype}, expected integers of 8 or 16 bits")
-    if plain.ndim == 3 and plain.shape[2] > 1:
+    if plain.ndim == 3 and plain.shape[2] > 1 and channel in CHANNELS:
+        plain = plain[..., CHANNELS.index(channel)]
+    elif plain.ndim == 3 and plain.shape[2] > 1:
         plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
     return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
 

@@ -27,7 +27,7 @@ class LiveCamera(Camera):
     """A device or a stream, read in a thread of its own."""
 
     def __init__(self, line: CameraLine, size: tuple[int, int], clock: Clock, warn: Warn) -> None:
-        self._source = line.source
+        self._source, self._channel = line.source, line.channel
         self._size = size
         self._clock = clock
         self._warn = warn
@@ -86,7 +86,7 @@ class LiveCamera(Camera):
         while not self._closing and end is None:
             try:
                 there, frame = self._capture.read()
-                image = grey(self._source, frame) if there else None
+                image = grey(self._source, frame, self._channel) if there else None
                 end = None if there else no_more_images(self._source, "it has ended or was unplugged")
             except RobolaserError as error:
                 image, end = None, error

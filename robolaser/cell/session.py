@@ -11,6 +11,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Image, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
+from robolaser.cell.first_look import FirstLook
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import cell_violations, unsafe
@@ -45,6 +46,7 @@ class Session:
         warn: Warn,
         *,
         position_confirmed: bool = False,
+        first_look: FirstLook | None = None,
     ) -> None:
         self._cell = cell
         self._robot = robot
@@ -54,6 +56,7 @@ class Session:
         self._clock = clock
         self._warn = warn
         self._position_confirmed = position_confirmed
+        self._first_look = first_look
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
@@ -99,8 +102,11 @@ class Session:
             self._arm.laser_on(self._cell.laser_output)
         for waypoint in waypoints:
             begins(waypoint.name)
-            self._writer.add(self._record_pose(waypoint, self._at))
+            samples = self._record_pose(waypoint, self._at)
+            self._writer.add(samples)
             recorded(waypoint)
+            if self._first_look is not None:
+                self._first_look.at(waypoint.name, samples[-1].images)
         if self._cell.laser_output is not None:
             self._arm.laser_off(self._cell.laser_output)
 

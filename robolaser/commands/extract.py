@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
 
 from cyclopts import Parameter
 
@@ -19,6 +19,16 @@ if TYPE_CHECKING:
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
 Centre = Literal["gauss", "gravity", "steger"]
+Channel = Literal["auto", "grey", "red", "green", "blue", "red-excess", "green-excess", "blue-excess"]
+
+
+class Light(TypedDict):
+    """How the stripe is looked for."""
+
+    step: int | None
+    detector: str
+    channel: str
+    exposures: bool
 
 
 def extract(
@@ -28,6 +38,8 @@ def extract(
     output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
     step: Annotated[Count | None, Parameter(metavar="LINES")] = None,
     centre: Centre = "gauss",
+    channel: Channel = "auto",
+    exposures: bool = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -48,6 +60,8 @@ def extract(
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
         step: Distance between points along the stripe, in lines of pixels.
         centre: How the stripe's centre is found: Gaussian fit, centre of gravity, or Steger's ridge.
+        channel: Colour in which the laser is looked for; red-excess is 2R-G-B. Default: where the stripe is longest.
+        exposures: The images of a pose are an exposure series, and no repeats.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load
@@ -70,7 +84,8 @@ def extract(
         if not has_stripe:
             _corners(dataset, recording, output, images, terminal=terminal)
             return
-        write(dataset, recording, output, images, step=step, centre=centre, terminal=terminal)
+        seen: Light = {"step": step, "detector": centre, "channel": channel, "exposures": exposures}
+        write(dataset, recording, output, images, seen, terminal=terminal)
 
 
 def _points(
@@ -78,9 +93,8 @@ def _points(
     source: Path,
     output: Path | None,
     copied: Sequence[str],
+    seen: Light,
     *,
-    step: int | None,
-    centre: Centre,
     terminal: Terminal,
 ) -> None:
     from robolaser.data.result_folder import write_results
@@ -88,7 +102,7 @@ def _points(
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
-        found, dataset = points_from_images(recording, step=step, detector=centre, progress=progress)
+        found, dataset = points_from_images(recording, **seen, progress=progress)
     terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
     for frame in found.frames:
         if frame.skipped:
@@ -98,6 +112,8 @@ def _points(
             terminal.print(f"{frame.pose:<16} {figures}")
     if not found.lens.known:
         terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
+    if found.channel != "grey":
+        terminal.print(f"The laser was looked for in {found.channel}.")
     for doubt in found.doubts:
         terminal.warn(doubt)
     if output is None:
@@ -156,9 +172,8 @@ def _stripes(
     source: Path,
     output: Path | None,
     copied: Sequence[str],
+    seen: Light,
     *,
-    step: int | None,
-    centre: Centre,
     terminal: Terminal,
 ) -> None:
     from robolaser.data.stripe_file import write_stripes
@@ -177,7 +192,7 @@ def _stripes(
 
     written = file if output is None else file.with_name(f".{STRIPES}")
     with terminal.progress() as progress:
-        blocks = stripes_from_images(recording, step=step, detector=centre, progress=progress)
+        blocks = stripes_from_images(recording, **seen, progress=progress)
         centres = write_stripes(written, counted(blocks))
     if output is not None:
         _write(output, source, copied, {**texts_of(recording), STRIPES: written})

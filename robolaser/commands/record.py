@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,6 +34,7 @@ def record(
     poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None,
     plan: Annotated[Count | None, Parameter(group=WHERE)] = None,
     next_poses: Annotated[Path | None, Parameter(name="--next", metavar="DIAGNOSIS.json", group=WHERE)] = None,
+    watch: Annotated[Count | None, Parameter(group=WHERE)] = None,
     separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = (),
     repeats: Count | None = None,
     both_ways: bool = False,
@@ -54,6 +56,7 @@ def record(
 
         robolaser record cell --plan 30 --output recording --dry-run
         robolaser record cell --plan 30 --output recording --move
+        robolaser record cell --watch 200 --output recording
 
     Args:
         cell: Folder with dataset.toml, cell.toml and the URDF.
@@ -61,6 +64,7 @@ def record(
         poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
         plan: Go to N poses that see the board and are the most informative.
         next_poses: Go to the next poses that a diagnosis recommends.
+        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
         separate: With --plan, also separate this effect from all others; may be given again.
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
@@ -82,8 +86,12 @@ def record(
     from robolaser.data.result_folder import results_in
 
     named = poses is not None or plan is not None or next_poses is not None
-    if not named and not resume:
-        raise UsageError("State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
+    if not named and not resume and watch is None:
+        raise UsageError(
+            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json; or --watch N."
+        )
+    if watch is not None and (move or resume or dry_run or repeats):
+        raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")
     _refuse_idle("--both-ways", both_ways, "poses that are named", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
@@ -94,14 +102,20 @@ def record(
     for sentence in described.warnings:
         terminal.warn(sentence)
     arm_class(described)
+    if watch is not None:
+        from robolaser.cell.watch import sample_names
+
+        writer = RecordingWriter.begin(described, robot, output, (), 1, force=force)
+        files = [*writer.files, *(f"images/{name}.png" for name in sample_names(watch))]
+        with results_in(output, command="record", files=files, over=["extract"], force=force):
+            _watch(described, writer, watch, terminal)
+        return
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
         waypoints = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
-    elif poses is not None:
-        waypoints = from_table(poses, robot)
-    elif next_poses is not None:
-        waypoints = from_diagnosis(next_poses, robot)
+    elif named:
+        waypoints = from_table(poses, robot) if poses is not None else from_diagnosis(next_poses or Path(), robot)
     if waypoints is not None and both_ways:
         waypoints = visited_twice(waypoints, approach_rad)
     if resume:
@@ -121,7 +135,7 @@ def record(
     if not resume:
         writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
     with results_in(output, command="record", files=writer.files, over=["extract"], force=force or resume):
-        _record(described, robot, writer, terminal, position_confirmed=confirm_position)
+        _record(described, robot, writer, terminal, position_confirmed=confirm_position, look=plan is not None)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -193,13 +207,14 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
 
 
 def _record(
-    cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool
+    cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
 ) -> None:
     import cv2
 
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
+    from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
 
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a lost camera has a sentence of ours
@@ -215,9 +230,50 @@ def _record(
         def tell(what: str) -> None:
             progress(what, writer.done / planned)
 
-        session = Session(cell, robot, arm, camera, writer, clock, terminal.warn, position_confirmed=position_confirmed)
+        board = cell.description.board
+        session = Session(
+            cell,
+            robot,
+            arm,
+            camera,
+            writer,
+            clock,
+            terminal.warn,
+            position_confirmed=position_confirmed,
+            first_look=FirstLook(board) if look and board is not None else None,
+        )
         session.run(lambda waypoint: tell(waypoint.name), tell)
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
         lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+    )
+
+
+def _watch(cell: "Cell", writer: "RecordingWriter", count: int, terminal: Terminal) -> None:
+    import cv2
+
+    from robolaser.cell.arms import open_arm
+    from robolaser.cell.cameras import open_camera
+    from robolaser.cell.clock import WallClock
+    from robolaser.cell.watch import watch
+
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    clock, names = WallClock(), list[str]()
+    with (
+        ended_as_by_hand(),
+        terminal.progress() as progress,
+        open_camera(cell, clock, terminal.warn) as camera,
+        open_arm(cell, clock) as arm,
+    ):
+
+        def tell(name: str) -> None:
+            names.append(name)
+            progress(name, len(names) / count)
+
+        writer.state_quantization_noise(arm.step, terminal.warn)
+        with suppress(KeyboardInterrupt):
+            watch(arm, camera, writer, clock, count, cell.laser_output, tell)
+    terminal.show(
+        {"recording": str(writer.folder), "poses": len(names), "planned": count},
+        lambda: say(f"Wrote {len(names)} images of {count} to {writer.folder}"),
     )

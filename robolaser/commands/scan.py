@@ -1,16 +1,23 @@
 """robolaser scan: from a calibration and a recording to a cloud of points."""
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force, Positive, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import Interrupted
+from robolaser.errors import Interrupted, UsageError
 
-ENDING = ".ply"
+if TYPE_CHECKING:
+    from robolaser.arrays import Array
+    from robolaser.scan.ply import Vertices
+
+ENDINGS = (".ply", ".pcd", ".las", ".e57")
+SIDE = re.compile(r"([^:]*):([^:]*)")
 LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
 
 
@@ -18,19 +25,41 @@ def cloud_file(_: Any, path: Path) -> None:
     """Check the name of a cloud.
 
     Raises:
-        ValueError: It is no name of a PLY file.
+        ValueError: It is no name of a cloud.
     """
-    if path.suffix.lower() != ENDING:
-        raise ValueError(f"Expected a name that ends with {ENDING}.")
+    if path.suffix.lower() not in ENDINGS:
+        raise ValueError(f"Expected a name that ends with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}.")
+
+
+def region_of(text: str) -> "Array":
+    """Least and largest x, y and z of `X0:X1,Y0:Y1,Z0:Z1`, (3, 2) [m]; what is left empty is open.
+
+    Raises:
+        UsageError: It is none.
+    """
+    import numpy as np
+
+    try:
+        sides = [SIDE.fullmatch(side.strip()).groups() for side in text.split(",")]  # type: ignore[union-attr]
+        region = np.array([[float(low or "-inf"), float(high or "inf")] for low, high in sides])
+        if region.shape == (3, 2) and (region[:, 0] < region[:, 1]).all():
+            return region
+    except (AttributeError, ValueError):
+        pass
+    raise UsageError(f"--region {text}: expected X0:X1,Y0:Y1,Z0:Z1 in metres, least first, for example 0.3:0.5,:,0.01:")
 
 
 def scan(
     calibration: Path,
     recording: Path,
     /,
-    *,
+    *more: Path,
     output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
     nominal: bool = False,
+    region: Annotated[str | None, Parameter(metavar="X0:X1,Y0:Y1,Z0:Z1")] = None,
+    voxel: Annotated[Positive | None, Parameter(metavar="SIZE_M")] = None,
+    normals: bool = False,
+    colour: bool = False,
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
     sphere: Annotated[Positive | None, Parameter(metavar="RADIUS_M")] = None,
@@ -45,38 +74,55 @@ def scan(
 
         robolaser scan result recording --output cloud.ply
         robolaser scan result recording --output cloud.ply --plane --step 0.01 --report
+        robolaser scan result front back --output part.las --region 0.3:0.6,:,0.005: --voxel 0.0005
 
     Args:
         calibration: calibration.json or its folder, with robot.urdf.
         recording: Folder with dataset.toml, poses.csv and stripes.npy, points.csv or images.
-        output: The cloud, as binary PLY.
+        more: Further recordings with the same scanner and base: all become one cloud.
+        output: The cloud: binary .ply or .pcd, .las or .e57.
         nominal: Use the nominal parameters, from before the fit.
+        region: Keep only the points of this box in the base frame; sides may be left open.
+        voxel: Keep the mean of the points in each cube of this size.
+        normals: Add normals, towards the camera.
+        colour: Add colours: the grey of the stripe.
         plane: Measure the scatter of the points about the largest plane.
         step: Measure a step of about this height, at least 0.001, on the largest plane.
         sphere: Measure a sphere of about this radius.
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
+    import numpy as np
+
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.cloud import page, print_cloud
-    from robolaser.scan import prepare, read_calibration
-    from robolaser.scan.ply import write_ply
+    from robolaser.scan import merged, prepare, read_calibration
+    from robolaser.scan.cloud_files import write_cloud
+    from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
     from robolaser.scan.quality import measure
     from robolaser.scan.subsample import Subsample
 
     files = [output, *([output.with_suffix(".html")] if report else [])]
     calibrated = read_calibration(calibration)
-    made = prepare(calibrated.as_drawn() if nominal else calibrated, load(recording))
-    for warning in (*made.recording.warnings, *made.warnings):
+    box = None if region is None else region_of(region)
+    scans = [prepare(calibrated.as_drawn() if nominal else calibrated, load(one)) for one in (recording, *more)]
+    made = merged(scans)
+    for warning in (*dict.fromkeys(said for one in scans for said in one.recording.warnings), *made.warnings):
         terminal.warn(warning)
     names = [file.name for file in files]
     with results_in(output.parent, command="scan", files=names, inputs=[calibration], force=force):
         subsample = Subsample()
         cloud = output.with_name(f".{output.name}")
         with terminal.progress() as progress:
-            pieces = subsample.watch(made.cloud.pieces(progress))
-            write_ply(cloud, pieces, made.comments())
+            pieces: Iterable[Vertices] = made.cloud.pieces(progress)
+            pieces = pieces if box is None else within(pieces, box)
+            pieces = subsample.watch(pieces if voxel is None else [one_per_voxel(pieces, voxel)])
+            if normals:
+                pieces = [with_normals(np.concatenate(list(pieces)), made.cloud.cameras)]
+            count = write_cloud(cloud, map(with_colours, pieces) if colour else pieces, made.comments())
+        if box is not None or voxel is not None:
+            terminal.print(f"{count} of {made.cloud.counts.points} points are kept.")
         wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
             quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
@@ -91,7 +137,7 @@ def scan(
         {"body": body.what, "size_m": body.size_m, "std_m": body.std_m, "known_m": body.known_m, "rms_m": body.rms_m}
         for body in quality.primitives
     ]
-    result = {"cloud": str(output), "bodies": bodies, "missing": [str(one) for one in quality.missing]}
+    result = {"cloud": str(output), "points": count, "bodies": bodies, "missing": [str(one) for one in quality.missing]}
     terminal.show(result, lambda: print_cloud(made, quality, *files))
     for doubt in quality.doubts:
         terminal.warn(doubt)

@@ -68,12 +68,14 @@ class CameraLine:
         source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
         exposure: In the driver's own unit; None: as it is.
         gain: Likewise.
+        channel: What is kept of a colour camera: grey, or the one of its colours that shows both board and laser.
         settle_s: Wait between the arm's rest, or the laser's switching, and the shot [s].
     """
 
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None
     gain: float | None = None
+    channel: Literal["grey", "red", "green", "blue"] = "grey"
     settle_s: Positive = USUAL_SETTLE_S
     kind: str = ""
 

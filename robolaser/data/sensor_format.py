@@ -1,5 +1,6 @@
 """What a kind of sensor needs in a data set: its columns of points.csv, its keys of dataset.toml, its units."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -72,10 +73,11 @@ class SensorFormat:
 
 def format_of_several(formats: Sequence[SensorFormat]) -> SensorFormat:
     """What several sensors of one data set need together; rows have as many numbers as the largest one's, in metres."""
-    first, titles = formats[0], [one.title for one in formats]
+    first, counts = formats[0], Counter(one.title for one in formats)
+    *others, last = (title if count == 1 else f"{count} × {title}" for title, count in counts.items())
     return SensorFormat(
         kind=first.kind,
-        title=f"{', '.join(titles[:-1])} and {titles[-1]}",
+        title=f"{', '.join(others)} and {last}" if others else last,
         columns={name: columns for one in formats for name, columns in one.columns.items()},
         numbers=max(one.numbers for one in formats),
         tables=tuple(dict.fromkeys(table for one in formats for table in one.tables)),

@@ -9,14 +9,19 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
-from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX
+from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives
+from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_FORCE
+from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths
 from robolaser.model.stages import Stage
 
+FORCE = "force at the flange"
+"""The coordinate of what pulls at the flange."""
+SEVERAL = 2
+"""Joints, from which on they are several."""
 DENTS = 80
 """Basis functions that tell where in a target dents are."""
 
@@ -56,6 +61,7 @@ def sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
     derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)
+    yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
     poses = fit.pose_of_number
@@ -97,6 +103,32 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
         yield Site("timing", "velocity", late, alike, poses)
         for coordinate, basis in coordinates.run():
             yield Site("timing", coordinate, late, basis, poses)
+
+
+def of_several_joints(fit: Fit) -> Iterator[Site]:
+    """Where one cause turns several joints: what pulls at the flange turns the last ones most.
+
+    It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
+    flange is, to which they give way alike. The joint in their middle is named.
+    """
+    dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, StageDerivatives(fit)
+    joints = moving_joints(dataset.robot)[::-1]
+    if len(joints) < SEVERAL:
+        return
+    robot, q = dataset.arm
+    last = [robot.joints.index(name) for name in joints]
+    by_joint = np.hstack([derivatives.joint(name) for name in joints])
+    ((_, posture),) = OfPoses(dataset, fit.model.run).posture()
+    place = smooth(dataset.flange()[:, :3, 3], SMOOTH_FORCE)
+
+    def flange(shifts: Array) -> Array:
+        return robot.forward(q + shifts[:, None])[..., :3, 3]
+
+    levers = central_differences(flange, np.full(q.shape[1], TURN_RAD))[poses][:, :, last]
+    for several in range(SEVERAL, len(last) + 1):
+        middle, turns = joints[several // 2], by_joint[:, :several]
+        yield Site(middle, "posture", turns, posture, poses)
+        yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), place, poses)
 
 
 def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:

@@ -51,10 +51,10 @@ def listed(items: Sequence[str]) -> str:
 def _of(same: Sequence[CandidateEffect]) -> str:
     effect = same[0].effect
     name = effect.name.replace("_", " ")
-    return name if effect.site else f"{name} of {_joints(sorted(one.where for one in same))}"
+    return name if effect.site else f"{name} of {joint_names(sorted(one.where for one in same))}"
 
 
-def _joints(names: Sequence[str]) -> str:
+def joint_names(names: Sequence[str]) -> str:
     """Names of joints, the numbers alone after the first where nothing else differs: "panda_joint2, 3 and 6"."""
     stem = names[0].rstrip("0123456789")
     rests = [name.removeprefix(stem) for name in names]

@@ -12,7 +12,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
-from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest, prior_scales
+from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest
 from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -104,9 +104,6 @@ def _shares(tests: Sequence[ScoreTest]) -> Array:
 
 def _at_tool(test: ScoreTest, size: float) -> float:
     """Root mean square over the rows of how far an effect of a size moves what is measured, nothing refitted [m]."""
-    fit, one = test.against, test.candidate_effect
-    model = fit.model.with_effects((*fit.model.effects, one))
-    numbers = (size, *np.zeros(len(prior_scales(one)) - 1), *test.nonlinear)
-    values: dict[str, Array] = {name: np.array([value]) for name, value in fit.values.items()}
-    values |= {name: np.array([value]) for name, value in zip(one.parameters.names, numbers, strict=True)}
-    return rms(fit.in_metres(model.residuals_at(values)[0] - fit.at.plain))
+    fit, scale = test.against, test.candidate_effect.effect.amplitudes()[0].prior_scale
+    moved = fit.noise.correlate(test.white[:, 0][None] * (size / scale))
+    return rms(fit.in_metres(moved.reshape(fit.at.plain.shape)))

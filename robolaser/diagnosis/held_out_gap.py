@@ -41,7 +41,13 @@ class HeldOut:
             rows = (
                 fit.at.plain
                 if self._folds is None
-                else held_out(fit.problem, fit.x, self._folds, enough=max(TOLERANCE, SHARE * fit.chi2)).errors
+                else held_out(
+                    fit.problem,
+                    fit.x,
+                    self._folds,
+                    enough=max(TOLERANCE, SHARE * fit.chi2),
+                    slopes=fit.at.slopes,
+                ).errors
             )
             self._known[id(fit)] = fit, fit.in_metres(rows), rows
         return self._known[id(fit)][1]

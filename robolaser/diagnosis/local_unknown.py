@@ -11,20 +11,18 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, OfPoses, rough, smooth
+from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
 from robolaser.diagnosis.localization import likelihood_ratio
-from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE, SMOOTH_FORCE
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
-from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 
 GEOMETRY: Final = "arm_geometry"
 """The class of effects that are constants of the arm."""
-SEVERAL: Final = 2
-"""Joints, from which on they are several."""
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
@@ -48,13 +46,10 @@ def local_unknown_chi2(fit: Fit, joint: str) -> float:
 def posture_unknown_chi2(fit: Fit) -> float:
     """Chi-squared that one smooth function that turns several joints explains, beyond its freedom's cost.
 
-    What pulls at the flange turns the last joints most; from which one on, the likelihood says. It is a function of the
-    whole posture, one for each of these joints, all of one size; or a force, a function of where the flange is, to
-    which they give way alike.
+    Of the whole posture, one for each of these joints, all of one size; or a force at the flange.
     """
-    if len(moving_joints(fit.model.dataset.robot)) < SEVERAL:
-        return 0.0
-    return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in _turning_several(fit))
+    columns = (site.columns for site in of_several_joints(fit))
+    return max((likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns), default=0.0)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:
@@ -85,25 +80,3 @@ def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
     if fit.model.dataset.poses.time_s is not None and np.ptp(run.progress) > 0:
         yield rough(run.progress)
     yield np.eye(len(q))
-
-
-def _turning_several(fit: Fit) -> Iterator[Array]:
-    """Columns (K, p) of such functions: those of a posture's or a place's basis functions, for the last joints each."""
-    dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, StageDerivatives(fit)
-    robot, q = dataset.arm
-    last = [robot.joints.index(name) for name in reversed(moving_joints(robot))]
-    by_joint = np.hstack([derivatives.joint(robot.joints[column]) for column in last])
-    ((_, posture),) = OfPoses(dataset, fit.model.run).posture()
-    place = smooth(dataset.flange()[:, :3, 3], SMOOTH_FORCE)
-
-    def flange(shifts: Array) -> Array:
-        return robot.forward(q + shifts[:, None])[..., :3, 3]
-
-    levers = central_differences(flange, np.full(q.shape[1], TURN_RAD))[:, :, last]
-    for several in range(SEVERAL, len(last) + 1):
-        yield _products(by_joint[:, :several], posture[poses])
-        yield _products((levers[poses, :, :several] * by_joint[:, None, :several]).sum(axis=2), place[poses])
-
-
-def _products(moves: Array, basis: Array) -> Array:
-    return np.asarray((moves[:, :, None] * basis[:, None]).reshape(len(moves), -1))

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.thresholds import PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
-from robolaser.estimation.linearization import Linearization
 from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
@@ -32,18 +32,15 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         fit: The model without effects, its noise that of rows.
         effects: All effects that may be at work; nonlinear parameters have their first values.
     """
-    plain = Linearization(fit.problem.with_noise(None), fit.x)
-    own = plain.slopes / fit.problem.scale
-    parts = [plain.slopes * UNIFORM]
+    own, columns, parts = fit.at.slopes, Columns(), [fit.at.slopes * UNIFORM]
     for one in effects:
         bounds = np.array([amplitude.bound for amplitude in one.effect.amplitudes()])
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
-        parts.append(plain.columns(one, grid)[0] * (2.0 * UNIFORM * bounds))
-    every = np.hstack(parts)
-    if min(len(every), MOTIONS * len(fit.poses)) < MIN_RESIDUALS * every.shape[1]:
-        return own
-    white = fit.noise.whiten(every.T.reshape(-1, *plain.plain.shape)).T
-    U, s, Vt = np.linalg.svd(white, full_matrices=False)
+        parts.append(columns.by_effect(fit, one, grid) * (2.0 * UNIFORM * bounds / prior_scales(one)))
+    white = np.hstack(parts)
+    if min(len(white), MOTIONS * len(fit.poses)) < MIN_RESIDUALS * white.shape[1]:
+        return fit.noise.correlate(own.T).T
+    U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
     plausible = np.abs(along) <= PLAUSIBLE_SIGMA * s
@@ -52,8 +49,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         free = plausible * s**2 / (s**2 + variance)
         left = rest + (((1.0 - free) * along) ** 2).sum()
         variance = float(left) / (len(e) - float(free.sum()))
-    found: Array = (every @ Vt.T)[:, plausible & (s**2 > variance)]
-    return found
+    return fit.noise.correlate((U * s)[:, plausible & (s**2 > variance)].T).T
 
 
 def explained(fit: Fit, *, smooth: bool) -> Array:

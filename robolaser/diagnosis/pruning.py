@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
 from robolaser.diagnosis.fit import Fit
@@ -13,7 +11,7 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import EVEN, HELD_OUT_REMOVALS, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import EVEN, MIN_CREDIBILITY
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -51,13 +49,13 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
             final = helpful
             continue
         evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
-        exchanged = _exchanged(final, evidence, held_out)
-        if exchanged is None:
+        better = exchanged(final, evidence, held_out)
+        if better is None:
             return final, evidence, left
-        final = exchanged
+        final = better
 
 
-def _exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
+def exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
     """With an effect exchanged for one that is more probable than not in its place and predicts new poses as well."""
     probable = (fit for one in evidence for other, fit in one.alternatives if one.weights[other] > EVEN)
     return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)
@@ -99,19 +97,13 @@ def _incredible(
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
-    """Without effects that do not help to predict held-out poses, taken out one by one, the least helpful first.
-
-    Of all effects, only those that explain the least are tried on held-out poses.
-    """
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first."""
     gap = held_out.gap(final)
     while final.effects:
-        less = sorted((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
-        less = less[:HELD_OUT_REMOVALS]
-        gaps = [held_out.gap(fit) for fit in less]
-        best = int(np.argmin(gaps))
-        if gaps[best] > gap:
+        less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
+        if held_out.gap(less) > gap:
             break
-        final, gap = less[best], gaps[best]
+        final, gap = less, held_out.gap(less)
     return final
 
 

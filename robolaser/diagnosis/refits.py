@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
+from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.local_unknown import (
     has_form,
@@ -15,7 +16,7 @@ from robolaser.diagnosis.local_unknown import (
     probability_of_local_unknown,
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.score_tests import Columns, ScoreTest, prior_scales, retest, score_tests
+from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, EVEN, INDEPENDENT_SHAPES, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem

@@ -9,16 +9,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.effect_columns import NUMBERS_AT_ONCE, Columns
 from robolaser.diagnosis.fit import Fit, best_amplitudes
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
-from robolaser.model.effects.effect import CandidateEffect, Effect, perturb_with
-from robolaser.model.forward_model import Model
+from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.stages import Stage
 
 DENSE_GRID = 40
 """Values of nonlinear parameters, beyond which an effect on a joint is tried by way of the joint's free motions, and
 any other in ever smaller intervals."""
-NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
 NEGLIGIBLE = 1e-8
 """Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
 
@@ -77,68 +75,6 @@ class ScoreTest:
             columns, one_sided = columns[:, ~wrong], one_sided[~wrong]
         after = residuals + both @ amplitudes
         return float(residuals @ residuals - after @ after)
-
-
-def prior_scales(candidate_effect: CandidateEffect) -> Array:
-    """Prior scales of an effect's linear parameters, in their units, (a,)."""
-    return np.array([scale for *_, scale in candidate_effect.effect.amplitudes()])
-
-
-@final
-class Columns:
-    """Derivatives of whitened residuals by effects' parameters and by joint angles, kept for models that lie near.
-
-    A model with one effect more or less has nearly the same derivatives; what differs is which of them its parameters
-    imitate. Refits decide in the end.
-    """
-
-    def __init__(self, moves: dict[CandidateEffect, Array] | None = None) -> None:
-        self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
-        self._by_joint: dict[str, Array] = {}
-        self._moves = {} if moves is None else moves
-
-    def elsewhere(self) -> "Columns":
-        """For models far from those so far: of them, only what depends on no model is kept."""
-        return Columns(self._moves)
-
-    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), (g, a, n)."""
-        if candidate_effect in self._moves:
-            return self._moves[candidate_effect]
-        robot, q = fit.model.dataset.arm
-        column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
-        parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
-        moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
-        moves = moves.reshape(len(grid), a, -1)
-        if moves.size <= MOVES_KEPT:
-            self._moves[candidate_effect] = moves
-        return moves
-
-    def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
-        key = candidate_effect, grid.tobytes()
-        if key not in self._by_effect:
-            if candidate_effect.effect.stage is Stage.JOINTS:
-                self._by_effect[key] = self._by_joints(fit, candidate_effect, grid)
-            else:
-                columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
-                self._by_effect[key] = np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
-        return self._by_effect[key]
-
-    def _by_joints(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By the chain rule: an effect moves joints, and joints move each row of their own pose."""
-        moves = joint_moves(fit.model, candidate_effect, grid)
-        robot, _ = fit.model.dataset.arm
-        columns = np.zeros((len(fit.pose_of_number), len(moves)))
-        for i in np.flatnonzero(moves.any(axis=(0, 1))):
-            columns += moves[:, fit.pose_of_number, i].T * self.by_joint(fit, robot.joints[i])[:, None]
-        return columns
-
-    def by_joint(self, fit: Fit, joint: str) -> Array:
-        """By the joint's value in each row's own pose, (K,)."""
-        if joint not in self._by_joint:
-            self._by_joint[joint] = StageDerivatives(fit).joint(joint)[:, 0]
-        return self._by_joint[joint]
 
 
 def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
@@ -200,22 +136,6 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
         for values, span in zip(grid.tolist(), spans, strict=True)
     ]
     return max(options, key=lambda option: option.gain)
-
-
-def joint_moves(model: Model, candidate_effect: CandidateEffect, grid: Array) -> Array:
-    """Moves of the joints by an effect's amplitudes, each at its prior scale, (g a, n, j) [rad or m].
-
-    Args:
-        model: Whose joints.
-        candidate_effect: Sits at the joints.
-        grid: Values of its nonlinear parameters, (g, s).
-    """
-    _, q = model.dataset.arm
-    scales = prior_scales(candidate_effect)
-    parameters = np.hstack([np.tile(np.diag(scales), (len(grid), 1)), np.repeat(grid, len(scales), axis=0)])
-    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, parameters.T, strict=True)))
-    moved: Array = perturb_with((effect,), model.run)(Stage.JOINTS, q[None]) - q
-    return moved
 
 
 @final

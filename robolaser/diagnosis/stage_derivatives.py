@@ -9,11 +9,19 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 
-SHIFT_M, TURN_RAD, PIXEL_PX = 1e-5, 1e-5, 1e-2
+SHIFT_M, TURN_RAD, PIXEL_PX, IMAGE_M = 1e-5, 1e-5, 1e-2, 1e-7
 """Steps of the derivatives."""
 TWIST = np.repeat([SHIFT_M, TURN_RAD], 3)
+SHIFTS = {
+    Stage.PIXELS: (2, PIXEL_PX),
+    Stage.IMAGE: (2, IMAGE_M),
+    Stage.LASER_PLANE: (4, SHIFT_M),
+    Stage.POINTS: (3, SHIFT_M),
+    Stage.TARGET: (3, SHIFT_M),
+}
+"""How many numbers of a row pass these stages, and the step of each."""
 
 
 @final
@@ -28,7 +36,7 @@ class StageDerivatives:
         self._fit, self._model = fit, fit.model
 
     def passing(self, stage: Stage) -> Array | None:
-        """What passes a stage; None where the sensor does not have it."""
+        """What passes a stage; None where the sensor does not have it, or sessions differ in what all rows share."""
         seen: list[Array] = []
 
         def note(value: Array) -> Array:
@@ -36,8 +44,8 @@ class StageDerivatives:
             return value
 
         self._residuals(1, stage, note)
-        if len(seen) < 2 or seen[0].shape[1] == 1:
-            return seen[-1][0] if seen else None
+        if stage not in OF_ROWS or len(seen) < 2 or seen[0].shape[1] == 1:
+            return seen[-1][0] if seen and all(np.array_equal(value, seen[0]) for value in seen) else None
         dataset = self._model.dataset  # each sensor's and each session's rows came by themselves
         session = dataset.session_of_pose[dataset.points.pose]
         group = np.full(len(session), -1, dtype=np.int64)
@@ -57,7 +65,7 @@ class StageDerivatives:
 
             def nudge(value: Array) -> Array:
                 move = made.reshape(len(made), *(1,) * (value.ndim - made.ndim), *made.shape[1:])
-                if stage in (Stage.FLANGE, Stage.LINKS):
+                if stage in (Stage.FLANGE, Stage.LINKS, Stage.MOUNT):
                     return move @ value if left else value @ move
                 return value + move
 
@@ -83,6 +91,22 @@ class StageDerivatives:
         """By shifts of the stage's value, one along each of some directions (q, j)."""
         return self._by(stage, lambda shifts: shifts @ directions, np.full(len(directions), step))
 
+    def by_motion(self, stage: Stage, joint: str = "") -> Array:
+        """By small motions of what passes a stage, (K, q): shifts and turns in its own frame [1/m, 1/rad], or shifts.
+
+        Args:
+            stage: Which.
+            joint: Where it is one of the arm's, the joint.
+        """
+        if stage is Stage.JOINTS:
+            return self.joint(joint)
+        if stage is Stage.LINKS:
+            return self.placement(joint)
+        if stage in (Stage.FLANGE, Stage.MOUNT):
+            return self._by(stage, _motions, TWIST)
+        numbers, step = SHIFTS[stage]
+        return self._by_shift(stage, np.eye(numbers), step)
+
     def joint(self, name: str) -> Array:
         """By a joint's value, (K, 1) [1/rad or 1/m]."""
         robot, _ = self._model.dataset.arm
@@ -106,11 +130,11 @@ class StageDerivatives:
 
     def tool(self) -> Array:
         """By shifts and turns of what the flange carries, in its frame, (K, 6) [1/m, 1/rad]."""
-        return self._by(Stage.FLANGE, _motions, TWIST)
+        return self.by_motion(Stage.FLANGE)
 
     def pixel(self) -> Array:
         """By the pixel's u and v, (K, 2) [1/px]."""
-        return self._by_shift(Stage.PIXELS, np.eye(2), PIXEL_PX)
+        return self.by_motion(Stage.PIXELS)
 
     def laser_plane(self) -> Array:
         """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
@@ -118,7 +142,7 @@ class StageDerivatives:
 
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""
-        return self._by_shift(Stage.TARGET, np.eye(3), SHIFT_M)
+        return self.by_motion(Stage.TARGET)
 
 
 def _motions(twists: Array) -> Array:

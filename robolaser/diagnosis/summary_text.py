@@ -46,11 +46,12 @@ def sentence(
         before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
         text += f" Rotations on new poses err by {after}" + (f", {before} without it." if findings else ".")
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
-        scatter = f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause but chance"
-        text += scatter + (
-            " or more: no more is taken for noise."
+        size = millimetres(repeatability.at_sensor_m)
+        text += (
+            f" Whole poses scatter by {size} or more with no cause but chance; no more than that is taken for noise."
             if repeatability.is_limited
-            else ": so well does the arm repeat, and that is a part of the noise."
+            else f" Whole poses scatter by {size} with no cause but chance: so well does the arm repeat, and that is a"
+            " part of the noise."
         )
     if not len(gross):
         return text

@@ -86,8 +86,6 @@ NOISE_CONTRADICTED_SIGMA: Final = 4.0
 """Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
 LEAST_RANGE_EXPONENT: Final = 0.3
 """Power of the range with which noise must grow to be worth a remark. A judgement."""
-HELD_OUT_REMOVALS: Final = 2
-"""Effects, those that explain least first, without which held-out poses are predicted, before none is taken out."""
 OUTLIER_ROUNDS: Final = 2
 """Times that gross errors are looked for again once effects are in the model."""
 

@@ -110,7 +110,7 @@ class FoldFits:
     evaluations: int
 
 
-def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> FoldFits:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
@@ -122,11 +122,12 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
         x: Its optimum, (d,).
         folds: Which rows are held out together.
         enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
+        slopes: Derivatives of the residuals there by each parameter over its scale, where they are known, (K, d).
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:
         unmoved = np.zeros((folds.count, len(x)))
-        fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough)
+        fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough, slopes)
         if len(going):
             ends = solve(problem, fits[going], kept=folds.of_row != going[:, None], tol=TOLERANCE, enough=enough)
             fits[going], evaluations = ends.x, evaluations + ends.evaluations
@@ -171,8 +172,10 @@ def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, 
     return fits, evaluations
 
 
-def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
+def _slopes(problem: Problem, x: Array, known: Array | None) -> Callable[[int], Array]:
     """Derivatives of each block's numbers at x, (d, K); kept where they are few, else worked out when they are used."""
+    if known is not None and len(problem.blocks) == 1:
+        return lambda _: known.T
 
     def of_block(i: int) -> Array:
         return np.asarray(problem.blocks[i][1].jacobian(x[None])[0])
@@ -181,7 +184,7 @@ def _slopes(problem: Problem, x: Array) -> Callable[[int], Array]:
 
 
 def _by_chords(
-    problem: Problem, x: Array, of_row: Ints, lacking: Array, enough: float = 0.0
+    problem: Problem, x: Array, of_row: Ints, lacking: Array, enough: float = 0.0, slopes: Array | None = None
 ) -> tuple[Array, Ints, int]:
     """Fits without each fold by steps with the derivatives of all rows at x.
 
@@ -191,11 +194,12 @@ def _by_chords(
         of_row: Fold of each row, (m,).
         lacking: What is added to the gradient of the others of each fold, by each parameter over its scale, (f, d).
         enough: See `held_out`.
+        slopes: Likewise.
 
     Returns:
         The parameters (f, d), the folds whose fits should go on, and the residual vectors evaluated.
     """
-    (f, d), slopes_of = lacking.shape, _slopes(problem, x)
+    (f, d), slopes_of = lacking.shape, _slopes(problem, x, slopes)
     others = 1.0 - np.eye(f)
     extra = problem.extra_jacobian(x[None])[0]
     A = np.einsum("gf,fij->gij", others, _normals(problem, x, of_row, f, slopes_of)) + extra @ extra.T

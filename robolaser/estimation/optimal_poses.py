@@ -26,6 +26,9 @@ LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fe
 BATCH = 600  # postures tried at a time
 BATCHES = 60  # for so many candidates as usual, and more in proportion
 MARGIN = 0.04  # of the image, left free around the board
+UNSURE_M = 0.03  # distance, in each direction, by which the board may lie elsewhere than it is stated to
+SHIFTS_M = UNSURE_M * np.concatenate([np.eye(3), -np.eye(3)])
+MOST_TRIED = 1800  # candidates, after which no more are sought that leave so much room
 ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
 Allowed = Callable[[Array], Bools]
 """Postures (n, j) to whether the arm may stand there, (n,)."""
@@ -52,11 +55,13 @@ class _TargetView:
     def candidates(self, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
         """Postures from which the whole board is in the image and the stripe falls on it, (≥ wanted, j).
 
+        Of these, only such as keep the board in the image wherever it lies within `UNSURE_M`, if there are enough.
+
         Raises:
             PlanError: There are not enough.
         """
         enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
-        found, tried, seeing = np.empty((0, len(self.robot.joints))), 0, 0
+        found, tried, seeing, roomy = np.empty((0, len(self.robot.joints))), 0, 0, np.empty(0, dtype=np.bool_)
         for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
             start = random_configurations(self.robot, BATCH, rng)
             start = start[self._turned_to_it(start)]
@@ -66,12 +71,13 @@ class _TargetView:
             q, reached = touching(self.robot, lambda q: self.robot.forward(q[None])[0], place, goal, start)
             q = q[reached]
             q = q[self._sees(q)]
-            found, tried, seeing = np.concatenate([found, q[allowed(q)]]), tried + BATCH, seeing + len(q)
-            if len(found) >= enough:
+            tried, seeing, q = tried + BATCH, seeing + len(q), q[allowed(q)]
+            found, roomy = np.concatenate([found, q]), np.append(roomy, self._sees_elsewhere(q))
+            if roomy.sum() >= enough or len(found) >= max(MOST_TRIED, enough):
                 break
         if len(found) < wanted:
             raise self._too_few(wanted, tried, seeing, len(found))
-        return found[:enough]
+        return _with_room(found, roomy, wanted)[:enough]
 
     def _too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> PlanError:
         limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
@@ -98,6 +104,15 @@ class _TargetView:
     def _turned_to_it(self, q: Array) -> Bools:
         """Postures that look at the target's plane so steeply that little turning is left to do, (n,)."""
         return np.asarray(np.abs(self._cameras(q)[:, 2, 2]) > np.cos(2 * TILT))
+
+    def _sees_elsewhere(self, q: Array) -> Bools:
+        """Whether postures see the whole board in all places that it may lie at, (n,)."""
+        good: Bools = np.ones(len(q), dtype=np.bool_)
+        for shift in SHIFTS_M:
+            T = self.T_base_target.copy()
+            T[:3, 3] += shift
+            good &= replace(self, T_base_target=T)._sees(q)
+        return good
 
     def _sees(self, q: Array) -> Bools:
         T = self._cameras(q)
@@ -204,12 +219,14 @@ def _seeing_board(seen: CameraBoard, wanted: int, allowed: Allowed, rng: np.rand
         PlanError: There are not enough.
     """
     enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
-    found, seeing = np.empty((0, len(seen.robot.joints))), 0
+    found, seeing, roomy = np.empty((0, len(seen.robot.joints))), 0, np.empty(0, dtype=np.bool_)
+    elsewhere = [_shifted(seen, shift) for shift in SHIFTS_M]
     for _ in range(BATCHES):
         q = seen.tried(BATCH, rng)
         q = q[seen.sees(q)]
-        found, seeing = np.concatenate([found, q[allowed(q)]]), seeing + len(q)
-        if len(found) >= enough:
+        seeing, q = seeing + len(q), q[allowed(q)]
+        found, roomy = np.concatenate([found, q]), np.append(roomy, np.all([one.sees(q) for one in elsewhere], axis=0))
+        if roomy.sum() >= enough or len(found) >= max(MOST_TRIED, enough):
             break
     if len(found) < wanted:
         raise PlanError(
@@ -217,7 +234,18 @@ def _seeing_board(seen: CameraBoard, wanted: int, allowed: Allowed, rng: np.rand
             f" whole board, {len(found)} of them are allowed, but {wanted} are wanted. Ask for fewer poses, or correct"
             " hand_eye.x ... and target.x ... in dataset.toml."
         )
-    return found[:enough]
+    return _with_room(found, roomy, wanted)[:enough]
+
+
+def _shifted(seen: CameraBoard, shift: Array) -> CameraBoard:
+    """The same camera with its board elsewhere."""
+    moved = {name: seen.values[name] + by for name, by in zip(("target.x", "target.y", "target.z"), shift, strict=True)}
+    return replace(seen, values={**seen.values, **moved})
+
+
+def _with_room(found: Array, roomy: Bools, wanted: int) -> Array:
+    """Only postures with room around the board, if there are as many as are wanted; else these first."""
+    return found[roomy] if roomy.sum() >= wanted else found[np.argsort(~roomy, kind="stable")]
 
 
 def _camera_slopes(description: Dataset, seen: CameraBoard, q: Array, effects: Sequence[str]) -> Array:

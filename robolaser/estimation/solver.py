@@ -29,6 +29,9 @@ PROBE = 0.1
 """Share of a step at which the residuals' second derivative along it is measured."""
 ACCELERATED = 0.75
 """Length of the acceleration, relative to the step, up to which it is applied."""
+AS_PREDICTED, FALL = 0.1, 0.1
+"""Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
+and the share of the gain promised before that such a step may still promise."""
 KEPT = 4_000_000
 """Numbers that derivatives may have to be kept, 32 MB. With more rows steps are not accelerated: they need not be."""
 
@@ -46,7 +49,7 @@ class Solution:
         converged: Whether that is no more than the tolerance, or the rounding error, (c,).
         iterations: Steps taken, (c,).
         evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
-        slopes: Derivatives of the residuals there by each parameter over its scale, (c, d, K), where they were kept.
+        slopes: Derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known.
     """
 
     x: Array
@@ -108,7 +111,9 @@ def solve(
 class _Descents:
     """Candidates on their way down: what is known of each at its place.
 
-    Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far.
+    Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far. Where
+    an optimum may be missed by some cost, steps that gain what is predicted are followed by chord steps, with the same
+    derivatives, while these promise ever less; `_bent` is the cost that their having changed since may hide.
     """
 
     def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float, enough: float) -> None:
@@ -120,6 +125,7 @@ class _Descents:
         self._side = np.zeros((c, d), dtype=np.int64)
         self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
         self._iterations = np.zeros(c, dtype=np.int64)
+        self._promised, self._bent, self._chord = np.full(c, np.inf), np.zeros(c), np.zeros(c, dtype=bool)
         self._evaluations = c
         blocks = problem.blocks
         self._r = [self._of_block(i, x, np.arange(c)) for i in range(len(blocks))]
@@ -142,7 +148,7 @@ class _Descents:
             active = active[self._iterations[active] < MOST_STEPS]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
-        slopes = self._J[0] if len(self._J) == 1 and self._kept is None else None
+        slopes = self._J[0] if len(self._J) == 1 and self._kept is None and not self._chord.any() else None
         return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations, slopes)
 
     def _of_block(self, block: int, x: Array, which: Ints) -> Array:
@@ -158,23 +164,24 @@ class _Descents:
             costs = costs + part.loss.costs(r, part.starts)
         return costs
 
-    def _linearize(self, which: Ints) -> None:
-        """Work out the quadratic model of candidates at their places."""
+    def _linearize(self, which: Ints, *, chord: bool = False) -> None:
+        """Work out the quadratic model of candidates at their places; on a chord with the derivatives they have."""
         J = self._problem.extra_jacobian(self._x[which])
         A = J @ np.swapaxes(J, 1, 2)
         g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
         for i, (rows, part) in enumerate(self._problem.blocks):
-            J = part.jacobian(self._x[which])
-            if self._kept is not None:
+            J = self._J[i][which] if chord else part.jacobian(self._x[which])
+            if self._kept is not None and not chord:
                 J *= self._kept[which][:, rows][:, None, part.row_of_number]
-            if self._J:
+            if self._J and not chord:
                 self._J[i][which] = J
             r, J = part.loss.linearized(self._r[i][which], J, part.starts)
             A += J @ np.swapaxes(J, 1, 2)
             g += (J @ r[..., None])[..., 0]
         self._A[which], self._g[which] = A, g
         self._lengths[which] = np.maximum(self._lengths[which], np.sqrt(np.einsum("cii->ci", A)))
-        self._evaluations += len(which) * A.shape[1]
+        self._chord[which] = chord
+        self._evaluations += 0 if chord else len(which) * A.shape[1]
 
     def _advance(self, active: Ints) -> Ints:
         """Try a step of each candidate; those that have not come to rest."""
@@ -198,39 +205,59 @@ class _Descents:
         self._to_go[active] = to_go
         self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self._tol) * cost))
         going = (to_go > enough) & (predicted > least) & (damping <= MOST_DAMPING)
+        chord = self._chord[active]
+        doubted = chord & np.where(
+            going, predicted > FALL * self._promised[active], to_go + self._bent[active] > self._enough
+        )
+        again = active[doubted]
+        if len(again):
+            self._linearize(again)
+            self._converged[again], going = False, going & ~doubted
         if not going.all():
-            active, x, cost, damping, unit, A, g, step, side, predicted, c = (
-                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, side, predicted)),
+            active, x, cost, damping, unit, A, g, step, side, predicted, chord, c = (
+                *(part[going] for part in (active, x, cost, damping, unit, A, g, step, side, predicted, chord)),
                 int(going.sum()),
             )
             room = room[0][going], room[1][going]
             if not c:
-                return active
+                return again
 
-        if self._J:
-            curvature = self._second_derivative(active, x, step / unit) / unit
-            accelerated = _damped(A, damping, g + 0.5 * curvature, *room, side)[0]
-            near = 2.0 * np.linalg.norm(accelerated - step, axis=1) <= ACCELERATED * np.linalg.norm(step, axis=1)
-            step = np.where(near[:, None], accelerated, step)
+        if self._J and len(new := np.flatnonzero(~chord)):
+            curvature = self._second_derivative(active[new], x[new], (step / unit)[new]) / unit[new]
+            within = room[0][new], room[1][new], side[new]
+            accelerated = _damped(A[new], damping[new], g[new] + 0.5 * curvature, *within)[0]
+            lengths = np.linalg.norm(accelerated - step[new], axis=1), np.linalg.norm(step[new], axis=1)
+            near = 2.0 * lengths[0] <= ACCELERATED * lengths[1]
+            step[new[near]] = accelerated[near]
         trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
         trial = np.where(step >= room[1], problem.upper, np.where(step <= room[0], problem.lower, trial))
         residuals = [self._of_block(i, trial, active) for i in range(len(problem.blocks))]
+        self._take(active, trial, residuals, predicted)
+        return np.union1d(active, again)
+
+    def _take(self, active: Ints, trial: Array, residuals: list[Array], predicted: Array) -> None:
+        """Go where the cost is lower, (c, d), and learn from how far that was predicted, (c,)."""
+        c, cost, damping, chord = len(active), self._cost[active], self._damping[active], self._chord[active]
         there = self._costs(trial, residuals)
         self._evaluations += c
-
         better = there < cost
-        ratio = np.clip((cost - there) / predicted, -1.0, 1.0, where=better, out=np.zeros(c))
+        gained = np.divide(cost - there, predicted, where=better, out=np.zeros(c))
+        ratio = np.clip(gained, -1.0, 1.0)
         easier = np.maximum(damping * np.maximum(MOST_RELIEF, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
-        self._damping[active] = np.where(better, easier, damping * self._growth[active])
-        self._growth[active] = np.where(better, 2.0, 2.0 * self._growth[active])
+        harder = np.where(chord, 1.0, self._growth[active])
+        self._damping[active] = np.where(better, easier, damping * harder)
+        self._growth[active] = np.where(better, 2.0, 2.0 * harder)
+        straight = better & (np.abs(gained - 1.0) <= AS_PREDICTED) & bool(self._J and self._enough)
+        bent = trial.shape[1] * np.square(gained - 1.0) * predicted
+        self._bent[active], self._promised[active] = bent + np.where(chord, self._bent[active], 0.0), predicted
         moved = active[better]
         self._x[moved], self._cost[moved] = trial[better], there[better]
         self._iterations[active] += 1
         for mine, r in zip(self._r, residuals, strict=True):
             mine[moved] = r[better]
-        if len(moved):
-            self._linearize(moved)
-        return active
+        for which, on_chord in ((active[straight], True), (active[(better | chord) & ~straight], False)):
+            if len(which):
+                self._linearize(which, chord=on_chord)
 
     def _second_derivative(self, active: Ints, x: Array, step: Array) -> Array:
         """Jᵀ r'' of the residuals' second derivative along each step, (c, d); zero where one is not finite."""

@@ -1,6 +1,7 @@
 """From a calibration and a recording to a cloud of points."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
 from robolaser.calibration.checks import SETUP_RMS_M
@@ -10,9 +11,10 @@ from robolaser.errors import ScanError
 from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
+from robolaser.scan.merged_cloud import MergedCloud
 from robolaser.scan.sources import newer_images, sample_points, source_of
 
-__all__ = ["Calibrated", "Cloud", "Scan", "prepare", "read_calibration"]
+__all__ = ["Calibrated", "Cloud", "Scan", "merged", "prepare", "read_calibration"]
 
 
 @final
@@ -29,7 +31,7 @@ class Scan:
 
     calibrated: Calibrated
     recording: Dataset
-    cloud: Cloud
+    cloud: Cloud | MergedCloud
     warnings: tuple[str, ...]
 
     def comments(self) -> tuple[str, ...]:
@@ -39,7 +41,8 @@ class Scan:
             "x y z in the base frame of the robot, in metres",
             "std in metres: how far noise moves a point, root mean square, by the calibration's noise model",
             "what its model did not explain counts there as noise of the joints; errors shared by all points do not",
-            "pose: row of poses.csv, the first is 0; intensity: grey of the stripe, 0 to 255",
+            "pose: row of poses.csv, the first is 0; of further recordings numbered on",
+            "intensity: grey of the stripe, 0 to 255",
         )
 
 
@@ -63,6 +66,17 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
     warnings = (*notes, *_outdated(fitted)) if source.what == FILE else notes
     return Scan(calibrated, fitted, Cloud(scanner, source, arm_scatter(scanner, calibrated)), warnings)
+
+
+def merged(scans: Sequence[Scan]) -> Scan:
+    """Several scans with one calibration as one; the only one as it is."""
+    first = scans[0]
+    if len(scans) == 1:
+        return first
+    clouds = tuple(cloud for scan in scans if isinstance(cloud := scan.cloud, Cloud))
+    recording = replace(first.recording, name=", ".join(scan.recording.name for scan in scans))
+    warnings = tuple(dict.fromkeys(warning for scan in scans for warning in scan.warnings))
+    return replace(first, recording=recording, cloud=MergedCloud(clouds), warnings=warnings)
 
 
 def _outdated(recording: Dataset) -> tuple[str, ...]:

@@ -60,6 +60,16 @@ class Cloud:
     arm: Array
     counts: Counts = field(default_factory=Counts)
 
+    @property
+    def what(self) -> str:
+        """Where the stripes come from, for people."""
+        return self.source.what
+
+    @property
+    def cameras(self) -> Array:
+        """Positions of the camera in the base frame by pose, (n, 3) [m]."""
+        return self.scanner.camera[:, :3, 3]
+
     def pieces(self, progress: Progress | None = None) -> Iterator[Vertices]:
         """The points in the order of the line centres; rays that do not meet the laser plane are left out.
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,20 +16,24 @@ from robolaser.errors import DataError
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
 """Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
 Vertices = NDArray[np.void]
+NORMALS = [(name, "<f4") for name in ("nx", "ny", "nz")]
+COLOURS = [(name, "u1") for name in ("red", "green", "blue")]
+_STORED = [np.dtype([*VERTEX.descr, *normals, *colours]) for normals in ([], NORMALS) for colours in ([], COLOURS)]
 
-_TYPES = {"<f4": "float", "<i4": "int"}
+_TYPES = {"<f4": "float", "<i4": "int", "|u1": "uchar"}
 _DIGITS = 20  # of the largest count
 LONGEST = 200  # of a comment
 MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
-def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
+def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *, dtype: np.dtype[Any] = VERTEX) -> int:
     """Write a cloud as it comes.
 
     Args:
         path: The file; what was there stays until all is written.
-        pieces: Vertices, each (n,) of VERTEX.
+        pieces: Vertices, each (n,).
         comments: Lines for people at the head of the file.
+        dtype: Of the vertices, where they have more than VERTEX.
 
     Returns:
         How many vertices were written.
@@ -36,11 +41,11 @@ def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str]) -
     Raises:
         OutputError: The disk or the rights say no.
     """
-    return write_streamed(path, lambda count: _header(count, comments), pieces)
+    return write_streamed(path, lambda count: _header(count, comments, dtype), pieces)
 
 
 def map_ply(path: Path) -> Vertices:
-    """Map a cloud that `write_ply` wrote into memory, (n,) of VERTEX.
+    """Map a cloud that `write_ply` wrote into memory, (n,) of VERTEX, or of it with normals and colours.
 
     Raises:
         DataError: It is no such file, or cut off.
@@ -54,12 +59,13 @@ def map_ply(path: Path) -> Vertices:
     lines, end, _ = head.partition(b"end_header\n")
     said = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
     counts = [line.split()[-1] for line in said if line.startswith("element vertex ")]
-    if not end or said != _head(counts[0] if counts else "0"):
+    dtype = next((one for one in _STORED if said == _head(counts[0] if counts else "0", one)), None)
+    if not end or dtype is None:
         raise _unreadable(path, "its header is not that of such a cloud")
     count, start = int(counts[0]), len(lines) + len(end)
-    if size != start + count * VERTEX.itemsize:
+    if size != start + count * dtype.itemsize:
         raise _unreadable(path, f"its header states {count} points, but the file is shorter or longer")
-    return np.memmap(path, VERTEX, mode="r", offset=start, shape=(count,)) if count else np.empty(0, VERTEX)
+    return np.memmap(path, dtype, mode="r", offset=start, shape=(count,)) if count else np.empty(0, dtype)
 
 
 def _unreadable(path: Path, reason: str) -> DataError:
@@ -71,15 +77,15 @@ def positions_of(vertices: Vertices) -> Array:
     return np.stack([vertices[axis] for axis in "xyz"], axis=-1).astype(np.float64)
 
 
-def _head(count: str) -> list[str]:
+def _head(count: str, dtype: np.dtype[Any]) -> list[str]:
     """The header's lines but for comments and its end."""
-    fields = [f"property {_TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
+    fields = [f"property {_TYPES[dtype[name].str]} {name}" for name in dtype.names or ()]
     return ["ply", "format binary_little_endian 1.0", f"element vertex {count}", *fields]
 
 
-def _header(count: int, comments: Sequence[str]) -> bytes:
+def _header(count: int, comments: Sequence[str], dtype: np.dtype[Any]) -> bytes:
     """The header, as long for one count as for any other: a comment makes up for its digits."""
-    first, second, *rest = _head(str(count))
+    first, second, *rest = _head(str(count), dtype)
     said = [f"comment {_plain(line)}" for line in comments]
     rest[0:0] = [f"comment {'.' * (_DIGITS - len(str(count)))}"]
     return ("\n".join([first, second, *said, *rest, "end_header"]) + "\n").encode("ascii")

@@ -14,6 +14,7 @@ from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jump
 from robolaser.vision.candidates import Axis, LineCentres, every
 from robolaser.vision.images import ambient, lights
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
+from robolaser.vision.light_channel import CHANNELS
 from robolaser.vision.line_centres import DEFAULT, SMOOTHING
 from robolaser.vision.stripe_detection import find_line_centres
 
@@ -67,6 +68,7 @@ class Extraction:
         pixel_noise_px: Scatter of the stripe's centre about its smooth course [px]; NaN without points, and where
             centres share their noise.
         corners: Those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden.
+        channel: Name of the channel in which the light was looked for.
     """
 
     pose: tuple[str, ...]
@@ -78,6 +80,7 @@ class Extraction:
     lens: Lens
     pixel_noise_px: float
     corners: Mapping[str, Array]
+    channel: str = "grey"
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -120,6 +123,8 @@ def extract_points(
     height_px: int,
     step: int | None = None,
     detector: str = DEFAULT,
+    channel: str = "grey",
+    exposures: bool = False,
     R_base_flange: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Extraction:
@@ -138,6 +143,8 @@ def extract_points(
         step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
             POINTS_PER_IMAGE.
         detector: Name of the way to the stripe's centre, one of PEAK_DETECTORS.
+        channel: Name of the channel in which the light stands out, one of CHANNELS.
+        exposures: Whether the images of a pose are an exposure series, and no repeats.
         R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
             several frames; where a pose is missing the frame is followed by sight from image to image.
         progress: Called with poses done and poses in all.
@@ -150,7 +157,9 @@ def extract_points(
     """
     seen = []
     for done, shots in enumerate(images, start=1):
-        seen.append(_look(shots, (columns, rows), (width_px, height_px), stripe_axis, detector))
+        seen.append(
+            _look(shots, (columns, rows), (width_px, height_px), stripe_axis, detector, channel, exposures=exposures)
+        )
         if progress is not None:
             progress(done, len(images))
     boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
@@ -177,18 +186,28 @@ def extract_points(
         if len(scatter) and detector not in SMOOTHING
         else float("nan"),
         corners={images[i].pose: grid for i, grid in zip(boards, grids, strict=True)},
+        channel=channel,
     )
 
 
-def _look(shots: PoseImages, corners: tuple[int, int], size_px: tuple[int, int], axis: Axis, detector: str) -> _Seen:
+def _look(
+    shots: PoseImages,
+    corners: tuple[int, int],
+    size_px: tuple[int, int],
+    axis: Axis,
+    detector: str,
+    channel: str,
+    *,
+    exposures: bool,
+) -> _Seen:
     without = ambient(shots, size_px)
     board = None if without is None else find_board(without, columns=corners[0], rows=corners[1])
     found: list[LineCentres] = []
-    for image, light in lights(shots, size_px, without):
+    for image, light in lights(shots, size_px, CHANNELS[channel], axis if exposures else None):
         if board is None and not found:
             board = find_board(image, columns=corners[0], rows=corners[1])
         centres = find_line_centres(light, axis, detector)
-        if board is not None and without is None:
+        if board is not None and without is None and channel == "grey" and not exposures:
             centres = centres.at(centres.peak > BRIGHTER * board.white_level)
         found.append(centres)
     return _Seen(board, tuple(found))

@@ -1,6 +1,6 @@
 """Image files as arrays of grey, and what a laser alone lights in them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
+from robolaser.vision.candidates import Axis
 from robolaser.vision.profile_levels import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)
@@ -24,33 +25,68 @@ SATURATED_FULL = 95.0
 """Percentage of the pixels that the laser saturated which are to be full in the difference."""
 
 
+Weights = tuple[float, float, float]
+"""Of blue, green and red in a channel."""
+Raw = NDArray[Any]
+
+
 def read_grey(path: Path, width_px: int, height_px: int) -> Image:
-    """Read an image, (height, width).
+    """Read an image as eight bits of grey, (height, width).
 
     Raises:
         ImageError: It is missing, no image, or of another size.
     """
+    image = _read(path, (width_px, height_px), cv2.IMREAD_GRAYSCALE)
+    return _eight_bits(image, depth_of([image]))
+
+
+def _read(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
+    """An image as its file has it: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""
     try:
         coded = read_bytes(path, IMAGE_BYTES)
     except DataError as error:
         raise ImageError(f"{error} Name a grey or colour image that OpenCV reads, such as PNG.") from None
     stated = pixels_of(coded)
-    if stated is not None and stated[0] * stated[1] != width_px * height_px:
-        raise _of_another_size(path, stated, (width_px, height_px))
-    flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
+    if stated is not None and stated[0] * stated[1] != size_px[0] * size_px[1]:
+        raise _of_another_size(path, stated, size_px)
+    flags = colours | cv2.IMREAD_ANYDEPTH
     image = None if stated is None else cv2.imdecode(np.frombuffer(coded, np.uint8), flags)
     if image is None or image.dtype not in (np.uint8, np.uint16):
         raise _unreadable(path, "not an image of a known format, damaged, or larger than any camera's")
-    if image.shape != (height_px, width_px):
-        raise _of_another_size(path, (image.shape[1], image.shape[0]), (width_px, height_px))
-    return np.asarray(image if image.dtype == np.uint8 else _eight_bits(image), dtype=np.uint8)
+    if image.shape[:2] != size_px[::-1]:
+        raise _of_another_size(path, (image.shape[1], image.shape[0]), size_px)
+    return np.asarray(image)
 
 
-def _eight_bits(image: NDArray[Any]) -> NDArray[Any]:
-    """Deeper grey as eight bits, by the depth that cameras have: 10, 12, 14 or 16 bits."""
-    used = int(image.max(initial=0)).bit_length()
-    depth = next(bits for bits in DEPTHS if used <= bits)
-    return image >> (depth - 8)
+def depth_of(images: Sequence[Raw]) -> int:
+    """Bits of grey of the camera that took some images: 8, or 10, 12, 14 or 16, whichever hold all of them."""
+    used = max((int(image.max(initial=0)).bit_length() for image in images), default=8)
+    return next(bits for bits in DEPTHS if used <= bits)
+
+
+def _eight_bits(image: Raw, depth: int) -> Image:
+    return np.asarray(image if image.dtype == np.uint8 else image >> (depth - 8), dtype=np.uint8)
+
+
+def _light(image: Raw, depth: int, weights: Weights | None) -> Image:
+    """A channel of an image on the scale of eight bits, (height, width); deeper ones keep their fractions."""
+    if image.dtype == np.uint8 and weights is None:
+        return np.asarray(image, np.uint8)
+    scaled = image.astype(np.float32) / np.float32(1 << (depth - 8))
+    if weights is None:
+        return _fractions(scaled)
+    mixed: Raw = scaled @ np.asarray(weights, np.float32)
+    if min(weights) < 0:
+        mixed = np.where(scaled[..., np.argmax(weights)] >= FULL, FULL, mixed + PEDESTAL)
+    whole: Image = np.asarray(np.rint(np.clip(mixed, 0, FULL)), np.uint8)
+    return whole if image.dtype == np.uint8 else _fractions(mixed)
+
+
+def _fractions(grey: Raw) -> Image:
+    """Grey with fractions, on the scale of eight bits."""
+    clipped: Any = np.clip(grey, 0, FULL).astype(np.float32)
+    kept: Image = clipped
+    return kept
 
 
 def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int]) -> ImageError:
@@ -69,11 +105,12 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     room = unlit[lit == FULL]
     room = room[room < BRIGHTEST_ROOM]
     ground = max(PEDESTAL, int(np.percentile(room, SATURATED_FULL)) if len(room) else 0)
-    return np.asarray(cv2.addWeighted(lit, 1.0, unlit, -1.0, ground), dtype=np.uint8)
+    alone = cv2.addWeighted(lit, 1.0, unlit, -1.0, ground)
+    return np.asarray(np.clip(alone, 0, FULL), dtype=lit.dtype)
 
 
 def ambient(shots: PoseImages, size_px: tuple[int, int]) -> Image | None:
-    """What a pose shows without the laser, (height, width); None where no such image was taken.
+    """What a pose shows without the laser, eight bits of grey, (height, width); None where no such image was taken.
 
     Raises:
         ImageError: The image is missing, broken or of another size.
@@ -81,17 +118,43 @@ def ambient(shots: PoseImages, size_px: tuple[int, int]) -> Image | None:
     return None if shots.unlit is None else read_grey(shots.unlit, *size_px)
 
 
-def lights(shots: PoseImages, size_px: tuple[int, int], without: Image | None) -> Iterator[tuple[Image, Image]]:
-    """Give each image with the laser on, and in it the laser's light as far as that is known, (height, width) each.
+def lights(
+    shots: PoseImages, size_px: tuple[int, int], weights: Weights | None = None, exposed_along: Axis | None = None
+) -> Iterator[tuple[Image, Image]]:
+    """Give each image with the laser on as eight bits of grey, and in it the laser's light as far as that is known.
+
+    Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
 
     Args:
         shots: Of a pose.
         size_px: Width and height that each must have.
-        without: What shows without the laser, where that is known.
+        weights: Of blue, green and red in the light; grey when absent.
+        exposed_along: The images are an exposure series of a stripe along this axis: they give one light, in which each
+            line of pixels is that of the longest exposure that saturates no more of it than the shortest does.
 
     Raises:
         ImageError: An image is missing, broken or of another size.
     """
-    for path in shots.lit:
-        image = read_grey(path, *size_px)
-        yield image, image if without is None else laser_alone(image, without)
+    colours = cv2.IMREAD_GRAYSCALE if weights is None else cv2.IMREAD_COLOR
+    raw = [_read(path, size_px, colours) for path in shots.files]
+    depth = depth_of(raw)
+    grey = [_eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), depth) for one in raw]
+    light = [_light(one, depth, weights) for one in raw]
+    lit = len(shots.lit)
+    if exposed_along is not None:
+        yield grey[0], _exposed(light[:lit], exposed_along)
+        return
+    for image, one in zip(grey[:lit], light[:lit], strict=True):
+        yield image, one if shots.unlit is None else laser_alone(one, light[lit])
+
+
+def _exposed(series: Sequence[Image], along: Axis) -> Image:
+    """Of each line of pixels across a stripe the longest exposure that saturates no more than the shortest."""
+    lines = 1 if along == "v" else 0
+    ordered = sorted(series, key=lambda image: float(image.mean()))
+    best = ordered[0].copy()
+    least = (best >= FULL).sum(axis=lines)
+    for image in ordered[1:]:
+        fits = (image >= FULL).sum(axis=lines) <= least
+        best = np.where(fits[:, None] if lines else fits, image, best)
+    return best

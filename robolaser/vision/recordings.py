@@ -14,12 +14,19 @@ from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
 from robolaser.vision.candidates import Axis, every
 from robolaser.vision.extract import Extraction, extract_points
+from robolaser.vision.light_channel import AUTO, find_channel
 from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.stripe_trace import traces
 
 
 def points_from_images(
-    recording: Dataset, *, step: int | None = None, detector: str = DEFAULT, progress: Progress | None = None
+    recording: Dataset,
+    *,
+    step: int | None = None,
+    detector: str = DEFAULT,
+    channel: str = AUTO,
+    exposures: bool = False,
+    progress: Progress | None = None,
 ) -> tuple[Extraction, Dataset]:
     """Find board and stripe in every image.
 
@@ -28,6 +35,8 @@ def points_from_images(
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
         step: Lines of pixels from one point to the next.
         detector: Name of the way to the stripe's centre.
+        channel: Name of the channel in which the light stands out, or "auto".
+        exposures: Whether the images of a pose are an exposure series, and no repeats.
         progress: Called with what is being done and the share that is done.
 
     Returns:
@@ -53,6 +62,8 @@ def points_from_images(
         height_px=size[1],
         step=step,
         detector=detector,
+        channel=find_channel(shots, size, axis) if channel == AUTO else channel,
+        exposures=exposures,
         R_base_flange=dict(zip(recording.poses.names, recording.flange()[:, :3, :3], strict=True)),
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
     )
@@ -66,7 +77,7 @@ def points_from_images(
     points = Points(
         pose=np.array([number[pose] for pose in found.pose], dtype=np.int64),
         names=found.point,
-        repeat=found.repeat if repeat_columns(recording.poses) else None,
+        repeat=found.repeat if repeat_columns(recording.poses) and not exposures else None,
         pixel=found.pixel,
         xyz=found.place,
     )
@@ -92,7 +103,13 @@ def _corner_points(corners: Mapping[str, Array], number: Mapping[str, int], squa
 
 
 def stripes_from_images(
-    recording: Dataset, *, step: int | None = None, detector: str = DEFAULT, progress: Progress | None = None
+    recording: Dataset,
+    *,
+    step: int | None = None,
+    detector: str = DEFAULT,
+    channel: str = AUTO,
+    exposures: bool = False,
+    progress: Progress | None = None,
 ) -> Iterator[Stripes]:
     """Trace the stripe in every image, whatever it lies on, an image at a time.
 
@@ -100,6 +117,8 @@ def stripes_from_images(
         recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
         step: Lines of pixels from one centre to the next; every line by default.
         detector: Name of the way to the stripe's centre.
+        channel: Name of the channel in which the light stands out, or "auto".
+        exposures: Whether the images of a pose are an exposure series, and no repeats.
         progress: Called with what is being done and the share that is done.
 
     Yields:
@@ -111,8 +130,9 @@ def stripes_from_images(
     """
     shots, axis, size = _images(recording)
     some = False
+    channel = find_channel(shots, size, axis) if channel == AUTO else channel
     for done, one in enumerate(shots, start=1):
-        for found in traces(one, size, axis, detector):
+        for found in traces(one, size, axis, detector, channel=channel, exposures=exposures):
             stripes = found if step is None else found[every(np.rint(found[axis]).astype(np.int64), step)]
             some = some or len(stripes) > 0
             yield stripes

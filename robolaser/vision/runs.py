@@ -1,7 +1,7 @@
 """Bright runs: the pixels next to each other in one line that a stripe may have lit."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import cv2
 import numpy as np
@@ -24,6 +24,8 @@ MOST_PER_LINE = 4
 """Candidates kept in one line, the strongest: the stripe, its mirror images, glints."""
 ROUNDING = 0.29
 """Noise [grey] that whole numbers bring, 1/√12: no image has less."""
+LEAST_NOISE = 1e-3
+"""The same of grey with fractions: a thousandth of a camera's sixteen bits."""
 NOISE_EVERY = 8
 """Lines of pixels from one that is asked for the noise to the next."""
 ONE_SIGMA = 0.6827
@@ -66,12 +68,12 @@ def find_runs(across: Image) -> Runs:
     length = across.shape[1]
     smooth = cv2.blur(across, (3, 1))
     around = cv2.blur(across, (2 * int(length * BACKGROUND_SHARE / 2) + 1, 1))
-    rise = np.asarray(cv2.subtract(smooth, around), dtype=np.uint8)
+    rise = np.asarray(np.maximum(cv2.subtract(smooth, around), 0), dtype=across.dtype)
     texture = mad_scale(np.asarray(cv2.absdiff(smooth, around)[::4, ::4]))
     top = rise.max(axis=1)
     least = np.maximum(FAINTEST_SHARE * top.astype(np.float64), max(FAINTEST, FAINTEST_NOISES * texture))
     bright = np.zeros((across.shape[0], length + 2), dtype=np.bool_)
-    np.greater(rise, least.astype(np.uint8)[:, None], out=bright[:, 1:-1])
+    np.greater(rise, least.astype(across.dtype)[:, None], out=bright[:, 1:-1])
     flat = bright.ravel()
     edges = np.flatnonzero(flat[1:] != flat[:-1])
     line, first = np.divmod(edges[::2], length + 2)
@@ -95,8 +97,11 @@ def _strongest(rise: Image, line: Ints, first: Ints, last: Ints) -> Ints:
 
 def _noise(across: Image) -> float:
     """Standard deviation of a pixel as second differences along some lines tell it [grey]."""
-    some = across[NOISE_EVERY // 2 :: NOISE_EVERY].astype(np.int16)
+    whole = across.dtype == np.uint8
+    some: Any = across[NOISE_EVERY // 2 :: NOISE_EVERY].astype(np.int16 if whole else np.float32)
     curve = np.abs(some[:, 2:] - 2 * some[:, 1:-1] + some[:, :-2])
+    if not whole:
+        return max(float(np.quantile(curve, ONE_SIGMA)) / float(np.sqrt(6.0)), LEAST_NOISE)
     share = np.cumsum(np.bincount(curve.ravel(), minlength=1)) / max(curve.size, 1)
     ends = np.append(0.0, np.arange(len(share)) + 0.5)
     within = float(np.interp(ONE_SIGMA, np.append(0.0, share), ends))

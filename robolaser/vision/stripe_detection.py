@@ -23,7 +23,7 @@ def find_line_centres(image: Image, axis: Axis, detector: str = DEFAULT) -> Line
     Returns:
         The candidates, by line and then by place in the line.
     """
-    across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=np.uint8)
+    across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
     runs = find_runs(across)
     profiles = measure(runs)
     centre, std = PEAK_DETECTORS[detector](runs, profiles)

@@ -8,7 +8,8 @@ from robolaser.data.image_list import PoseImages
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
 from robolaser.vision.candidates import Axis
-from robolaser.vision.images import ambient, laser_alone, lights
+from robolaser.vision.images import laser_alone, lights
+from robolaser.vision.light_channel import CHANNELS
 from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.stripe_detection import find_line_centres
@@ -39,7 +40,15 @@ def trace(image: Image, axis: Axis, off: Image | None = None, detector: str = DE
     return stripes
 
 
-def traces(shots: PoseImages, size_px: tuple[int, int], axis: Axis, detector: str = DEFAULT) -> Iterator[Stripes]:
+def traces(
+    shots: PoseImages,
+    size_px: tuple[int, int],
+    axis: Axis,
+    detector: str = DEFAULT,
+    *,
+    channel: str = "grey",
+    exposures: bool = False,
+) -> Iterator[Stripes]:
     """Trace the stripe in each image of a pose that was taken with the laser on.
 
     Args:
@@ -47,6 +56,8 @@ def traces(shots: PoseImages, size_px: tuple[int, int], axis: Axis, detector: st
         size_px: Width and height that each must have.
         axis: Image axis that the stripe runs along.
         detector: Name of the way to the stripe's centre.
+        channel: Name of the channel in which the light stands out, one of CHANNELS.
+        exposures: Whether the images of the pose are an exposure series: they are one stripe.
 
     Yields:
         The centres of each, repeats among them, (n,) of STRIPE.
@@ -54,7 +65,7 @@ def traces(shots: PoseImages, size_px: tuple[int, int], axis: Axis, detector: st
     Raises:
         ImageError: An image is missing, broken or of another size.
     """
-    for _, light in lights(shots, size_px, ambient(shots, size_px)):
+    for _, light in lights(shots, size_px, CHANNELS[channel], axis if exposures else None):
         stripes = trace(light, axis, detector=detector)
         stripes["pose"] = shots.row
         yield stripes

@@ -74,7 +74,7 @@ def points_of_target(recording: Dataset, progress: Progress | None = None) -> tu
     def look(wanted: Board, *, staggered: bool = False) -> list[_Found]:
         found = []
         for done, (pose, number, path) in enumerate(images, start=1):
-            found.append(_Found(pose, number, _look(read_grey(path, *size), wanted, staggered=staggered)))
+            found.append(_Found(pose, number, target_in(read_grey(path, *size), wanted, staggered=staggered)))
             if progress is not None:
                 progress("looking at images", done / len(images))
         return found
@@ -89,7 +89,7 @@ def points_of_target(recording: Dataset, progress: Progress | None = None) -> tu
     return _as_points(recording, board, found, staggered=staggered)
 
 
-def _look(image: Image, board: Board, *, staggered: bool) -> tuple[Array, ...]:
+def target_in(image: Image, board: Board, *, staggered: bool = False) -> tuple[Array, ...]:
     """Every way to lay the frame on the target, (rows, columns, 2) [px] each; () where it is not seen."""
     if board.kind == "charuco":
         grid = find_charuco(image, board)

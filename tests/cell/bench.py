@@ -16,6 +16,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.arms import ARMS
 from robolaser.cell.camera import Camera, Image, no_more_images
 from robolaser.cell.clock import Clock
+from robolaser.cell.first_look import FirstLook
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.cell.serial_line import TICK_S, SerialLine
@@ -216,6 +217,7 @@ def session(
     camera: Camera | None = None,
     *,
     position_confirmed: bool = False,
+    first_look: FirstLook | None = None,
 ) -> Session:
     """A recording on the bench, ready to run."""
     robot = cell.description.robot
@@ -224,7 +226,17 @@ def session(
     assert size is not None
     eye = camera or Painted(bench, size)
     arm = arm_on(bench, cell)
-    return Session(cell, robot, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
+    return Session(
+        cell,
+        robot,
+        arm,
+        eye,
+        writer,
+        bench.clock,
+        lambda said: None,
+        position_confirmed=position_confirmed,
+        first_look=first_look,
+    )
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:

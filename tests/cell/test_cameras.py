@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell import live_camera
-from robolaser.cell.camera import Camera, Image
+from robolaser.cell.camera import Camera, Image, grey
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
 from robolaser.cell.live_camera import LiveCamera
@@ -83,9 +83,9 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., LiveCamer
 def test_a_shot_shows_what_is_there_after_the_settling(running: Callable[..., LiveCamera]) -> None:
     scene = [50]
     camera = running(lambda number: noisy(number, scene[0]))
-    for grey in (120, 60, 200):
-        scene[0] = grey
-        assert camera.shot(0.03).min() >= grey
+    for level in (120, 60, 200):
+        scene[0] = level
+        assert camera.shot(0.03).min() >= level
 
 
 def test_shots_in_a_row_are_different_images(running: Callable[..., LiveCamera]) -> None:
@@ -269,3 +269,10 @@ def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None
     (tmp_path / "empty").mkdir()
     with pytest.raises(CameraError, match=source):
         open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), WallClock(), print)
+
+
+@pytest.mark.parametrize(("channel", "expected"), [("blue", 10), ("green", 40), ("red", 200)])
+def test_a_colour_camera_keeps_the_channel_that_was_asked_for(channel: str, expected: int) -> None:
+    frame = np.full((4, 6, 3), (10, 40, 200), np.uint8)
+    assert (grey("camera", frame, channel) == expected).all()
+    assert grey("camera", frame).shape == (4, 6)

@@ -1,6 +1,7 @@
 """Classes of causes: certain where single effects are not."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,6 +9,7 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.cause_classes import class_of, credible_set, member_probabilities
 from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.pruning import exchanged
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -59,6 +61,20 @@ def test_candidates_share_the_probability_of_what_they_could_each_explain() -> N
 def test_a_candidate_of_two_places_is_as_probable_as_either() -> None:
     found = member_probabilities([weighed({ELBOW: 0.5, WRIST: 0.5}), weighed({GEAR: 0.8, ELBOW: 0.2})])
     assert found[ELBOW] == pytest.approx(1 - 0.5 * 0.8)
+
+
+@pytest.mark.parametrize(("weight", "gap", "takes"), [(0.9, 1.0, True), (0.9, 1.1, False), (0.4, 0.9, False)])
+def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_well(
+    weight: float, gap: float, takes: bool
+) -> None:
+    gaps = {"final": 1.0, "with the wrist": gap}
+    evidence = replace(
+        weighed({ELBOW: 1.0 - weight, WRIST: weight, None: 0.0}),
+        alternatives=((WRIST, "with the wrist"),),  # type: ignore[arg-type]
+    )
+    held_out = SimpleNamespace(gap=lambda fit: gaps[fit])
+    found = exchanged("final", [evidence], held_out)  # type: ignore[arg-type]
+    assert found == ("with the wrist" if takes else None)
 
 
 def parallel_joints() -> Dataset:

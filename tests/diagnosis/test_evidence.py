@@ -16,6 +16,7 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.detection_limits import detection_limits
+from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import localize
@@ -23,7 +24,7 @@ from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.diagnosis.score_tests import Columns, library, prior_scales, score_tests
+from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.diagnosis.selection import select
 from robolaser.errors import UsageError
 from robolaser.estimation.folds import assign_folds
@@ -88,9 +89,25 @@ def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
     assert refits.refit(fitted, [score]).values["joint_offset.joint_3.offset"] == pytest.approx(1e-3, abs=5e-5)
 
 
-@pytest.mark.parametrize("effect", ["joint_compliance:joint_2", "backlash:joint_3", "encoder_eccentricity:joint_2"])
-def test_columns_of_effects_at_joints_follow_by_the_chain_rule(effect: str) -> None:
-    _, fitted = begun(cell(poses=20))
+AT_EACH_STAGE = [
+    *("joint_compliance:joint_2", "backlash:joint_3", "encoder_eccentricity:joint_2", "link_geometry:joint_3"),
+    *("link_compliance:joint_3", "thermal_drift:joint_2"),
+    *(
+        "base_shift",
+        "hand_eye_sag",
+        "hand_eye_drift",
+        "radial_distortion",
+        "stripe_bias",
+        "laser_roll",
+        "laser_curvature",
+    ),
+    *("laser_roll", "laser_curvature", "laser_drift", "target_scale", "target_warp"),
+]
+
+
+@pytest.mark.parametrize("effect", AT_EACH_STAGE)
+def test_columns_of_effects_follow_by_the_chain_rule(clean: tuple[AveragedData, Fit], effect: str) -> None:
+    _, fitted = clean
     (one,) = candidate_effects([effect], fitted.model.dataset)
     grid = one.effect.grid(fitted.model.dataset, one.where)[:2]
     scales = prior_scales(one)

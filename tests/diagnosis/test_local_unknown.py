@@ -7,6 +7,7 @@ from worlds import seen
 from robolaser import find_robot
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
 from robolaser.diagnosis.local_unknown import (
@@ -81,6 +82,8 @@ def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> No
     assert rivals.unmodelled([sag]) == rivals.unmodelled([sag, turned]) == pytest.approx(0.2)
 
 
-def test_a_cable_is_not_several_effects_with_certainty() -> None:
+def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty() -> None:
     cable = make(find_robot("scorbot_er7"), "hose", seed=9018, ranges=Ranges(poses=(30, 48), points=(6, 8)))
-    assert all(found.probability < 0.9 for found in examine(cable.dataset, seed=1).findings)
+    diagnosis = examine(cable.dataset, seed=1)
+    assert all(found.probability < 0.9 for found in diagnosis.findings)
+    assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)

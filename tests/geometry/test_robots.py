@@ -195,6 +195,11 @@ def test_a_name_like_no_other_gets_no_guess():
         find_robot("motoman gp7")
 
 
+def test_a_makers_name_is_answered_with_its_robots():
+    with pytest.raises(UsageError, match=r"No robot 'franka'\. Did you mean 'fr3' .* 'panda' "):
+        find_robot("franka")
+
+
 def test_a_folder_of_a_robots_name_does_not_hide_the_robot(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ur5e").mkdir()

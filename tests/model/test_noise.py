@@ -207,7 +207,7 @@ def test_likelihood_slopes_are_those_of_finite_differences(repeated):
     unit = [np.einsum("nij,nkj->nik", A, A) for A in rng.normal(size=(2, 4, 6, 3))]
     known, e, Q = np.tile(np.eye(6), (4, 1, 1)), rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
     at, step = np.array([0.3, -0.4]), 1e-5
-    _, expected, there = restricted(at, known, unit, e, Q)
+    _, expected, there, _ = restricted(at, known, unit, e, Q)
     up, down = ([restricted(at + way * step * axis, known, unit, e, Q)[0] for axis in np.eye(2)] for way in (1, -1))
     np.testing.assert_allclose(expected - there, (np.array(up) - np.array(down)) / (2 * step), rtol=1e-6)
 

@@ -170,8 +170,13 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange():
 
 def test_a_label_stands_on_the_side_where_no_other_symbol_is():
     for x, y in ((0.1, -0.1), (0.1, 0.1), (-0.1, -0.1), (-0.1, 0.1)):
-        label = beside(np.zeros(2), np.array([[x, y]]), 1.0)
+        label = beside(np.zeros(2), np.array([[x, y]]), 1.0, (-1.0, 1.0))
         assert (label["dx"] > 0) == (label["align"] == "left") == (x < 0)
+
+
+def test_no_label_is_cut_at_the_edge_of_the_drawing():
+    assert beside(np.zeros(2), np.array([[0.1, 0.1]]), 1.0, (-0.1, 1.0))["align"] == "left"
+    assert beside(np.zeros(2), np.array([[-0.1, 0.1]]), 1.0, (-1.0, 0.1))["align"] == "right"
 
 
 def test_names_from_data_stay_text():

@@ -108,7 +108,7 @@ def test_scatter_as_large_as_is_believed_is_not_called_the_arms_repeatability():
         for source in (largest, replace(largest, value=0.9 * largest.value))
     ]
     assert ["so well does the arm repeat" in text for text in said] == [False, True]
-    assert "no more is taken for noise" in said[0]
+    assert "no more than that is taken for noise" in said[0]
 
 
 def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
@@ -117,6 +117,13 @@ def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
     (advice,) = (said for said in to_do(replace(one, where=tuple(known))) if said.startswith("Check"))
     assert "The library has effects of that form" in advice
     assert "in no form that an effect of the library has" not in advice
+
+
+def test_what_was_found_to_stand_for_an_effect_is_not_called_untestable():
+    one = replace(MADE["no_gap"](), not_testable={"joint_offset": "at turn it cannot be seen"})
+    hidden = replace(one.limits[1], is_imitated=True)
+    assert "Not testable: joint_offset" in printed(replace(one, limits=one.limits[1:]))
+    assert "Not testable" not in printed(replace(one, limits=(hidden,)))
 
 
 def test_what_is_used_of_a_corrected_arm_is_nominal_where_the_data_see_nothing():

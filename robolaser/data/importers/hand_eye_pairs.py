@@ -1,5 +1,6 @@
 """Pairs of a flange's pose and of what a camera saw then, as a data set of 6-D poses: A X = X B and A X = Z B alike."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Final, Literal, cast, final
 
@@ -112,16 +113,13 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
     """
     points, tags = dataset.points, tuple(dict.fromkeys(dataset.points.names))
     T = inverse(pose(from_quaternion(points["quaternion"]), points["xyz"]))
-    of_camera = Points(
-        points.pose,
-        (BODIES["flange"],) * len(points),
-        xyz=T[:, :3, 3],
-        columns={"quaternion": to_quaternion(T[:, :3, :3])},
-    )
+    turns = {"quaternion": to_quaternion(T[:, :3, :3])}
+    of_camera = replace(points, names=(BODIES["flange"],) * len(points), xyz=T[:, :3, 3], columns=turns)
     if len(tags) == 1:
         return replace(dataset, points=of_camera)
     alone = replace(dataset, poses=Poses(()), points=of_camera.take(slice(0, 0)), robot=None, warnings=())
-    members = tuple(Member(tag, alone, f"points_{tag}.csv") for tag in tags)
+    names = (re.sub(r"[^A-Za-z0-9_-]", "_", tag) for tag in tags)
+    members = tuple(Member(name, alone, f"points_{name}.csv") for name in names)
     return with_points_of(
         replace(dataset, members=members), [of_camera.take(points.number == number) for number in range(len(tags))]
     )

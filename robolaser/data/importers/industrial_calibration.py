@@ -106,11 +106,11 @@ def _board(finder: Any, file: str) -> Board:
     """
     kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
 
-    def count(key: str) -> int:
-        return int(numbers(under(finder, key, file, "target_finder"), 1, file, f"target_finder.{key}")[0])
-
     def length(key: str) -> float:
         return float(numbers(under(finder, key, file, "target_finder"), 1, file, f"target_finder.{key}")[0])
+
+    def count(key: str) -> int:
+        return int(length(key))
 
     if kind.startswith("CharucoGrid"):
         dictionary = _dictionary(count("dictionary"), file)

@@ -17,7 +17,7 @@ from robolaser.data.importers.importer import Imported, Importer, ImportOptions,
 from robolaser.data.importers.intrinsics import HOLD, intrinsic_parameters, intrinsics_of
 from robolaser.data.importers.ros_images import image_file
 from robolaser.data.importers.ros_messages import CAMERA_INFO, IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
-from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of
+from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
@@ -186,25 +186,13 @@ def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, w
         flange = _frame(FLANGE, options, bag, "of the flange")
         said = f"tf, {base} to {flange}"
         T, known, away = bag.transforms().lookup(base, flange, at_s, tolerance)
-    if not known.any():
-        nearest = f"{away.min():.3g} s away" if len(away) else f"none: there is no {what}"
-        raise DataError(
-            f"{bag.file}: no {what} has readings of the arm ({said}) within {tolerance:g} s before and after it; the"
-            f" nearest is {nearest}. Are the clocks different?",
-            file=bag.file,
-        )
-    kept = np.flatnonzero(known)
-    if len(kept) < len(at_s):
-        left_out.append(
-            f"{bag.file}: {len(at_s) - len(kept)} of {len(at_s)} {what}s, without readings of the arm within"
-            f" {tolerance:g} s before and after"
-        )
+    kept, without = with_readings(known, away, tolerance, file=bag.file, what=what, said=said)
     names = tuple(f"{i:05d}" for i in range(1, len(kept) + 1))
 
     def some(values: Array | None) -> Array | None:
         return None if values is None else values[kept]
 
-    return Readings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), tuple(left_out))
+    return Readings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
 
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:

@@ -85,24 +85,31 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
     return value
 
 
-def check_overlap(match: Match, file: str, tolerance_s: float, what: str) -> None:
-    """See that some measurements have a reading.
+def with_readings(
+    known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, said: str = ""
+) -> tuple[Ints, tuple[str, ...]]:
+    """Numbers of the measurements that have readings of the arm, and what to say of the others.
+
+    Args:
+        known: Whether each has, (m,).
+        away_s: How far the nearest reading is, (m,) [s].
+        tolerance_s: How far readings may be.
+        file: Where measurements are from.
+        what: What is measured, in the singular.
+        said: Where readings are from.
 
     Raises:
-        DataError: None has.
+        DataError: None has any.
     """
-    if not match.near.any():
-        nearest = match.away_s.min() if len(match.away_s) else np.inf
+    of = f" ({said})" if said else ""
+    if not known.any():
+        nearest = f"{away_s.min():.3g} s away" if len(away_s) else f"none: there is no {what}"
         raise DataError(
-            f"{file}: no {what} has readings of the arm within {tolerance_s:g} s before and after it; the nearest is"
-            f" {nearest:.3g} s away. Are the clocks different, or were they recorded at different times?",
+            f"{file}: no {what} has readings of the arm{of} within {tolerance_s:g} s before and after it; the nearest"
+            f" is {nearest}. Are the clocks different, or were they recorded at different times?",
             file=file,
         )
-
-
-def dropped(match: Match, tolerance_s: float, what: str) -> tuple[str, ...]:
-    """What to say of the measurements without readings."""
-    count, total = int((~match.near).sum()), len(match.near)
-    if not count:
-        return ()
-    return (f"{count} of {total} {what}s, without readings of the arm within {tolerance_s:g} s before and after",)
+    kept = np.flatnonzero(known)
+    without = len(known) - len(kept)
+    left_out = f"{file}: {without} of {len(known)} {what}s, without readings of the arm within {tolerance_s:g} s"
+    return kept, (f"{left_out} before and after",) if without else ()

@@ -13,7 +13,7 @@ from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
-from robolaser.data.importers.time_matching import TOLERANCE, check_overlap, dropped, match, tolerance_of
+from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.data.importers.yaml_file import motion_of_seven, peek
 from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.errors import DataError, UsageError
@@ -73,8 +73,7 @@ class Tum(Importer):
         (body,) = others
         tolerance = tolerance_of(options.further, body.file)
         found = match(flange.time_s, body.time_s, tolerance)
-        check_overlap(found, body.file, tolerance, "pose")
-        kept = np.flatnonzero(found.near)
+        kept, left_out = with_readings(found.near, found.away_s, tolerance, file=body.file, what="pose")
         name = options.point or BODY
         points = Points(
             np.arange(len(kept)),
@@ -89,11 +88,7 @@ class Tum(Importer):
             Reading("points.csv", "point", body.file, "(--point)" if options.point else "(a name)"),
             *(Reading("points.csv", *pair) for pair in _columns(body.file, "")),
         ]
-        return Imported(
-            replace(dataset, poses=poses, points=points),
-            tuple(readings),
-            tuple(f"{body.file}: {what}" for what in dropped(found, tolerance, "pose")),
-        )
+        return Imported(replace(dataset, poses=poses, points=points), tuple(readings), left_out)
 
 
 def read_tum(path: Path) -> Trajectory:

@@ -16,7 +16,7 @@ from robolaser.errors import DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots.description import Convention, rows_urdf
-from robolaser.geometry.robots.names import match, nearest
+from robolaser.geometry.robots.names import match, nearest, without_maker
 from robolaser.geometry.urdf.tree import MOST_LISTED
 
 _HERE = Path(__file__).parent
@@ -143,7 +143,9 @@ def named(name: str) -> RobotEntry | None:
 def _meant(name: str) -> str:
     """The known robots that may have been meant, with their titles."""
     entries = {entry.name: entry for entry in known_robots()}
-    likely = [entries[one] for one in nearest(name, {one.name: one.names for one in entries.values()}, _makers())]
+    near_names = nearest(name, {one.name: one.names for one in entries.values()}, _makers())
+    of_maker = [one.name for one in entries.values() if name and not without_maker(name, [one.maker])]
+    likely = [entries[one] for one in near_names or of_maker]
     if not likely:
         return " No known robot has a similar name: see `robolaser list robots`."
     first, *others = (f"'{entry.name}' ({entry.title})" for entry in likely)

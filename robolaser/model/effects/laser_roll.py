@@ -30,4 +30,5 @@ class LaserRoll(Effect):
         """Turn each plane's normal about the camera's z axis."""
         cos, sin = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
         x, y, z, d = np.moveaxis(plane, -1, 0)
-        return np.stack([x * cos - y * sin, x * sin + y * cos, z, d], axis=-1)
+        turned = x * cos - y * sin, x * sin + y * cos
+        return np.stack(np.broadcast_arrays(*turned, z, d), axis=-1)

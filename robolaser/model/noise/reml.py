@@ -15,11 +15,13 @@ SPAN = (1e-4, 1e2)
 STARTS = (1.0, 0.1)
 """Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
 CALM_STEPS = 6
-"""Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before a quasi-Newton search ends the
-work: from afar that one leaps to where a source is nothing, and there the slope is nothing too."""
+"""Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before Newton's end the work: from afar
+these leap to where a source is nothing, and there the slope is nothing too."""
 MOST_STEPS, HALVINGS = 100, 30
+TOGETHER = 0.1
+"""Difference in logarithms of the standard deviations, below which two searches have come together."""
 LONGEST_STEP = 2.0
-"""Of a quasi-Newton step, in logarithms of a standard deviation."""
+"""Of Newton's step, in logarithms of a standard deviation."""
 SUFFICIENT = 1e-4
 """Share of what the slope promises that a step must bring (Armijo)."""
 CONVERGED = 1e-3
@@ -50,8 +52,10 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
     return C
 
 
-def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array) -> tuple[float, Array, Array]:
-    """Negative log of the restricted likelihood, up to a constant, and the two halves of its gradient.
+def restricted(
+    log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array
+) -> tuple[float, Array, Array, Array]:
+    """Negative log of the restricted likelihood, up to a constant, the two halves of its gradient, and its curvature.
 
     Args:
         log_sigma: Logarithms of the open standard deviations, (k,).
@@ -62,7 +66,8 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
 
     Returns:
         The value; then for each open source what it would add to the squares (k,) and what is there of it (k,): the
-        gradient is their difference, and the optimum where they are alike.
+        gradient is their difference, and the optimum where they are alike. The average of observed and expected
+        information, (k, k), is the curvature (Gilmour, Thompson, Cullis 1995, Biometrics 51).
     """
     variance = np.exp(2.0 * log_sigma)
     S_inv = np.linalg.inv(S := known + sum(v * C for v, C in zip(variance, unit, strict=True)))
@@ -74,8 +79,12 @@ def restricted(log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, 
     value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
     P = S_inv - (B @ np.linalg.inv(H)) @ np.swapaxes(B, -1, -2)
     expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
-    there = [v * np.vdot(z, (C @ z[..., None])[..., 0]) for v, C in zip(variance, unit, strict=True)]
-    return float(value), np.array(expected), np.array(there)
+    moved = np.stack([v * (C @ z[..., None])[..., 0] for v, C in zip(variance, unit, strict=True)], axis=-1)
+    there = np.einsum("ni,nik->k", z, moved)
+    flat, weighed = moved.reshape(e.size, -1), (S_inv @ moved).reshape(e.size, -1)
+    seen = columns.T @ weighed
+    information = 2.0 * (flat.T @ weighed - seen.T @ np.linalg.solve(H, seen))
+    return float(value), np.array(expected), there, information
 
 
 def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Array) -> Array:
@@ -102,53 +111,51 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
     if total == 0.0:
         return least
 
-    def objective(log_sigma: Array) -> tuple[float, Array]:
-        value, expected, there = restricted(log_sigma, known, unit, e, Q)
-        return value / e.size, (expected - there) / e.size
+    def objective(log_sigma: Array) -> tuple[float, Array, Array]:
+        value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
+        return value / e.size, (expected - there) / e.size, information / e.size
 
     lowest = np.log(np.maximum(SPAN[0] * alone, least))
     highest = np.maximum(np.log(SPAN[1] * alone), lowest)
-    found = []
+    begun: list[Array] = []
     for share in STARTS:
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
         for _ in range(CALM_STEPS):
-            _, expected, there = restricted(log_sigma, known, unit, e, Q)
+            _, expected, there, _ = restricted(log_sigma, known, unit, e, Q)
             tiny = np.finfo(float).tiny
             log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
             log_sigma = np.clip(log_sigma, lowest, highest)
-        found.append(_descended(objective, log_sigma, lowest, highest))
+        if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
+            begun.append(log_sigma)
+    found = [_descended(objective, start, lowest, highest) for start in begun]
     return np.exp(min(found, key=lambda end: end[1])[0])
 
 
 def _descended(
-    objective: Callable[[Array], tuple[float, Array]], x: Array, lowest: Array, highest: Array
+    objective: Callable[[Array], tuple[float, Array, Array]], x: Array, lowest: Array, highest: Array
 ) -> tuple[Array, float]:
-    """Where a quasi-Newton descent (BFGS) within bounds ends, (k,), and the objective there.
+    """Where Newton's steps within bounds end, (k,), and the objective there.
 
-    A few numbers need no more, and SciPy's takes half a second to import.
+    The curvature is that along logarithms of the standard deviations, no less than the slope: a source that is far too
+    large or too small has next to none.
     """
-    value, slope = objective(x)
-    H = np.eye(len(x))
+    value, slope, curvature = objective(x)
     for _ in range(MOST_STEPS):
         free = ~(((x <= lowest) & (slope > 0.0)) | ((x >= highest) & (slope < 0.0)))
         if np.abs(slope[free]).max(initial=0.0) <= ENOUGH:
             break
-        step = np.where(free, -(H * np.outer(free, free)) @ slope, 0.0)
-        if step @ slope >= 0.0:
-            H, step = np.eye(len(x)), np.where(free, -slope, 0.0)
+        bent = np.where(np.outer(free, free), curvature, 0.0) + np.diag(np.where(free, np.abs(slope), 1.0))
+        step = np.linalg.solve(bent, np.where(free, -slope, 0.0))
         step *= min(1.0, LONGEST_STEP / float(np.abs(step).max()))
         for length in 0.5 ** np.arange(HALVINGS):
             there = np.clip(x + length * step, lowest, highest)
-            lower, turned = objective(there)
+            lower, turned, other = objective(there)
             if lower <= value + SUFFICIENT * (slope @ (there - x)):
                 break
         else:
             break
-        step, slope_change, gain = there - x, turned - slope, value - lower
-        x, value, slope = there, lower, turned
-        if step @ slope_change > np.finfo(float).tiny:
-            left = np.eye(len(x)) - np.outer(step, slope_change) / (step @ slope_change)
-            H = left @ H @ left.T + np.outer(step, step) / (step @ slope_change)
+        gain = value - lower
+        x, value, slope, curvature = there, lower, turned, other
         if gain <= ENOUGH * max(abs(value), 1.0) * CONVERGED:
             break
     return x, value

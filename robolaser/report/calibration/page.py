@@ -49,14 +49,16 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
         ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
         ("fitted", "on fitted poses", calibration.rms_m, f"training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
     )  # fmt: skip
+    angles = [each for each in calibration.row_errors if each.unit == "rad"]
+    turn = "turn of bodies about three axes together"
     turns = [
-        Figure(kind, label, plain(error, "rad", SIGNIFICANT), None, "turn of bodies about three axes together")
-        for each in calibration.row_errors
+        Figure(kind, label, plain(error, "rad", SIGNIFICANT), None, f"{each.sensor}: {turn}" if angles[1:] else turn)
+        for each in angles
         for kind, label, error in (
             ("held-out", "new poses, turn", each.held_out_rms),
             ("fitted", "fitted, turn", each.rms),
         )
-        if each.unit == "rad" and error is not None
+        if error is not None
     ]
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     lengths = [

@@ -23,7 +23,7 @@ class ScanFigure:
 
 def heading(scan: Scan) -> str:
     """What was scanned with what."""
-    counts, source = scan.cloud.counts, scan.cloud.source.what
+    counts, source = scan.cloud.counts, scan.cloud.what
     return f"{counts.points} points from {source} of {counts.poses} poses, {scan.calibrated.origin}"
 
 

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
-from robolaser.diagnosis.cause_words import noun
+from robolaser.diagnosis.cause_words import joint_names, listed, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
@@ -155,16 +156,18 @@ def _look(diagnosis: Diagnosis) -> str:
     largest = diagnosis.where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
-    checked = "; and ".join(SITES.get(site, f"{site}: gear, encoder and bearings") for site in sites)
-    follows = ", ".join(dict.fromkeys(alike[site] for site in sites))
-    if not any(lies.unknown for lies in diagnosis.where if lies.site in sites):
-        return (
-            f"Check {checked}. What is left there depends on {follows}. The library has effects of that form, but new"
-            " poses are predicted no better with them: measure more poses, in more places."
-        )
+    pulled = [site for site in sites if alike[site] == FORCE]
+    joints = [site for site in sites if site not in SITES and site not in pulled]
+    checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
+    checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
+    checked += [SITES[site] for site in sites if site in SITES]
+    follows = listed(list(dict.fromkeys(alike[site] for site in sites)))
+    said = f"Check {listed(checked)}. What is left there depends on {follows}"
+    if any(lies.unknown for lies in diagnosis.where if lies.site in sites):
+        return f"{said}, but in no form that an effect of the library has. An effect of your own may."
     return (
-        f"Check {checked}. What is left there depends on {follows}, but in no form that an effect of the library has."
-        " An effect of your own may."
+        f"{said}. The library has effects of that form, but new poses are predicted no better with them: measure more"
+        " poses, in more places."
     )
 
 

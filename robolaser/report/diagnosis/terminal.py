@@ -55,7 +55,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
     """Effects that could be tested at none of their locations."""
-    tested = {limit.candidate_effect.effect.name for limit in diagnosis.limits if limit.size is not None}
+    seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
+    tested = {limit.candidate_effect.effect.name for limit in seen}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
     return [name for name in diagnosis.not_testable if name not in tested]
 

@@ -58,7 +58,7 @@ def measure(runs: Runs) -> Profiles:
     ground = 0.5 * (grey_at(runs, left) + grey_at(runs, right))
     reach = int((runs.last - runs.first).max(initial=0)) // 2 + 12
     moments = np.empty((len(runs), 10))
-    loops = _LOOPS.after(len(runs))
+    loops = _LOOPS.after(len(runs)) if runs.across.dtype == np.uint8 else None
     measured = loops.measured if loops else _measured
     measured(runs.across, runs.line, runs.first, runs.last, ground, reach, moments)
     centre, width, light, moment_2, low, foot, _, _, peak, full = moments.T

@@ -44,7 +44,7 @@ def gaussian_fit(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
     low = np.maximum(before[at], origin - np.ceil(reach).astype(np.int64))
     high = np.minimum(after[at], origin + np.ceil(reach).astype(np.int64))
     centre, variance = np.empty(len(at)), np.empty(len(at))
-    loops = _LOOPS.after(len(at))
+    loops = _LOOPS.after(len(at)) if runs.across.dtype == np.uint8 else None
     fit = loops.fit if loops else _fit
     fit(runs.across, runs.line[at], low, high, origin, start, full, runs.noise**2, centre, variance)
     farthest = FARTHEST * profiles.width[at]

@@ -29,6 +29,8 @@ NEAR = 0.06
 """Distance, relative to the arm's size, below which joints share a label."""
 LABEL_LENGTH, LABEL_RISE = 0.25, 0.03
 """Of a label, relative to the arm's size: how far it reaches, and how far above or below its symbol it stands."""
+MARGIN = 0.12
+"""Of the drawing, on each side, relative to its longer side."""
 LEAST_SHARE = 0.1
 """Share from which on a place is suspected."""
 
@@ -41,7 +43,7 @@ def cell(diagnosis: Diagnosis) -> Chart:
     line = np.concatenate([outline.line, outline.tip[None]]) @ view
     positions = _positions(outline, view)
     seen = np.concatenate([line, outline.points @ view, outline.light @ view])
-    x, y, height = equal_axes(seen, ("", ""), margin=0.12)
+    x, y, height = equal_axes(seen, ("", ""), margin=MARGIN)
     for channel in (x, y):
         channel |= {"axis": None, "title": None}
     at = {"x": x, "y": y}
@@ -64,7 +66,7 @@ def cell(diagnosis: Diagnosis) -> Chart:
             *_light(outline, view, marked, at),
             *_arm(outline, line, marked, at),
             *_marks(positions, marked, at),
-            *_labels(outline, line, positions, marked, at),
+            *_labels(outline, line, positions, marked, at, _edges(seen)),
         ],
         height=height,
     )
@@ -104,6 +106,12 @@ def _positions(outline: Outline, view: Array) -> Mapping[str, Array]:
     if len(outline.light):
         positions["laser"] = outline.light[0]
     return {site: position @ view for site, position in positions.items()}
+
+
+def _edges(seen: Array) -> tuple[float, float]:
+    """Left and right edge of the drawing."""
+    margin = MARGIN * float(np.ptp(seen, axis=0).max())
+    return float(seen[:, 0].min()) - margin, float(seen[:, 0].max()) + margin
 
 
 def _target(outline: Outline, view: Array, marked: Mapping[str, str], at: Spec) -> list[Spec]:
@@ -162,7 +170,12 @@ def _marks(positions: Mapping[str, Array], marked: Mapping[str, str], at: Spec) 
 
 
 def _labels(
-    outline: Outline, line: Array, positions: Mapping[str, Array], marked: Mapping[str, str], at: Spec
+    outline: Outline,
+    line: Array,
+    positions: Mapping[str, Array],
+    marked: Mapping[str, str],
+    at: Spec,
+    edges: tuple[float, float],
 ) -> list[Spec]:
     """Names of the highlighted places beside them, or in a corner for those nowhere in space; of other joints small."""
     layers = []
@@ -171,7 +184,8 @@ def _labels(
     for site in (site for site in marked if site in positions):
         text = records(x=float(positions[site][0]), y=float(positions[site][1]), label=_label(site, marked))
         symbols = np.stack([line[-1], *(position for name, position in positions.items() if name != site)])
-        layers.append(layer(bold | beside(positions[site], symbols, size), text, text={"field": "label"}, **at))
+        side = beside(positions[site], symbols, size, edges)
+        layers.append(layer(bold | side, text, text={"field": "label"}, **at))
     for i, site in enumerate(site for site in marked if site not in positions):
         corner = {"x": {"value": 4}, "y": {"value": 12 + 17 * i}}
         layers.append(layer(bold, records(label=_label(site, marked)), text={"field": "label"}, **corner))
@@ -184,10 +198,12 @@ def _labels(
     return layers
 
 
-def beside(position: Array, others: Array, size: float) -> Spec:
+def beside(position: Array, others: Array, size: float, edges: tuple[float, float]) -> Spec:
     """On which side of a symbol its label has the most room, right and below if on both; others (n, 2)."""
 
     def room(side: tuple[int, int]) -> float:
+        if not edges[0] <= position[0] + side[0] * size * LABEL_LENGTH <= edges[1]:
+            return -1.0
         along = np.linspace(0.0, LABEL_LENGTH, 8)[:, None] * (side[0], 0.0) + np.array([0.0, LABEL_RISE * side[1]])
         return round(float(np.linalg.norm(others - (position + size * along)[:, None], axis=-1).min() / size), 2)
 

@@ -1,0 +1,46 @@
+"""A look at the first images of a planned recording: a board that lies elsewhere than it was said to is cut in them."""
+
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+
+from robolaser.cell.camera import Image
+from robolaser.data.dataset import Board
+from robolaser.data.image_list import UNLIT
+from robolaser.errors import CameraError
+from robolaser.vision.target_corners import target_in
+
+LOOKS = 3
+"""Images that are looked at."""
+MISSES = 2
+"""Of these, in which the whole board is not to be seen, that end the recording: one may be spoilt by a reflection."""
+
+
+@final
+class FirstLook:
+    """Looks for the whole board in the images of the first poses."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._looked = 0
+        self._missed: list[str] = []
+
+    def at(self, pose: str, images: Mapping[str, Image]) -> None:
+        """Look at the images of a pose, by column of poses.csv.
+
+        Raises:
+            CameraError: Too many of the first poses do not show the whole board.
+        """
+        if self._looked == LOOKS:
+            return
+        self._looked += 1
+        seen = target_in(images.get(UNLIT, images["image"]), self._board)
+        if not any(np.isfinite(grid).all() for grid in seen):
+            self._missed.append(pose)
+        if len(self._missed) == MISSES:
+            raise CameraError(
+                f"The whole board is not to be seen from {' and '.join(self._missed)}, though the plan was made so."
+                " Measure again where it lies (target.x ... in dataset.toml), look at light and focus, and plan anew"
+                " with --force."
+            )

@@ -1,0 +1,149 @@
+"""What effects would do to the residuals: by the chain rule, from what they do to the value that passes their stage."""
+
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.effects.effect import CandidateEffect, perturb_with
+from robolaser.model.forward_model import Model
+from robolaser.model.stages import OF_ROWS, Stage
+
+NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
+STEP = 1e-3
+"""Of a derivative by an effect's parameter, in units of its prior scale."""
+
+
+def prior_scales(candidate_effect: CandidateEffect) -> Array:
+    """Prior scales of an effect's linear parameters, in their units, (a,)."""
+    return np.array([scale for *_, scale in candidate_effect.effect.amplitudes()])
+
+
+@final
+class Columns:
+    """Derivatives of whitened residuals by effects' parameters and by joint angles, kept for models that lie near.
+
+    A model with one effect more or less has nearly the same derivatives; what differs is which of them its parameters
+    imitate. Refits decide in the end.
+    """
+
+    def __init__(self, moves: dict[CandidateEffect, Array] | None = None) -> None:
+        self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
+        self._by_motion: dict[tuple[Stage, str], Array] = {}
+        self._passing: dict[Stage, Array | None] = {}
+        self._moves = {} if moves is None else moves
+
+    def elsewhere(self) -> "Columns":
+        """For models far from those so far: of them, only what depends on no model is kept."""
+        return Columns(self._moves)
+
+    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), (g, a, n)."""
+        if candidate_effect in self._moves:
+            return self._moves[candidate_effect]
+        robot, q = fit.model.dataset.arm
+        column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
+        parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
+        moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
+        moves = moves.reshape(len(grid), a, -1)
+        if moves.size <= MOVES_KEPT:
+            self._moves[candidate_effect] = moves
+        return moves
+
+    def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
+        key = candidate_effect, grid.tobytes()
+        if key not in self._by_effect:
+            self._by_effect[key] = self._worked_out(fit, candidate_effect, grid)
+        return self._by_effect[key]
+
+    def _worked_out(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        stage = candidate_effect.effect.stage
+        if stage is Stage.JOINTS:
+            return self._by_joints(fit, joint_moves(fit.model, candidate_effect, grid))
+        if stage not in self._passing:
+            self._passing[stage] = StageDerivatives(fit).passing(stage)
+        value = self._passing[stage]
+        if value is None:  # each session has its own
+            columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
+            return np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
+        moves = _stage_moves(fit.model, candidate_effect, grid, value)
+        if stage in OF_ROWS:
+            return _chained(moves, self._by_stage(fit, stage), fit.problem.row_of_number)
+        twists = _twists(value, moves)
+        if stage is not Stage.LINKS:
+            return _chained(twists, self._by_stage(fit, stage), fit.pose_of_number)
+        columns = np.zeros((len(fit.pose_of_number), len(twists)))
+        for i in np.flatnonzero(twists.any(axis=(0, 1, 3))):
+            by_one = self._by_stage(fit, stage, fit.model.dataset.arm[0].joints[i])
+            columns += _chained(twists[:, :, i], by_one, fit.pose_of_number)
+        return columns
+
+    def _by_joints(self, fit: Fit, moves: Array) -> Array:
+        """An effect moves joints, (g a, n, j), and joints move each row of their own pose."""
+        robot, _ = fit.model.dataset.arm
+        columns = np.zeros((len(fit.pose_of_number), len(moves)))
+        for i in np.flatnonzero(moves.any(axis=(0, 1))):
+            columns += _chained(moves[:, :, [i]], self.by_joint(fit, robot.joints[i])[:, None], fit.pose_of_number)
+        return columns
+
+    def by_joint(self, fit: Fit, joint: str) -> Array:
+        """By the joint's value in each row's own pose, (K,)."""
+        return self._by_stage(fit, Stage.JOINTS, joint)[:, 0]
+
+    def _by_stage(self, fit: Fit, stage: Stage, joint: str = "") -> Array:
+        """By small motions of what passes a stage, each row by its own, (K, q)."""
+        if (stage, joint) not in self._by_motion:
+            self._by_motion[stage, joint] = StageDerivatives(fit).by_motion(stage, joint)
+        return self._by_motion[stage, joint]
+
+
+def joint_moves(model: Model, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    """Moves of the joints by an effect's amplitudes, each at its prior scale, (g a, n, j) [rad or m].
+
+    Args:
+        model: Whose joints.
+        candidate_effect: Sits at the joints.
+        grid: Values of its nonlinear parameters, (g, s).
+    """
+    _, q = model.dataset.arm
+    scales = prior_scales(candidate_effect)
+    parameters = np.hstack([np.tile(np.diag(scales), (len(grid), 1)), np.repeat(grid, len(scales), axis=0)])
+    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, parameters.T, strict=True)))
+    moved: Array = perturb_with((effect,), model.run)(Stage.JOINTS, q[None]) - q
+    return moved
+
+
+def _stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array) -> Array:
+    """Derivatives of what comes out of a stage by an effect's amplitudes, in units of prior scales, (g a, ...).
+
+    Args:
+        model: What the effect may look at.
+        candidate_effect: Is at the stage.
+        grid: Values of its nonlinear parameters, (g, s).
+        value: What passes it.
+    """
+    steps = STEP * np.diag(prior_scales(candidate_effect))
+    amplitudes = np.tile(steps, (len(grid), 1))
+    inner = np.repeat(grid, len(steps), axis=0)
+    ends = np.hstack([np.concatenate([amplitudes, -amplitudes]), np.concatenate([inner, inner])])
+    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, ends.T, strict=True)))
+    ahead, behind = np.split(perturb_with((effect,), model.run)(candidate_effect.effect.stage, value[None]), 2)
+    return np.asarray((ahead - behind) / (2.0 * STEP))
+
+
+def _twists(T: Array, slopes: Array) -> Array:
+    """Shifts and turns in its own frame with which a rigid motion T changes, (..., 6), by its slopes (..., 4, 4)."""
+    W = inverse(T) @ slopes
+    return np.stack([W[..., 0, 3], W[..., 1, 3], W[..., 2, 3], W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+
+
+def _chained(moves: Array, slopes: Array, of_number: Ints) -> Array:
+    """Derivatives (K, q) by motions that each number shares with its pose or row, times these motions (g, n, q)."""
+    if moves.shape[1] == 1:
+        return slopes @ moves[:, 0].T
+    columns: Array = np.einsum("gkq,kq->kg", moves[:, of_number], slopes)
+    return columns

@@ -1,0 +1,87 @@
+"""What is kept of a cloud on its way to its file, and what is added: a region, voxels, normals, colours."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from robolaser.arrays import Array, Ints
+from robolaser.scan.ply import COLOURS, NORMALS, Vertices, positions_of
+
+NEIGHBOURS = 16
+"""Points, itself among them, whose plane gives a point's normal."""
+GATHERED = 2_000_000
+"""Points after which voxels are gathered anew."""
+
+
+def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
+    """The points inside a box, (3, 2): least and largest x, y and z in the base frame [m]; infinite where open."""
+    for piece in pieces:
+        places = positions_of(piece)
+        yield piece[((places >= region[:, 0]) & (places <= region[:, 1])).all(axis=1)]
+
+
+def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
+    """The mean of the points in each cube of a grid, in the order in which the cubes were first met, (k,).
+
+    `std` is the root mean square of theirs: neighbours share the arm's errors. `pose` is that of the first.
+    """
+    kept: list[tuple[Ints, Array, Vertices]] = []
+    count = 0
+    for piece in pieces:
+        values = np.stack([piece[name].astype(np.float64) for name in ("x", "y", "z", "std", "intensity")], axis=-1)
+        values[:, 3] **= 2
+        cells = np.floor(positions_of(piece) / size_m).astype(np.int64)
+        kept.append((cells, np.column_stack([values, np.ones(len(piece))]), piece))
+        count += len(piece)
+        if count > GATHERED:
+            kept = [_gathered(kept)]
+            count = len(kept[0][0])
+    _, sums, cloud = _gathered(kept)
+    means = sums[:, :5] / sums[:, 5:]
+    for column, name in enumerate(("x", "y", "z", "std", "intensity")):
+        cloud[name] = np.sqrt(means[:, 3]) if name == "std" else means[:, column]
+    return cloud
+
+
+def _gathered(kept: list[tuple[Ints, Array, Vertices]]) -> tuple[Ints, Array, Vertices]:
+    """Cells, sums and first points of all, each cell once."""
+    cells, sums, cloud = (np.concatenate(column) for column in zip(*kept, strict=True))
+    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    total = np.zeros((len(first), sums.shape[1]))
+    np.add.at(total, inverse.ravel(), sums)
+    order = np.argsort(first)
+    return cells[first[order]], total[order], cloud[first[order]]
+
+
+def with_normals(cloud: Vertices, cameras: Array) -> Vertices:
+    """The points with unit normals `nx`, `ny`, `nz`: of the plane through their neighbours, towards the camera.
+
+    Args:
+        cloud: All points, (n,).
+        cameras: Positions of the camera in the base frame by pose, (poses, 3) [m].
+    """
+    places = positions_of(cloud)
+    _, near = cKDTree(places).query(places, k=min(NEIGHBOURS, len(cloud)))
+    around = places[near.reshape(len(cloud), -1)]
+    around -= around.mean(axis=1, keepdims=True)
+    normal = np.linalg.eigh(np.swapaxes(around, 1, 2) @ around)[1][:, :, 0]
+    away = ((cameras[cloud["pose"]] - places) * normal).sum(axis=1) < 0
+    normal[away] *= -1
+    return _extended(cloud, NORMALS, normal.T)
+
+
+def with_colours(cloud: Vertices) -> Vertices:
+    """The points with `red`, `green`, `blue`: the grey of the stripe, which shows what the surface reflects."""
+    grey = np.clip(np.rint(cloud["intensity"]), 0, 255).astype(np.uint8)
+    return _extended(cloud, COLOURS, [grey, grey, grey])
+
+
+def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[Any]) -> Vertices:
+    out = np.empty(len(cloud), [*cloud.dtype.descr, *fields])
+    for name in cloud.dtype.names or ():
+        out[name] = cloud[name]
+    for (name, _), column in zip(fields, columns, strict=True):
+        out[name] = column
+    return out

@@ -1,0 +1,70 @@
+"""The channel of a colour image in which a laser's light stands out: red light is a third of grey."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import cv2
+import numpy as np
+
+from robolaser.data.image_list import PoseImages
+from robolaser.vision.candidates import Axis
+from robolaser.vision.images import Weights, lights
+from robolaser.vision.line_tracking import track_stripe
+from robolaser.vision.stripe_detection import find_line_centres
+
+CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
+    {
+        "grey": None,
+        "red": (0.0, 0.0, 1.0),
+        "green": (0.0, 1.0, 0.0),
+        "blue": (1.0, 0.0, 0.0),
+        "red-excess": (-0.5, -0.5, 1.0),
+        "green-excess": (-0.5, 1.0, -0.5),
+        "blue-excess": (1.0, -0.5, -0.5),
+    }
+)
+"""Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
+AUTO = "auto"
+LOOKED_AT = 3
+"""Poses, evenly taken, by which a channel is chosen."""
+COLOURFUL = 12
+"""Difference of two channels [grey of 255] from which on a pixel has a colour."""
+BETTER = 1.1
+"""How many times the longest stripe in grey another channel's must be to be taken instead: grey has the least noise."""
+
+
+def find_channel(shots: Sequence[PoseImages], size_px: tuple[int, int], axis: Axis) -> str:
+    """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
+
+    Where the laser was also off, that is taken away in each channel first.
+
+    Args:
+        shots: Images of all poses.
+        size_px: Width and height that each must have.
+        axis: Image axis that the stripe runs along.
+
+    Raises:
+        ImageError: An image is missing, broken or of another size.
+    """
+    some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
+    if not any(_is_colourful(one) for one in some):
+        return "grey"
+    found = {name: sum(_length(one, size_px, axis, weights) for one in some) for name, weights in CHANNELS.items()}
+    best = max(found, key=lambda name: found[name])
+    return best if found[best] > BETTER * found["grey"] else "grey"
+
+
+def _is_colourful(shots: PoseImages) -> bool:
+    image = cv2.imread(str(shots.lit[0]), cv2.IMREAD_COLOR)
+    if image is None:  # said where it is read
+        return False
+    blue, green, red = cv2.split(image)
+    return bool((cv2.absdiff(red, green) > COLOURFUL).any() or (cv2.absdiff(blue, green) > COLOURFUL).any())
+
+
+def _length(shots: PoseImages, size_px: tuple[int, int], axis: Axis, weights: Weights | None) -> float:
+    """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
+    _, light = next(iter(lights(shots, size_px, weights)))
+    centres = find_line_centres(light, axis)
+    chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
+    return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())

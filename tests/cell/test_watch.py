@@ -1,0 +1,63 @@
+"""An arm that others move is recorded while it moves."""
+
+from pathlib import Path
+
+import bench
+import numpy as np
+import pytest
+from terminal import Rig, emulated
+
+import robolaser
+from robolaser.arrays import Array
+from robolaser.cell.camera import Image
+from robolaser.cell.watch import watch
+
+COUNT = 30
+
+
+class Remembering(bench.Painted):
+    """A camera that knows when each image came, and where the motors were."""
+
+    def shot(self, settle_s: float) -> Image:
+        image = super().shot(settle_s)
+        self.came = [*getattr(self, "came", []), (self._clock.now(), self._bench.motor())]
+        return image
+
+
+def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array]:
+    cell = bench.cell(tmp_path, kind)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    assert cell.description.image_px is not None
+    camera = Remembering(rig, cell.description.image_px)
+    began = rig.clock.now()
+    arm.start_move(rig.motor() + np.array([0.5, -0.3, 0.2, 0.1, -0.4]), 8.0)
+    watch(arm, camera, bench.begun(cell, tmp_path / "out", ()), rig.clock, COUNT, cell.laser_output, lambda name: None)
+    times, q = zip(*camera.came, strict=True)
+    return robolaser.load(tmp_path / "out"), np.array(times) - began, np.array(q)
+
+
+@pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech", "ur"])
+def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path: Path, kind: str) -> None:
+    dataset, time_s, q = recorded(tmp_path, kind)
+    poses = dataset.poses
+    assert poses.time_s is not None
+    assert poses.q is not None
+    assert poses.qd is not None
+    assert not poses.qd_from_path
+    assert np.ptp(time_s - poses.time_s) < 1e-3
+    np.testing.assert_allclose(poses.q, q, atol=4e-3)
+    np.testing.assert_allclose(poses.qd, np.gradient(q, time_s, axis=0), atol=0.03)
+    assert np.abs(poses.qd).max() > 0.05
+
+
+def test_the_command_moves_nothing_and_writes_a_data_set(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rig = Rig(tmp_path, "acl")
+    with emulated(rig) as port:
+        assert rig.record("--watch", "5", port=port) == 0
+    assert "5 images of 5" in capsys.readouterr().out
+    poses = robolaser.load(rig.out).poses
+    assert poses.names == ("w001", "w002", "w003", "w004", "w005")
+    assert poses.qd is not None
+    np.testing.assert_array_equal(poses.qd, 0.0)
+    assert rig.record("--watch", "5", "--move", "--force", port="loop://") == 2

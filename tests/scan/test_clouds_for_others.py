@@ -1,0 +1,125 @@
+"""Clouds as other programs read them, and what is kept of them on the way."""
+
+import json
+
+import numpy as np
+import pytest
+from scanned import calibrated, dataset, line_centres, recorded, written
+
+from robolaser.cli import main
+from robolaser.scan.cloud_files import write_cloud
+from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
+from robolaser.scan.ply import VERTEX, map_ply, positions_of
+
+ENDINGS = ("ply", "pcd", "las", "e57")
+
+
+def plane(count: int, seed: int = 1) -> np.ndarray:
+    """A plane that rises along x, seen from above by two cameras."""
+    rng = np.random.default_rng(seed)
+    out = np.empty(count, VERTEX)
+    out["x"], out["y"] = rng.uniform(0.2, 0.4, (2, count))
+    out["z"] = 0.5 * out["x"] + 1e-5 * rng.standard_normal(count)
+    out["std"], out["intensity"] = rng.uniform(1e-5, 1e-4, count), rng.uniform(0, 255, count)
+    out["pose"] = rng.integers(0, 2, count)
+    return out
+
+
+def read_back(path) -> dict[str, np.ndarray]:
+    """What libraries of others, or PCD's own description, find in a file."""
+    if path.suffix == ".ply":
+        cloud = map_ply(path)
+        return {name: cloud[name] for name in cloud.dtype.names}
+    if path.suffix == ".las":
+        las = pytest.importorskip("laspy").read(path)
+        found = {name: np.asarray(las[name]) for name in ("x", "y", "z", "std", "pose")}
+        return found | {"intensity": np.asarray(las.intensity) / 257}
+    if path.suffix == ".e57":
+        raw = pytest.importorskip("pye57").E57(str(path)).read_scan_raw(0)
+        return {axis: raw[f"cartesian{axis.upper()}"] for axis in "xyz"} | {"intensity": raw["intensity"]}
+    head, _, data = path.read_bytes().partition(b"DATA binary\n")
+    said = dict(line.split(" ", 1) for line in head.decode().splitlines() if not line.startswith("#"))
+    kinds = [kind.lower() + size for kind, size in zip(said["TYPE"].split(), said["SIZE"].split(), strict=True)]
+    cloud = np.frombuffer(data, list(zip(said["FIELDS"].split(), kinds, strict=True)))
+    assert len(cloud) == int(said["POINTS"]) == int(said["WIDTH"])
+    return {name: cloud[name] for name in cloud.dtype.names}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("more", [False, True])
+def test_what_others_read_is_what_was_written(ending, more, tmp_path):
+    if ending in ("las", "e57"):
+        pytest.importorskip({"las": "laspy", "e57": "pye57"}[ending])
+    cloud = plane(200)
+    if more:
+        cloud = with_colours(with_normals(cloud, np.array([[0.3, 0.3, 2.0]] * 2)))
+    path = tmp_path / f"cloud.{ending}"
+    assert write_cloud(path, iter([cloud[:0], cloud[:120], cloud[120:]]), ["from a test"]) == len(cloud)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    for name, values in read_back(path).items():
+        np.testing.assert_allclose(values, cloud[name], atol=0.51 if name == "intensity" else 1e-6)
+
+
+def test_normals_stand_on_the_surface_towards_the_camera():
+    cloud = plane(2000)
+    out = with_normals(cloud, np.array([[0.3, 0.3, 2.0], [0.3, 0.3, -2.0]]))
+    normal = np.stack([out["nx"], out["ny"], out["nz"]], axis=-1)
+    expected = np.array([-0.5, 0.0, 1.0]) / np.sqrt(1.25) * np.where(cloud["pose"] == 0, 1, -1)[:, None]
+    assert np.median(np.degrees(np.arccos(np.clip((normal * expected).sum(axis=1), -1, 1)))) < 0.5
+
+
+def test_a_region_keeps_what_lies_in_it_and_voxels_one_mean_each():
+    cloud = plane(5000)
+    region = np.array([[0.25, 0.3], [-np.inf, np.inf], [0.0, np.inf]])
+    (kept,) = within([cloud], region)
+    assert len(kept) == ((cloud["x"] >= 0.25) & (cloud["x"] <= 0.3)).sum()
+    for parts in ([cloud], np.array_split(cloud, 7)):
+        thin = one_per_voxel(parts, 0.02)
+        cells = np.floor(positions_of(cloud) / 0.02).astype(int)
+        unique, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        assert len(thin) == len(unique)
+        one = int(np.argmin(first))
+        members = cloud[inverse.ravel() == one]
+        np.testing.assert_allclose(positions_of(thin)[0], positions_of(members).mean(axis=0), rtol=1e-6)
+        assert thin["std"][0] == pytest.approx(np.sqrt(np.mean(members["std"].astype(float) ** 2)), rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scan")
+    data = dataset(poses=6)
+    written(calibrated(data), folder / "calibration")
+    recorded(data, folder / "a", line_centres(data, per_pose=100))
+    recorded(data, folder / "b", line_centres(data, per_pose=100))
+    return folder
+
+
+def test_several_recordings_become_one_cloud_whose_poses_go_on(cell, tmp_path, capsys):
+    for names in (("a",), ("a", "b")):
+        recordings = [str(cell / name) for name in names]
+        asked = ["scan", str(cell / "calibration"), *recordings, "--output", str(tmp_path / f"{len(names)}.ply")]
+        assert main([*asked, "--json", "--normals", "--colour"]) == 0
+        said = json.loads(capsys.readouterr().out)
+    one, both = map_ply(tmp_path / "1.ply"), map_ply(tmp_path / "2.ply")
+    assert len(both) == 2 * len(one) == said["points"]
+    assert set(both["pose"]) == set(range(12))
+    np.testing.assert_array_equal(both["x"][len(one) :], one["x"])
+    assert {"nx", "red"} <= set(both.dtype.names)
+
+
+def test_region_and_voxels_are_typed_and_said(cell, tmp_path, capsys):
+    asked = ["scan", str(cell / "calibration"), str(cell / "a"), "--output", str(tmp_path / "c.ply")]
+    assert main([*asked, "--region", ":,:,-1:2", "--voxel", "0.005"]) == 0
+    assert "points are kept" in capsys.readouterr().out
+    for wrong in ("1:0,:,:", "0:1", "a:b,:,:", "nan:1,:,:"):
+        assert main([*asked, "--force", "--region", wrong]) == 2
+        assert "X0:X1,Y0:Y1,Z0:Z1" in capsys.readouterr().err
+    assert main([*asked, "--force", "--region", "50:51,:,:"]) == 1
+    assert "--region has none" in capsys.readouterr().err
+
+
+def test_a_library_that_is_not_there_is_named(tmp_path, monkeypatch):
+    for ending, library in (("las", "laspy"), ("e57", "pye57")):
+        monkeypatch.setitem(__import__("sys").modules, library, None)
+        with pytest.raises(Exception, match=r"pip install 'robolaser\[clouds\]'"):
+            write_cloud(tmp_path / f"c.{ending}", [plane(5)], [])

@@ -1,0 +1,119 @@
+"""A laser in colour, in more bits than eight, and in a series of exposures."""
+
+import cv2
+import numpy as np
+import pytest
+
+from robolaser.data.image_list import PoseImages
+from robolaser.vision.images import lights
+from robolaser.vision.light_channel import CHANNELS, find_channel
+from robolaser.vision.stripe_trace import traces
+
+SIZE = (320, 240)
+RNG = np.random.default_rng(5)
+ACROSS = 150.0 + 0.1 * np.arange(SIZE[1])
+"""Where the stripe's centre is in each row [px]."""
+TEXTURE = cv2.GaussianBlur(RNG.uniform(0.2, 1.0, SIZE[::-1]), (0, 0), 1.5)
+"""Of what it falls on: in grey as strong as the stripe."""
+
+
+def stripe(peak: float) -> np.ndarray:
+    return peak * np.exp(-0.5 * ((np.arange(SIZE[0]) - ACROSS[:, None]) / 2.0) ** 2)
+
+
+def picture(colour: tuple[float, float, float], peak: float, bits: int = 8, noise: float = 1.0) -> np.ndarray:
+    """A textured surface in white light with a stripe of a colour (blue, green, red), as its file has it."""
+    room = 110 * TEXTURE[..., None] * np.ones(3)
+    light = room + stripe(peak)[..., None] * np.asarray(colour)
+    light += noise * np.random.default_rng(1).standard_normal(light.shape)
+    top = (1 << bits) - 1
+    return np.clip(np.rint(light * top / 255), 0, top).astype(np.uint8 if bits == 8 else np.uint16)
+
+
+def shots(tmp_path, *images: np.ndarray, off: np.ndarray | None = None) -> PoseImages:
+    names = [tmp_path / f"{i}.png" for i in range(len(images) + (off is not None))]
+    for name, image in zip(names, (*images, *(() if off is None else (off,))), strict=True):
+        cv2.imwrite(str(name), image)
+    return PoseImages(0, "p", tuple(names[: len(images)]), None if off is None else names[-1])
+
+
+def missed(taken: PoseImages, channel: str, **how) -> tuple[int, float]:
+    """How many rows show the stripe, and the error of its centre [px]."""
+    (found,) = traces(taken, SIZE, "v", channel=channel, **how)
+    off = found["u"] - ACROSS[np.rint(found["v"]).astype(int)]
+    near = np.abs(off) < 3
+    return int(near.sum()), float(np.sqrt(np.mean(off[near] ** 2))) if near.any() else np.inf
+
+
+@pytest.mark.parametrize(
+    ("colour", "expected", "dark"),
+    [
+        ((0.02, 0.05, 1), "red", False),
+        ((0.02, 0.05, 1), "red", True),
+        ((0.05, 1, 0.1), "green", False),
+        ((1, 0.1, 0), "blue", False),
+        ((1, 0.1, 0), "blue", True),
+    ],
+)
+def test_the_channel_is_found_in_which_a_coloured_laser_stands_out(colour, expected, dark, tmp_path) -> None:
+    """On texture as strong as itself; with an image without the laser, and by the stripe alone."""
+    off = picture(colour, 0.0) if dark else None
+    taken = shots(tmp_path, picture(colour, 45.0), off=off)
+    channel = find_channel([taken], SIZE, "v")
+    assert channel.startswith(expected), channel
+    rows, error = missed(taken, channel)
+    in_grey, _ = missed(taken, "grey")
+    assert rows > 0.8 * SIZE[1]
+    assert rows > in_grey or dark
+    assert error < 0.25
+
+
+def test_grey_images_stay_grey_whatever_their_file_holds(tmp_path) -> None:
+    grey = picture((1, 1, 1), 120.0)[..., 1]
+    for image in (grey, cv2.merge([grey, grey, grey])):
+        assert find_channel([shots(tmp_path, image)], SIZE, "v") == "grey"
+
+
+@pytest.mark.parametrize("bits", [12, 16])
+def test_deep_images_keep_what_eight_bits_lose(bits, tmp_path) -> None:
+    """A stripe of twelve eight-bit grey in a quiet camera, half of it below one eight-bit step from row to row."""
+    deep = picture((1, 1, 1), 12.0, bits, noise=0.02)
+    off = picture((1, 1, 1), 0.0, bits, noise=0.02)
+    _, error = missed(shots(tmp_path, deep[..., 1], off=off[..., 1]), "grey")
+    shallow, dark = (np.asarray(one >> (bits - 8), np.uint8)[..., 1] for one in (deep, off))
+    _, coarse = missed(shots(tmp_path, shallow, off=dark), "grey")
+    assert error < 0.3 * coarse
+
+
+def test_the_depth_is_that_of_all_images_of_a_pose(tmp_path) -> None:
+    """A dark image of twelve bits is not one of ten."""
+    lit, off = picture((1, 1, 1), 150.0, 12)[..., 1], np.minimum(picture((1, 1, 1), 0.0, 12)[..., 1], 1000)
+    ((_, light),) = lights(shots(tmp_path, lit, off=off), SIZE)
+    assert np.median(light) < 40
+
+
+def test_an_exposure_series_is_one_stripe_that_is_neither_dark_nor_saturated(tmp_path) -> None:
+    """One half of the surface is black, the other white: no single exposure shows both."""
+    tone = np.where(np.arange(SIZE[1]) < SIZE[1] // 2, 0.02, 1.0)[:, None]
+    light = tone * (20 + stripe(1000.0))
+    series = []
+    for k, exposure in enumerate((0.2, 8.0)):
+        noise = np.random.default_rng(k).standard_normal(light.shape)
+        series.append(np.clip(np.rint(exposure * light + noise), 0, 255).astype(np.uint8))
+    taken = shots(tmp_path, *series)
+    rows, error = missed(taken, "grey", exposures=True)
+    assert rows > 0.9 * SIZE[1]
+    assert error < 0.1
+    for image in series:
+        alone, worse = missed(shots(tmp_path, image), "grey")
+        assert alone < 0.6 * SIZE[1] or worse > 2 * error
+
+
+def test_channels_weigh_blue_green_and_red_as_opencv_orders_them(tmp_path) -> None:
+    image = np.zeros((*SIZE[::-1], 3), np.uint8)
+    image[...] = (10, 40, 200)
+    taken = shots(tmp_path, image)
+    seen = {name: float(next(iter(lights(taken, SIZE, weights)))[1][0, 0]) for name, weights in CHANNELS.items()}
+    assert (seen["blue"], seen["green"], seen["red"]) == (10, 40, 200)
+    assert seen["red-excess"] == pytest.approx(200 - 25 + 16)
+    assert seen["blue-excess"] == 0
