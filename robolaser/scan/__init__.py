@@ -4,10 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
-from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.data.dataset import Dataset
 from robolaser.data.stripe_file import FILE
-from robolaser.errors import ScanError
 from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, arm_scatter
@@ -50,16 +48,10 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     """Bring scanner and recording together.
 
     Raises:
-        ScanError: The calibration describes the cell wrongly, they are not of one scanner, or the recording holds
-            nothing to scan.
+        ScanError: They are not of one scanner, or the recording holds nothing to scan.
         DataError: Its poses.csv names images as it must not.
         DataError: Its stripes.npy is broken.
     """
-    if calibrated.rms_m is not None and calibrated.rms_m >= SETUP_RMS_M:
-        raise ScanError(
-            f"The calibration from {calibrated.name} leaves points {100 * calibrated.rms_m:.2g} cm off: no real arm errs"
-            " so much, so it describes the cell wrongly. Mend what its report.html names, and calibrate again."
-        )
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))

@@ -16,11 +16,11 @@ from robolaser.algorithms import RCGA
 from robolaser.algorithms.registry import ALGORITHMS
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.checks import setup_warning
-from robolaser.calibration.ros_export import exported
 from robolaser.calibration.initialization import descend_until_agreed
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
+from robolaser.calibration.ros_export import exported
 from robolaser.data.dataset import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem

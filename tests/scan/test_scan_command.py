@@ -52,16 +52,14 @@ def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
     assert (tmp_path / "scan.ply").read_text() == "mine"
 
 
-def test_nothing_is_scanned_with_what_describes_the_cell_wrongly(cell, tmp_path, capsys):
+def test_a_cloud_of_what_describes_the_cell_wrongly_is_not_for_use(cell, tmp_path, capsys):
     shutil.copytree(cell / "calibration", tmp_path / "calibration")
     said = json.loads((cell / "calibration" / "calibration.json").read_text())
     said |= {"rms_m": 0.11, "held_out_rms_m": 0.12}
     (tmp_path / "calibration" / "calibration.json").write_text(json.dumps(said))
     typed = ["scan", str(tmp_path / "calibration"), str(cell / "recording"), "--output", str(tmp_path / "cloud.ply")]
-    assert main(typed) == 1
+    assert main(typed) == 0
     assert "leaves points 12 cm off" in capsys.readouterr().err
-    assert not (tmp_path / "cloud.ply").exists()
-    assert main([*typed, "--nominal"]) == 0
 
 
 def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):
