@@ -48,7 +48,7 @@ def cause_classes(
     """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
 
     Args:
-        verdict: Only an `unexplained` gap has an unknown cause; without a gap there is none.
+        verdict: An `explained` gap has an unknown cause only where no class is likely; without a gap there is none.
         refits: Fits sets of effects.
         final: The final model.
         evidence: For each of its effects.
@@ -77,7 +77,18 @@ def cause_classes(
     if strange and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
         found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=strange.site))
+    elif verdict == "explained":
+        found += imitated_cause(found, evidence, gap)
     return tuple(sorted(found, key=_importance))
+
+
+def imitated_cause(classes: Sequence[CauseClass], evidence: Sequence[EffectEvidence], gap_m: float) -> list[CauseClass]:
+    """The unknown, where effects close the gap and yet no class of theirs is likely: they only imitate it."""
+    likeliest = max((one.probability for one in classes), default=0.0)
+    if likeliest >= EVEN or not evidence:
+        return []
+    site = max(evidence, key=lambda one: one.explained).candidate_effect.where
+    return [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
 
 
 def _importance(one: CauseClass) -> tuple[bool, float, float]:

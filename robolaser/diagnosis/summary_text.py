@@ -10,7 +10,7 @@ from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN, WORTH_SAYING
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, WORTH_SAYING
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -107,9 +107,16 @@ def _unexplained(
 
 
 def _remainder(classes: Sequence[CauseClass]) -> str:
-    """What little is left although the gap is explained; may be empty."""
-    site = next((one.site for one in classes if one.name == UNKNOWN and one.probability >= CERTAIN), "")
-    return f" The little that is left lies at {site}, in no form that an effect of the library has." if site else ""
+    """What is unknown although the gap is explained; may be empty."""
+    unknown = next((one for one in classes if one.name == UNKNOWN), None)
+    if unknown and all(one.probability < EVEN for one in classes if one is not unknown):
+        return (
+            f" More probably ({100 * unknown.probability:.0f} %) what is at work at {unknown.site} has no form that an"
+            " effect of the library has, and these effects only imitate it."
+        )
+    if unknown and unknown.probability >= CERTAIN:
+        return f" The little that is left lies at {unknown.site}, in no form that an effect of the library has."
+    return ""
 
 
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:

@@ -7,9 +7,10 @@ import pytest
 
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.diagnosis.cause_classes import class_of, credible_set, member_probabilities
+from robolaser.diagnosis.cause_classes import class_of, credible_set, imitated_cause, member_probabilities
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.pruning import exchanged
+from robolaser.diagnosis.result import CauseClass
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -61,6 +62,13 @@ def test_candidates_share_the_probability_of_what_they_could_each_explain() -> N
 def test_a_candidate_of_two_places_is_as_probable_as_either() -> None:
     found = member_probabilities([weighed({ELBOW: 0.5, WRIST: 0.5}), weighed({GEAR: 0.8, ELBOW: 0.2})])
     assert found[ELBOW] == pytest.approx(1 - 0.5 * 0.8)
+
+
+def test_what_effects_explain_of_which_no_class_is_likely_is_imitated_where_most_is_explained() -> None:
+    doubted = CauseClass("transmission", 0.3, 2e-4, 1e-4)
+    (unknown,) = imitated_cause([doubted], [weighed({GEAR: 1.0}), replace(weighed({ELBOW: 1.0}), explained=9.0)], 1e-4)
+    assert (unknown.name, unknown.probability, unknown.site) == ("unknown", pytest.approx(0.7), GEAR.where)
+    assert not imitated_cause([replace(doubted, probability=0.6)], [weighed({GEAR: 1.0})], 1e-4)
 
 
 @pytest.mark.parametrize(("weight", "gap", "takes"), [(0.9, 1.0, True), (0.9, 1.1, False), (0.4, 0.9, False)])

@@ -159,6 +159,14 @@ def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
     assert "The little" not in one.sentence
 
 
+def test_what_effects_only_imitate_is_said_where_no_class_is_likely():
+    one = doubted(geometric())
+    unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="joint_4")
+    said = sentence("explained", one.findings, (unknown,), one.where, one.gap, one.repeatability, one.outliers)
+    assert "what is at work at joint_4 has no form" in said
+    assert "The little" not in said
+
+
 def test_uncertain_effects_of_a_class_have_one_advice_together():
     said = to_do(doubted(geometric()))
     assert [one for one in said if "robot_corrected.urdf" in one] == [said[0]]
