@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from robolaser.arrays import Array
 from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
+from robolaser.calibration.simulators.mjcf import mjcf
+from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -13,8 +15,8 @@ OPTICAL = "camera_optical"
 
 
 def exported(calibration: Calibration) -> Sequence[str | None]:
-    """All that other programs read: `robot_urdf`, `corrected_urdf`, `camera_yaml` and the two below."""
-    every = (robot_urdf, corrected_urdf, camera_yaml, static_transform, easy_handeye2)
+    """All that other programs read, for ROS and for simulators."""
+    every = (robot_urdf, corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, corrected_module)
     return [write(calibration) for write in every]
 
 
