@@ -1,8 +1,7 @@
 """Arms of bus servos that share a line: Dynamixel's X series, and Feetech's STS series."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import ClassVar, Self, final
 
 import numpy as np
@@ -12,7 +11,8 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import alarm, joints_differ, line_lost, no_outputs, unclear
 from robolaser.cell.serial_line import LETTERS, SerialLine, connect
-from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL, DynamixelPackets, Packets, StsPackets
+from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL
+from robolaser.cell.servo_registers import SERVOS
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
 
@@ -23,40 +23,12 @@ QUIET_S = 0.25
 TRIES = 4
 RAMP = 0.25
 """Share of a motion's time in which it gains speed."""
+BRAKING = 100, 254
+"""Speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop."""
 TIMED = 4
 """Bit of Dynamixel's drive mode: profiles are stated as times."""
 TROUBLE = {1: "wrong voltage", 2: "no reading of its encoder", 4: "too hot", 8: "too much current", 32: "overloaded"}
 ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
-
-
-@final
-@dataclass(frozen=True)
-class Registers:
-    """Where a servo keeps what: an address and a number of bytes each.
-
-    Attributes:
-        torque: Whether the motor holds.
-        goal: Where it goes.
-        motion: The goal and how to get there, in one piece.
-        present: Where it is.
-        status: Bits of `TROUBLE`.
-        signed_by_bit: Whether the highest bit of a position is its sign.
-    """
-
-    packets: Packets
-    torque: tuple[int, int]
-    goal: tuple[int, int]
-    motion: tuple[int, int]
-    present: tuple[int, int]
-    status: tuple[int, int]
-    signed_by_bit: bool = False
-    drive_mode: tuple[int, int] | None = None
-
-
-SERVOS: Mapping[str, Registers] = {
-    "dynamixel": Registers(DynamixelPackets(), (64, 1), (116, 4), (108, 12), (132, 4), (70, 1), drive_mode=(10, 1)),
-    "feetech": Registers(StsPackets(), (40, 1), (42, 2), (41, 7), (56, 2), (65, 1), signed_by_bit=True),
-}
 
 
 @final
@@ -154,13 +126,15 @@ class ServoArm(Arm):
         self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
 
     def _send_on(self, start: Ints, goal: Ints, seconds: float) -> None:
-        """Send all servos from where they are to where they are to be, (j,) each, with the same ramps."""
+        """Send all servos from where they are to where they are to be, (j,) each, with the same ramps; in 0 s: stop."""
         address, length = self._at.motion
         motions = []
         for way, position in zip(np.abs(goal - start).tolist(), goal.tolist(), strict=True):
             if self._at.signed_by_bit:  # acceleration [100 steps/s2], goal, a time that is not used, speed [steps/s]
-                speed = max(1, round(way / max(seconds * (1 - RAMP), 0.1)))
-                ramp = min(254, max(1, round(speed / max(RAMP * seconds, 0.1) / 100)))
+                speed, ramp = BRAKING
+                if seconds:
+                    speed = max(1, round(way / (seconds * (1 - RAMP))))
+                    ramp = min(254, max(1, round(speed / (RAMP * seconds) / 100)))
                 signed = abs(position) | (0x8000 if position < 0 else 0)
                 motions.append(bytes([ramp]) + signed.to_bytes(2, "little") + b"\0\0" + speed.to_bytes(2, "little"))
             else:  # times of ramp and motion [ms], goal

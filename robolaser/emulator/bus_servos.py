@@ -1,7 +1,7 @@
 """Servos on one line that keep what they know in numbered registers: Dynamixel's X series, and Feetech's STS series."""
 
 from collections.abc import Sequence
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -30,6 +30,8 @@ class BusServos(Controller):
         direction: +1 or -1 for each joint; empty: all +1.
         dynamixel: Whether they are Dynamixels.
     """
+
+    command_mark: ClassVar[bytes] = b"\xff\xff"
 
     def __init__(
         self,
@@ -151,6 +153,8 @@ class BusServos(Controller):
         wanted = self._reference[i] + self._direction[i] * (shown - MIDDLE) * 2 * np.pi / TURN
         axis, goal = self._axes[i], float(np.clip(wanted, self._lower[i], self._upper[i]))
         axis.halt(now_s)
+        if abs(goal - axis.goal) <= np.pi / TURN:  # it sees whole steps only
+            return
         way = abs(goal - axis.goal)
         if self._dynamixel:
             timed = memory[10] & 4

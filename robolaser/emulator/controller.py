@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from enum import Enum
+from typing import ClassVar
 
 from robolaser.arrays import Array
 
@@ -23,6 +24,9 @@ class ArmFault(Enum):
 
 class Controller(ABC):
     """An arm's controller as a state machine; time is an argument and never runs backwards [s]."""
+
+    command_mark: ClassVar[bytes] = b"\r"
+    """What each command has once."""
 
     @abstractmethod
     def receive(self, data: bytes, now_s: float) -> bytes:

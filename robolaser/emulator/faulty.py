@@ -39,7 +39,7 @@ class FaultyController(Controller):
         misheard = self._there("misheard", now_s)
         if misheard is not None:
             data = self._thinned(data, misheard.amount)
-        self.heard += data.count(b"\r")
+        self.heard += data.count(self._controller.command_mark)
         answer = self._controller.receive(data, now_s)
         self._strike(now_s)
         return self._send(answer, now_s)

@@ -31,6 +31,7 @@ SAID_DEG = 0.11
 LINE = ("garbage:0.02", "garbage:0.2", "lost:0.02", "lost:0.2", "misheard:0.02", "misheard:0.2", "late:0.5", "late:1.5",
         "late:3", "late:30", "silent", "flood", "flood:200", "cut")  # fmt: skip
 AXES = ("impact", "stall", "thermic", "reboot")
+KINDS = ("acl", "acl", "acl", "acl", "acl", "lss", "dynamixel", "feetech")
 OTHERS = ("camera", "disk", "hand")
 
 
@@ -40,7 +41,7 @@ class Day:
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
         self.seed = seed
-        self.kind = "acl" if rng.random() < 0.7 else "lss"
+        self.kind = KINDS[int(len(KINDS) * rng.random())]
         self.both_ways = rng.random() < 0.4
         self.fault, self.other = "", ""
         self.moment_s = rng.uniform(0.5, LATEST_S)
@@ -142,7 +143,7 @@ def go_on(cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> None:
 @pytest.mark.parametrize("batch", range(DAYS // BATCH))
 def test_after_any_bad_day_the_arm_stands_and_the_recording_is_whole(batch: int, tmp_path: Path) -> None:
     cells = {}
-    for kind in ("acl", "lss"):
+    for kind in set(KINDS):
         (tmp_path / kind).mkdir()
         cells[kind] = bench.cell(tmp_path / kind, kind)
     stopped = 0
