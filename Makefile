@@ -3,7 +3,7 @@ PYTHON ?= python3
 SHELL = /bin/bash
 PIP = .venv/bin/python -m pip --disable-pip-version-check
 
-.PHONY: demo test lint matrix docs bench clean
+.PHONY: demo test lint matrix fuzz docs bench clean
 
 # Installed once, and again when the dependencies change.
 .venv/installed: pyproject.toml
@@ -43,6 +43,10 @@ test: lint .venv/developing
 # Python 3.11 to 3.13, newest and lowest declared versions, each from a built wheel in a fresh environment. Takes an hour.
 matrix: .venv/developing
 	.venv/bin/python .ci/matrix.py
+
+# Generated input for the parsers, thousands of examples each, other ones each time. Takes an hour; stop it at any time.
+fuzz: .venv/developing
+	GENERATED=long .venv/bin/pytest tests/data/test_generated_input.py
 
 .venv/documenting: .venv/developing
 	$(PIP) install --quiet --requirement requirements-docs.txt

@@ -24,6 +24,8 @@ TEXT_BYTES = 1 << 28
 """Of another text that is read whole: results, tables of other programs."""
 TABLE_BYTES = 1 << 33
 """Of a CSV table, which is read piece by piece."""
+CLOUD_BYTES = 1 << 40
+"""Of a cloud or of line centres, which are mapped into memory and read piece by piece."""
 YAML_BYTES = 50_000_000
 IMAGE_BYTES = 1 << 28
 IMAGE_PIXELS = 150_000_000

@@ -1,10 +1,16 @@
 """What all tests share."""
 
+import os
 import signal
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
 from threadpoolctl import threadpool_limits
+
+settings.register_profile("fast", max_examples=25, derandomize=True, deadline=None, database=None)
+settings.register_profile("long", max_examples=20_000, deadline=None, database=None, print_blob=True)
+settings.load_profile(os.environ.get("GENERATED", "fast"))
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Array
+from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.simulators.mjcf import mjcf
@@ -15,9 +16,14 @@ OPTICAL = "camera_optical"
 
 
 def exported(calibration: Calibration) -> Sequence[str | None]:
-    """All that other programs read, for ROS and for simulators."""
-    every = (robot_urdf, corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, corrected_module)
-    return [write(calibration) for write in every]
+    """All that other programs read, for ROS and for simulators.
+
+    Only `robot_urdf` where the errors say that the data set describes the cell wrongly: the rest would look as if it
+    were good.
+    """
+    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, corrected_module)
+    wrong = calibration.rms_m >= SETUP_RMS_M
+    return [robot_urdf(calibration), *(None if wrong else write(calibration) for write in found)]
 
 
 def static_transform(calibration: Calibration) -> str | None:

@@ -110,6 +110,8 @@ def scan(
     made = merged(scans)
     for warning in (*dict.fromkeys(said for one in scans for said in one.recording.warnings), *made.warnings):
         terminal.warn(warning)
+    if made.calibrated.setup_warning is not None:
+        terminal.warn(made.calibrated.setup_warning)
     names = [file.name for file in files]
     with results_in(output.parent, command="scan", files=names, inputs=[calibration], force=force):
         subsample = Subsample()

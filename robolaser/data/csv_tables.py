@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
+from types import SimpleNamespace
 from typing import final
 
 import numpy as np
@@ -220,9 +221,9 @@ def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int])
 
 def table_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A CSV file's text; floats keep every digit that counts."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
+    lines: list[str] = []
+    writer = csv.writer(SimpleNamespace(write=lines.append))  # ends rows with both signs, and quotes cells with either
     writer.writerow(header)
     for row in rows:
         writer.writerow([f"{float(cell):.12g}" if isinstance(cell, float) else cell for cell in row])
-    return text.getvalue()
+    return "".join(line.removesuffix("\r\n") + "\n" for line in lines)

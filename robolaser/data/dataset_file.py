@@ -276,7 +276,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
     if path.is_file():
         text = read_text(path, ROBOT_BYTES)
     elif table.urdf.endswith((".urdf", ".xml")) or "/" in table.urdf:
-        raise unreadable(path, "no such file")
+        raise unreadable(path, "it is not a regular file" if path.exists() else "no such file")
     else:
         try:
             text = find_robot(table.urdf).urdf

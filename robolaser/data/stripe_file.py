@@ -5,15 +5,15 @@ along the stripe.
 """
 
 import io
-import stat
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from robolaser.bounded_reading import CLOUD_BYTES, opened
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DataError, unreadable
 
@@ -33,13 +33,9 @@ def open_stripes(path: Path) -> Stripes:
         DataError: It is missing, cut off, no file of NumPy's, or holds another kind of array.
     """
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise unreadable(path, "it is not a regular file")
-        with path.open("rb") as file:
+        with opened(path, CLOUD_BYTES) as file:
             shape, dtype = _header(file)
             start = file.tell()
-    except OSError as error:
-        raise unreadable(path, error.strerror or str(error)) from None
     except ValueError as error:
         raise unreadable(path, str(error)) from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
@@ -78,7 +74,7 @@ def _announced(count: int) -> bytes:
     return head.getvalue()
 
 
-def _header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+def _header(file: IO[Any]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     if npy.read_magic(file) != (1, 0):
         raise ValueError("a later version of NumPy's format")
     shape, _, dtype = npy.read_array_header_1_0(file)

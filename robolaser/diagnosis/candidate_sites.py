@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -56,8 +57,13 @@ class Site:
         return np.asarray(products.reshape(len(products), -1))
 
 
-def sites(fit: Fit) -> Iterator[Site]:
-    """Every site that the data set has, with every coordinate that it may depend on there."""
+@lru_cache(maxsize=2)
+def sites(fit: Fit) -> tuple[Site, ...]:
+    """Every site that the data set has, with every coordinate that it may depend on there; the last ones are kept."""
+    return tuple(_sites(fit))
+
+
+def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
     derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)

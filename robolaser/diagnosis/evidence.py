@@ -1,6 +1,6 @@
 """How sure it is that an effect is the cause: what else could stand in its place."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
+from robolaser.diagnosis.thresholds import ALIAS_LOCATIONS, ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -52,7 +52,7 @@ def evidence_for(
     """
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
-    others = _alternatives_refitted(refits, final, candidate_effect)
+    others = list(_alternatives_refitted(refits, final, candidate_effect))
     costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
@@ -70,13 +70,13 @@ def evidence_for(
 
 def _alternatives_refitted(
     refits: Refits, final: Fit, candidate_effect: CandidateEffect
-) -> list[tuple[CandidateEffect, Fit]]:
+) -> Iterator[tuple[CandidateEffect, Fit]]:
     """Candidates that promise as much as an effect of the final model, and that model with each in its place."""
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
-    return [(test.candidate_effect, refits.refit(without, [test])) for test in near]
+    return ((test.candidate_effect, refits.refit(without, [test])) for test in near)
 
 
 def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tuple[CandidateEffect, Fit]]:
@@ -116,4 +116,11 @@ def _explained_beside(
 
 
 def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:
-    return {other.where for other, _ in _alike(final, _alternatives_refitted(refits, final, one))} - {one.where}
+    """Locations of others that do as well in an effect's place; no more than it takes to be an alias are looked for."""
+    found: set[str] = set()
+    for other, fit in _alternatives_refitted(refits, final, one):
+        if other.where != one.where and is_indistinguishable(final.deviance, fit.deviance):
+            found.add(other.where)
+        if len(found) == ALIAS_LOCATIONS:
+            break
+    return found

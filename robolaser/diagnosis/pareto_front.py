@@ -92,11 +92,12 @@ def stepwise_order(tests: Sequence[ScoreTest], most: int = LEADERS, least: float
     if not tests:
         return []
     G, spans = _normal_equations(tests)
+    prices = np.array([penalty(test) for test in tests])
     order: list[int] = []
     for _ in range(min(most, len(tests))):
-        others = [i for i in range(len(tests)) if i not in order]
-        net = {i: _gain(G, spans[i]) - penalty(tests[i]) for i in others}
-        best = max(others, key=net.__getitem__)
+        net = _gains(G, spans) - prices
+        net[order] = -np.inf
+        best = int(net.argmax())
         if net[best] < least:
             break
         order.append(best)
@@ -123,8 +124,17 @@ def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
     return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
 
 
-def _gain(G: Array, span: Ints) -> float:
-    return float(G[span, -1] @ _inverse(G, span) @ G[span, -1])
+def _gains(G: Array, spans: Sequence[Ints]) -> Array:
+    """Chi-squared that each effect explains, those with as many columns at once, (n,)."""
+    gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
+    for width in np.unique(widths):
+        alike = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in alike.tolist()])
+        squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
+        along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
+        seen = squares > SEEN
+        gains[alike] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+    return gains
 
 
 def _inverse(G: Array, span: Ints) -> Array:

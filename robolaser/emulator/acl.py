@@ -77,7 +77,7 @@ class AclController(Controller):
             "CON": self._con,
             "ECHO": self._echo_on,
             "NOECHO": self._echo_off,
-            "STATUS": self._status,
+            "STAT": self._status,
             "A": self._abort,
             "ABORT": self._abort,
         }

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.bounded_step import bounded_steps
 from robolaser.estimation.problem import Problem
@@ -25,6 +25,9 @@ TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 SAMPLE = 10_000
 """Rows on which these fits of large data are made."""
+MOST_STEPS = 30
+"""Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. Of a real
+scanner's, 20, 50 and 644 steps gave 0.460, 0.466 and 0.463 mm on held-out poses."""
 CHORDS, SHORTER = 8, 0.3
 """Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little. A step that
 does not lower the cost is tried again, shorter."""
@@ -129,7 +132,8 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
         unmoved = np.zeros((folds.count, len(x)))
         fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough, slopes)
         if len(going):
-            ends = solve(problem, fits[going], kept=folds.of_row != going[:, None], tol=TOLERANCE, enough=enough)
+            kept, hopeless = folds.of_row != going[:, None], _in_a_valley if enough else None
+            ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough, hopeless=hopeless)
             fits[going], evaluations = ends.x, evaluations + ends.evaluations
     else:
         fits, evaluations = _by_sample(problem, x, folds, sample)
@@ -137,6 +141,10 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
     if folds.whole:
         errors = problem.model.sensor.located_apart(errors)
     return FoldFits(errors, fits, evaluations + folds.count)
+
+
+def _in_a_valley(cost: Array, converged: Bools, steps: Ints) -> Bools:
+    return np.asarray(steps >= MOST_STEPS)
 
 
 def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:

@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
+from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.result import FORMAT
 from robolaser.data.atomic_write import finish_writing
 from robolaser.data.dataset import Dataset, Poses
@@ -64,6 +65,16 @@ class Calibrated:
     def effects(self) -> tuple[Effect, ...]:
         """The effects with their numbers."""
         return tuple(candidate_effect.at(self.values) for candidate_effect in self.candidates)
+
+    @property
+    def setup_warning(self) -> str | None:
+        """A warning that the calibration describes the cell wrongly; None where nothing points to that."""
+        if self.rms_m is None or self.rms_m < SETUP_RMS_M:
+            return None
+        return (
+            f"The calibration from {self.name} leaves points {100 * self.rms_m:.2g} cm off: no real arm errs so much,"
+            " so it describes the cell wrongly. Do not use this cloud."
+        )
 
     def as_drawn(self) -> "Calibrated":
         """The nominal scanner: before anything was fitted, and without effects."""

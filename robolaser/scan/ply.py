@@ -1,5 +1,6 @@
 """Point clouds on disk: binary PLY, written piece by piece, whole or not at all."""
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import CLOUD_BYTES, opened
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DataError
 
@@ -49,11 +51,11 @@ def map_ply(path: Path) -> Vertices:
         DataError: It is no such file, or cut off.
     """
     try:
-        with path.open("rb") as file:
+        with opened(path, CLOUD_BYTES) as file:
             head = file.read(MOST_HEADER)
-        size = path.stat().st_size
-    except OSError as error:
-        raise _unreadable(path, error.strerror or str(error)) from None
+            size = os.fstat(file.fileno()).st_size
+    except DataError as error:
+        raise _unreadable(path, str(error).rstrip(".")) from None
     lines, end, _ = head.partition(b"end_header\n")
     said = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
     counts = [line.split()[-1] for line in said if line.startswith("element vertex ")]

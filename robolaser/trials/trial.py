@@ -178,7 +178,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     try:
         said = read_json(path)
     except DataError as error:
-        raise _no_diagnosis(path, str(error)) from None
+        raise _no_diagnosis(path, str(error).rstrip(".")) from None
     if not isinstance(said, dict) or said.get("format") != _FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
     missing = [key for key in _NEEDED if key not in said]

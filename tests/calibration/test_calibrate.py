@@ -20,6 +20,7 @@ from robolaser.calibration.initialization import descend_until_agreed
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
+from robolaser.calibration.ros_export import exported
 from robolaser.data.dataset import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem
@@ -222,6 +223,7 @@ def test_centimetres_or_many_parameters_on_bounds_mean_a_wrong_description_of_th
     assert "stripe_axis" in warning
     assert "unit" in warning
     assert warning == found.setup_warning
+    assert [text is None for text in exported(found)] == [False, True, True, True, True]
 
 
 @pytest.mark.parametrize(

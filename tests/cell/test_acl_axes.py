@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell.acl_axes import radians_per_count
+from robolaser.cell.failures import AnswerUnclear, ArmRefused, ArmRestarted
 from robolaser.errors import ArmError
 
 A_DEGREE = 100.0
@@ -42,3 +43,29 @@ def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) 
     rig.clock.wait(60.0)
     with pytest.raises(ArmError, match=r"pitch is .* Check \[arm\] axes"):
         bench.arm_on(rig, bench.cell(tmp_path, "er5plus"))
+
+
+@pytest.mark.parametrize("lines", ["SYSTEM READY !", "----ROM TEST COMPLETE.", "INSTALLING DEFAULT SETUP."])
+def test_any_line_of_a_boot_says_that_the_controller_has_restarted(tmp_path: Path, lines: str) -> None:
+    """A disturbed line may swallow the others."""
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    rig.coming += f"\r\n{lines}\r\n>".encode()
+    with pytest.raises(ArmRestarted, match="restarted"):
+        arm.poll_faults()
+
+
+@pytest.mark.parametrize("answer", ["UNRECOGNIZED REQUEST", "*** ERROR 310: BAD AXIS", "POSITION IS NOT DEFINED"])
+def test_what_a_controller_does_not_carry_out_is_no_success(
+    tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    receive = rig.controller.receive
+    monkeypatch.setattr(
+        rig.controller, "receive", lambda data, now_s: receive(data, now_s).replace(b"O.K.", answer.encode())
+    )
+    with pytest.raises((AnswerUnclear, ArmRefused)):
+        arm.laser_on(1)

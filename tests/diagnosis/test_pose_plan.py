@@ -119,3 +119,13 @@ def test_the_command_takes_a_table_of_poses_or_a_data_set(tmp_path: Path, capsys
     assert json.loads((tmp_path / "planned" / "plan.json").read_text()) == json.loads(capsys.readouterr().out)
     assert main(["plan", str(tmp_path / "cell"), "--robot", "ur5e"]) == 2
     assert main(["plan", table, "--robot", "scorbot_er7", "--sensor", "pint", "--point-m", "3e-5"]) == 2
+
+
+def test_a_pose_in_which_the_arm_hits_itself_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    q = {"free": "0.1,-0.4,0.6,0.2,0", "folded": "0,0.5,1.9,1.5,0", "aside": "0.5,-0.2,0.5,0.1,0.3"}
+    rows = "".join(f"{name},{values}\n" for name, values in q.items())
+    (tmp_path / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n" + rows)
+    main(["plan", str(tmp_path / "poses.csv"), "--robot", "scorbot_er7", "--sensor", "point", "--point-m", "3e-5"])
+    said = capsys.readouterr().err
+    assert "folded: link_2 and link_5 overlap by" in said
+    assert "free:" not in said

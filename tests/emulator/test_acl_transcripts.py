@@ -15,7 +15,7 @@ from robolaser.emulator.emulated_cell import controller_of
 ANSWERS = {
     # ACL reference guide for Controller-A, p. 3-104
     "SHOW PAR 261": "PAR 261=10\r\nO.K.\r\n>",
-    # A SCORBOT-ER V, by github.com/talos-rit, 2026
+    # A SCORBOT-ER V: github.com/talos-rit/commander, digital_twin/Bingo_ER-V_Bringup_Runbook.md
     "VER": "--- ESHED ROBOTEC ---\r\nVERSION: 1.31\r\nDATE : 15/08/89\r\n>",
 }
 BOOT = (  # the same
@@ -24,7 +24,7 @@ BOOT = (  # the same
 )
 LAB = (2441, 2153, -10311, -14394, 189)
 LISTED = "1: 2441    2: 2153    3:-10311   4:-14394   5: 189"
-"""A SCORBOT-ER VII in a laboratory at Instituto Superior Técnico, 2023."""
+"""As a student of a course "Robotics 22-23" noted it of a real SCORBOT in a published program, actions.py."""
 
 
 @pytest.fixture

@@ -1,8 +1,10 @@
 """What `robolaser scan` keeps to."""
 
 import html
+import json
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +50,16 @@ def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
     (tmp_path / "scan.ply").write_text("mine")
     assert scan(cell, tmp_path / "scan.ply", "--force") == 1
     assert (tmp_path / "scan.ply").read_text() == "mine"
+
+
+def test_a_cloud_of_what_describes_the_cell_wrongly_is_not_for_use(cell, tmp_path, capsys):
+    shutil.copytree(cell / "calibration", tmp_path / "calibration")
+    said = json.loads((cell / "calibration" / "calibration.json").read_text())
+    said |= {"rms_m": 0.11, "held_out_rms_m": 0.12}
+    (tmp_path / "calibration" / "calibration.json").write_text(json.dumps(said))
+    typed = ["scan", str(tmp_path / "calibration"), str(cell / "recording"), "--output", str(tmp_path / "cloud.ply")]
+    assert main(typed) == 0
+    assert "leaves points 12 cm off" in capsys.readouterr().err
 
 
 def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):

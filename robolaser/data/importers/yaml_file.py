@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.bounded_reading import YAML_BYTES, read_text
+from robolaser.bounded_reading import CLOUD_BYTES, YAML_BYTES, opened, read_text
 from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import from_quaternion, nearest_rotation, pose
@@ -21,9 +21,9 @@ STRETCH = 0.01  # files round their digits
 def peek(path: Path) -> str:
     """The beginning of a file as text; "" where there is none."""
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            return file.read(PEEKED)
-    except (OSError, ValueError):
+        with opened(path, CLOUD_BYTES) as file:
+            return str(file.read(PEEKED), "utf-8", "replace")
+    except (DataError, ValueError):
         return ""
 
 

@@ -46,5 +46,6 @@ class TargetScale(Effect):
         """Stretch the target in its plane."""
         plane = run.target
         flat = plane.axes[:, :2]
-        centre = np.stack([self.centre_x, self.centre_y], axis=-1)[:, None]
-        return np.asarray(points + self.scale[:, None, None] * (((points - plane.centre) @ flat - centre) @ flat.T))
+        centre = np.stack([self.centre_x, self.centre_y], axis=-1) @ flat.T
+        across = (points - plane.centre) @ (flat @ flat.T)
+        return np.asarray(points + self.scale[:, None, None] * (across - centre[:, None]))

@@ -69,10 +69,11 @@ class TargetWarp(Effect):
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2
         lift = bow + self.z[:, None] + self.x[:, None] * xi + self.y[:, None] * eta
         along, across = (_cosines(np.pi * (coordinate / FIELD + 1.0) / 2.0) for coordinate in (xi, eta))
-        for name, *_ in self.amplitudes():
-            if name.startswith("wave_"):
-                i, j = map(int, name.split("_")[1:])
-                lift += getattr(self, name)[:, None] * (along[i] * across[j])
+        waves = [name for name, *_ in self.amplitudes() if name.startswith("wave_")]
+        orders = [tuple(map(int, name.split("_")[1:])) for name in waves]
+        shapes = np.stack([along[i] * across[j] for i, j in orders], axis=1)
+        sizes = np.stack([getattr(self, name) for name in waves], axis=1)
+        lift += (sizes[:, None] @ shapes)[:, 0]
         return np.asarray(points + lift[..., None] * plane.axes[:, 2])
 
 

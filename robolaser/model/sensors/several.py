@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.several_sensors import with_points_of
+from robolaser.errors import EstimationError
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
@@ -143,13 +144,24 @@ class Several(Sensor):
         return sorted(self._parts, key=rank) if any(rank(part)[0] for part in self._parts) else list(self._parts)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Each sensor's, those with the most rows first; the others leave what it found."""
+        """Each sensor's, those with the most rows first; the others leave what it found.
+
+        Raises:
+            EstimationError: What one could not find no other did.
+        """
         found: dict[str, Array] = {}
+        failed: list[EstimationError] = []
         for part in sorted(self._parts, key=lambda part: -len(part.rows)):
-            own = part.sensor.initialize(
-                part.values({**values, **found}), T_base_flange, self._perturbed(part, perturb)
-            )
+            try:
+                own = part.sensor.initialize(
+                    part.values({**values, **found}), T_base_flange, self._perturbed(part, perturb)
+                )
+            except EstimationError as error:  # few rows of it, as of a sample: another sensor may find the same
+                failed.append(error)
+                continue
             found = {**part.of_whole(own), **found}
+        if failed and not all(name in found for name in self.derived):
+            raise failed[0]
         return {name: value for name, value in found.items() if name in self.derived}
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

@@ -10,6 +10,7 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.several_sensors import with_points_of
 from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError, UsageError
 from robolaser.finite_differences import central_differences
@@ -17,6 +18,7 @@ from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quatern
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Perturbation
 from robolaser.simulation import Simulated, simulate
 
 
@@ -144,3 +146,17 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
     assert found.verdict == "explained"
     assert [(one.name, one.probability > 0.9) for one in found.classes] == [(cause, True)]
     assert found.gap.after_m == pytest.approx(found.gap.noise_floor_m, rel=0.1)
+
+
+def test_where_too_few_corners_are_seen_to_tell_the_target_the_stripe_does(noisy: Simulated) -> None:
+    """As in a sample of the rows: of a pose two corners, in more poses than show the stripe."""
+    points = noisy.dataset.points
+    assert points.sensor is not None
+    group = 2 * points.pose + points.sensor
+    place = np.array([np.sum(group[:i] == number) for i, number in enumerate(group)])
+    stripe = points.take((points.sensor == 0) & (points.pose > 0) & (place < 2))
+    corners = points.take((points.sensor == 1) & (place < 2))
+    model = Model(with_points_of(noisy.dataset, [replace(one, sensor=None) for one in (stripe, corners)]))
+    values = {name: np.array([value]) for name, value in noisy.truth.items() if not name.startswith("target.")}
+    found = model.sensor.initialize(values, model.dataset.flange()[None], Perturbation())
+    assert found["target.x"][0] == pytest.approx(noisy.truth["target.x"], abs=2e-3)

@@ -3,6 +3,7 @@
 import builtins
 
 import pytest
+from emulated_cell import cell_folder
 from scanned import calibrated, dataset, recorded, written
 
 from robolaser.cli import main
@@ -67,3 +68,26 @@ def test_a_calibration_that_is_none_is_told(cell, served, capsys):
     (cell / "broken.json").write_text("{}")
     assert main(["view", str(cell / "data"), str(cell / "broken.json"), "--no-browser"]) == 1
     assert "Cannot use" in capsys.readouterr().err
+
+
+def test_a_table_of_poses_is_shown_with_what_it_would_hit(served, tmp_path, capsys):
+    folder = cell_folder(tmp_path)
+    with (folder / "cell.toml").open("a") as file:
+        file.write('[[box]]\nname = "post"\ncentre_m = [0.35, 0.2, 0.3]\nsize_m = [0.05, 0.05, 0.6]\n')
+    poses = tmp_path / "poses.csv"
+    poses.write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\ninto,0.52,-0.4,0.6,0,0\n")
+    assert main(["view", str(poses), "--cell", str(folder), "--no-browser"]) == 0
+    (models, _, _, collisions) = served[-1]
+    assert models[0].dataset.poses.names == ("into",)
+    assert "link_3 and post overlap by" in collisions.route_note
+    assert main(["view", str(poses), "--no-browser"]) != 0
+
+
+def test_a_cell_of_another_arm_is_wrong_usage(cell, served, tmp_path, capsys):
+    folder = cell_folder(tmp_path)
+    text = (folder / "robot.urdf").read_text()
+    (folder / "robot.urdf").write_text(text.replace('"joint_1"', '"axis_1"'))
+    described = (folder / "dataset.toml").read_text()
+    (folder / "dataset.toml").write_text(described.replace('"joint_1"', '"axis_1"'))
+    assert main(["view", str(cell / "data"), "--cell", str(folder), "--no-browser"]) == 2
+    assert "axis_1" in capsys.readouterr().err
