@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     import pandas as pd
 
-EXPORTED: Final = ("robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib")
+EXPORTED: Final = (
+    "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
+    "robot_corrected.xml", "corrected.py",
+)  # fmt: skip
 """What a calibration leaves for other programs."""
 
 

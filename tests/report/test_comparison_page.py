@@ -103,13 +103,14 @@ def test_every_algorithm_has_a_line_of_its_own_on_logarithmic_axes(pages, standi
     assert {"series", "target", "ert"} <= hovered(per_target)
 
 
-def test_bars_of_mean_ranks_overlap_where_the_difference_is_not_critical(pages, standings):
-    ranks = standings["complete"][0].evaluations.ranks
-    bars = titled(pages["complete"])["Mean ranks by evaluations"]["layer"][0]["data"]["values"]
-    assert [bar["name"] for bar in bars] == list(ranks.algorithms)
-    for bar, mean in zip(bars, ranks.mean_ranks, strict=True):
-        assert bar["high"] - bar["low"] == pytest.approx(ranks.critical_difference, abs=2e-3)
-        assert bar["high"] + bar["low"] == pytest.approx(2 * mean, abs=2e-3)
+def test_algorithms_share_a_letter_where_no_test_of_the_pair_tells_them_apart(pages, standings):
+    order = standings["complete"][0].evaluations
+    rows = titled(pages["complete"])["Mean ranks by evaluations"]["layer"][0]["data"]["values"]
+    assert [row["name"] for row in rows] == list(order.ranks.algorithms)
+    letters = {row["name"]: set(row["letters"]) for row in rows}
+    assert any(pair.significant for pair in order.pairs)
+    for pair in order.pairs:
+        assert pair.significant == letters[pair.one].isdisjoint(letters[pair.other])
 
 
 def test_the_answer_comes_first_then_standings_then_problems_then_how(pages, standings):

@@ -1,6 +1,6 @@
 """Solvers in order, on one problem or on all of a family."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -26,11 +26,11 @@ def order(measured: Measurements, problems: Sequence[int], refused: Mapping[tupl
     names, at = measured.arrays.algorithms, list(problems)
     unranked = _unranked(measured, at, refused)
     ranked = [a for a, name in enumerate(names) if name not in unranked]
-    ranks = mean_ranks.mean_ranks(mean_ranks.complete(measured.outcomes[at][:, ranked]))
-    if not ranks.blocks:
+    blocks = mean_ranks.complete(measured.outcomes[at][:, ranked])
+    if not len(blocks):
         unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
         ranked = []
-    mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean, strict=bool(ranked))}
+    mean = {a: float(rank) for a, rank in zip(ranked, mean_ranks.mean_ranks(blocks), strict=bool(ranked))}
     standing = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, 0.0), names[a]))
     pairs = _pairs(measured, at, standing)
     areas = _areas(measured, at)
@@ -55,7 +55,7 @@ def order(measured: Measurements, problems: Sequence[int], refused: Mapping[tupl
         problems=tuple(measured.arrays.problems[p] for p in at),
         places=places,
         pairs=tuple(pairs.values()),
-        ranks=_ranks(ranks, [names[a] for a in ranked]),
+        ranks=_ranks([place for place in places if place.mean_rank is not None], len(blocks), pairs.values()),
         answer=answer(
             measured.measure,
             places,
@@ -128,23 +128,13 @@ def _areas(measured: Measurements, at: list[int]) -> Array:
     return ecdf.areas(running_times, float(budgets[0]), float(budgets[-1]))
 
 
-def _ranks(ranks: mean_ranks.MeanRanks, names: list[str]) -> Ranks:
-    if not names:
-        return Ranks((), (), 0, None, None, None, (), ())
-    by_rank = sorted(range(len(names)), key=lambda a: (ranks.mean[a], names[a]))
-    difference = plain(ranks.critical_difference)
+def _ranks(places: Sequence[Standing], blocks: int, pairs: Iterable[Pair]) -> Ranks:
+    names = [place.algorithm for place in places]
+    differ = {frozenset((pair.one, pair.other)) for pair in pairs if pair.significant}
+    alike = np.array([[frozenset((one, other)) not in differ for other in names] for one in names], bool)
     return Ranks(
-        algorithms=tuple(names[a] for a in by_rank),
-        mean_ranks=tuple(float(ranks.mean[a]) for a in by_rank),
-        blocks=ranks.blocks,
-        statistic=plain(ranks.statistic),
-        p=plain(ranks.p),
-        critical_difference=difference,
-        nemenyi=()
-        if difference is None
-        else tuple(tuple(map(float, row)) for row in ranks.nemenyi[np.ix_(by_rank, by_rank)]),
-        groups=tuple(
-            tuple(names[by_rank[i]] for i in group)
-            for group in mean_ranks.groups(ranks.mean[by_rank], ranks.critical_difference)
-        ),
+        algorithms=tuple(names),
+        mean_ranks=tuple(place.mean_rank for place in places if place.mean_rank is not None),
+        blocks=blocks,
+        groups=tuple(tuple(names[i] for i in group) for group in mean_ranks.groups(alike)),
     )

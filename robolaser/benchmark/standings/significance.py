@@ -16,9 +16,7 @@ MOST_SEEDS = 100
 
 SCOPE = (
     "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
-    "They do not say how algorithms do on other problems: for that, compare them on more data sets. "
-    "Statements about two algorithms rest on all their runs against each other; the critical difference of mean ranks "
-    "compares all algorithms at once and is usually more cautious: it may join two that differ significantly."
+    "They do not say how algorithms do on other problems: for that, compare them on more problems."
 )
 
 

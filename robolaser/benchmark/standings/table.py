@@ -145,26 +145,18 @@ class Standing:
 @final
 @dataclass(frozen=True)
 class Ranks:
-    """Mean ranks over complete blocks and their tests: all that a critical-difference diagram shows.
+    """Mean ranks over complete blocks, and who does not differ significantly: all that a diagram of ranks shows.
 
     Attributes:
         algorithms: Names, the best mean rank first.
         mean_ranks: Of each.
         blocks: Pairs (problem, seed) in which each of them has a run.
-        statistic: Friedman's; None with fewer than three solvers, two blocks, or all tied.
-        p: Of Friedman's test: probability of mean ranks as different as these if all were the same.
-        critical_difference: Mean ranks that differ by more differ at 5 %, after Nemenyi; None with fewer than two.
-        nemenyi: Adjusted p of each pair, in the order of `algorithms`; empty as above.
-        groups: Names of solvers that do not differ significantly, at least two in each group, in order.
+        groups: Largest sets of two or more solvers no two of which differ significantly, by the tests of `pairs`.
     """
 
     algorithms: tuple[str, ...]
     mean_ranks: tuple[float, ...]
     blocks: int
-    statistic: float | None
-    p: float | None
-    critical_difference: float | None
-    nemenyi: tuple[tuple[float, ...], ...]
     groups: tuple[tuple[str, ...], ...]
 
 
@@ -178,7 +170,7 @@ class Order:
         problems: Names of those it is about: one, or a family.
         places: The best first; those that cannot be ranked last.
         pairs: All of them, `one` standing before `other`.
-        ranks: For the critical-difference diagram.
+        ranks: For the diagram of mean ranks.
         answer: Which is better, by how much, and how sure is that: a sentence or two.
     """
 

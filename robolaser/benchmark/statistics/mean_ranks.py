@@ -1,41 +1,15 @@
-"""Mean ranks over blocks, and which of their differences are significant.
+"""Mean ranks over blocks, and sets of algorithms that do not differ.
 
-A block is a (problem, seed) in which each algorithm has one run. Friedman 1937; Nemenyi 1963; Demsar 2006, who ranks
-over data sets: ranked over seeds of given problems too, the tests speak of new seeds on these problems.
+A block is a (problem, seed) in which each algorithm has one run. Mean ranks give the order and no test: whether two
+algorithms differ is for the tests of pairs to say (`difference`), whoever else takes part.
 """
 
-from dataclasses import dataclass
-from typing import final
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import friedmanchisquare, rankdata, studentized_range
+from scipy.stats import rankdata
 
-from robolaser.arrays import Array
-
-LEVEL = 0.05
-"""Of the critical difference: as everywhere in the field."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class MeanRanks:
-    """Mean ranks of algorithms a.
-
-    Attributes:
-        mean: 1 is best, (a,); NaN without blocks.
-        blocks: How many.
-        statistic: Friedman's, NaN with fewer than three algorithms or two blocks, or where all are tied.
-        p: Of Friedman's test, NaN as the statistic.
-        critical_difference: Nemenyi's, NaN with fewer than two algorithms or blocks.
-        nemenyi: P of each pair, adjusted for all of them, (a, a); NaN as the critical difference.
-    """
-
-    mean: Array
-    blocks: int
-    statistic: float
-    p: float
-    critical_difference: float
-    nemenyi: Array
+from robolaser.arrays import Array, Bools
 
 
 def complete(outcomes: Array) -> Array:
@@ -46,54 +20,33 @@ def complete(outcomes: Array) -> Array:
     return whole
 
 
-def mean_ranks(blocks: Array) -> MeanRanks:
-    """Rank algorithms within each block and test the means.
+def mean_ranks(blocks: Array) -> Array:
+    """Mean rank of each algorithm, 1 being best, (n, a) -> (a,); NaN without blocks."""
+    if not blocks.size:
+        return np.full(blocks.shape[1], np.nan)
+    means: Array = rankdata(blocks, axis=1).mean(axis=0)
+    return means
+
+
+def groups(alike: Bools) -> list[tuple[int, ...]]:
+    """Largest sets of two or more algorithms that are all alike: maximal cliques, after Bron & Kerbosch 1973.
 
     Args:
-        blocks: Outcomes without gaps, lower is better, (n, a).
-    """
-    n, a = blocks.shape
-    ranks = rankdata(blocks, axis=1) if n and a else blocks
-    mean = ranks.mean(axis=0) if n else np.full(a, np.nan)
-    statistic = p = difference = np.nan
-    nemenyi = np.full((a, a), np.nan)
-    if n >= 2 and a >= 2:
-        difference, nemenyi = critical_difference(n, a), _nemenyi(mean, n)
-    if n >= 2 and a >= 3 and (ranks != ranks[:, :1]).any():
-        statistic, p = (float(value) for value in friedmanchisquare(*blocks.T))
-    return MeanRanks(mean, n, statistic, p, difference, nemenyi)
-
-
-def critical_difference(blocks: int, algorithms: int) -> float:
-    """The difference above which mean ranks are significantly different. Demsar 2006, section 3.2.2."""
-    q = float(studentized_range.ppf(1 - LEVEL, algorithms, np.inf)) / np.sqrt(2)
-    return float(q * np.sqrt(algorithms * (algorithms + 1) / (6 * blocks)))
-
-
-def groups(mean: Array, critical_difference: float) -> list[tuple[int, ...]]:
-    """Largest sets of two or more algorithms no two of which differ by more: the bars of the diagram.
-
-    Args:
-        mean: Ranks, (a,).
-        critical_difference: Of them; NaN makes no groups.
+        alike: Whether two do not differ, (a, a), symmetric.
 
     Returns:
-        Places in `mean`, each set and the sets by rising mean rank.
+        Indices, each set and the sets in rising order.
     """
-    order = np.argsort(mean, kind="stable")
-    found: list[tuple[int, ...]] = []
-    reached = 0
-    for begin in range(len(order)):
-        end = int(np.searchsorted(mean[order], mean[order[begin]] + critical_difference, side="right"))
-        if not np.isnan(critical_difference) and end - begin >= 2 and end > reached:
-            found.append(tuple(int(i) for i in order[begin:end]))
-            reached = end
-    return found
 
+    def grown(chosen: tuple[int, ...], left: Sequence[int], done: Sequence[int]) -> list[tuple[int, ...]]:
+        if not left:
+            return [] if done or len(chosen) < 2 else [tuple(sorted(chosen))]
+        pivot = max((*left, *done), key=lambda i: sum(bool(alike[i, j]) for j in left if j != i))
+        found = []
+        for i in [i for i in left if i == pivot or not alike[pivot, i]]:
+            others = [j for j in left if j != i and alike[i, j]]
+            found += grown((*chosen, i), others, [j for j in done if alike[i, j]])
+            left, done = [j for j in left if j != i], [*done, i]
+        return found
 
-def _nemenyi(mean: Array, blocks: int) -> Array:
-    """P of each pair of mean ranks (a,), adjusted for all of them, (a, a). Demsar 2006, section 3.2.2."""
-    a = len(mean)
-    q = np.abs(mean[:, None] - mean) / np.sqrt(a * (a + 1) / (6 * blocks))
-    p: Array = studentized_range.sf(q * np.sqrt(2), a, np.inf)
-    return p
+    return sorted(grown((), range(len(alike)), ()))

@@ -30,7 +30,8 @@ READING = (
      " with Holm's correction)."),
     ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target come"
      " before those that did not: the former by their running time, the latter by how close they came."),
-    ("Critical difference", "Mean ranks that differ by less may differ by chance (Friedman, Nemenyi; Demšar 2006)."),
+    ("Letters", "Two algorithms that share a letter do not differ significantly; two that share none do (Piepho 2004)."
+     " The tests are those of the pairs."),
 )  # fmt: skip
 """Each measure in a sentence or two."""
 
