@@ -7,6 +7,8 @@ from robolaser.arrays import Array
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
+from robolaser.calibration.simulators.mjcf import mjcf
+from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -14,12 +16,12 @@ OPTICAL = "camera_optical"
 
 
 def exported(calibration: Calibration) -> Sequence[str | None]:
-    """All that other programs read: `robot_urdf`, `corrected_urdf`, `camera_yaml` and the two below.
+    """All that other programs read, for ROS and for simulators.
 
-    Only the first where the errors say that the data set describes the cell wrongly: the rest would look as if it were
-    good.
+    Only `robot_urdf` where the errors say that the data set describes the cell wrongly: the rest would look as if it
+    were good.
     """
-    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2)
+    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, corrected_module)
     wrong = calibration.rms_m >= SETUP_RMS_M
     return [robot_urdf(calibration), *(None if wrong else write(calibration) for write in found)]
 

@@ -12,7 +12,15 @@ from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, 
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
-from robolaser.model.noise.covariance import FLOOR, Known, NoiseModel, Origin, estimated_noise, known_sizes
+from robolaser.model.noise.covariance import (
+    FLOOR,
+    Known,
+    NoiseModel,
+    Origin,
+    estimated_noise,
+    known_sizes,
+    likeliest_noise,
+)
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
@@ -74,22 +82,48 @@ def row_noise(data: AveragedData, model: Model, x: Array, shots: Dataset) -> Noi
 def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dataset) -> NoiseModel:
     """The same with errors of whole poses, from what columns J (K, n) leave of the residuals.
 
-    Where the rows of a pose scatter grossly more than is stated, the larger noise is used.
+    Where the rows of a pose contradict what is stated, the larger noise is used: else another source, of another shape,
+    takes what was left out, and rows where that is too small look like gross errors.
     """
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
     noise = _within_reach(data.dataset, sources, residuals, J, known)
+    opened, still = _opened(sources, known)
     numbers = int(model.sensor.row_numbers.sum())
-    if not row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above:
-        return noise
+    if row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above or _is_contradicted(
+        data.dataset, sources, residuals, J, known
+    ):
+        return _within_reach(data.dataset, opened, residuals, J, still)
+    return noise
+
+
+def _opened(sources: tuple[ErrorSource, ...], known: Known) -> tuple[tuple[ErrorSource, ...], Known]:
+    """The same sources where what is stated of rows is only the least that it can be, and what is known of the rest."""
     stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
     opened = tuple(
         replace(source, least=stated[source.name]) if source.level != "pose" and source.name in stated else source
         for source in sources
     )
-    still = {source.name: known[source.name] for source in opened if source.name in known and not source.least}
-    return _within_reach(data.dataset, opened, residuals, J, still)
+    return opened, {source.name: known[source.name] for source in opened if source.name in known and not source.least}
+
+
+def _is_contradicted(
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
+) -> bool:
+    """Whether a larger noise than is stated is far likelier, though another source could take what it leaves out.
+
+    By the ratio of restricted likelihoods.
+    """
+    opened, still = _opened(sources, known)
+    if len(still) == len(known) or len(known) == len(sources):
+        return False
+    _, cost = likeliest_noise(dataset, sources, residuals, J, known)
+    larger, less = likeliest_noise(dataset, opened, residuals, J, still)
+    grown = any(
+        larger.sigmas[name] > NOISE_CONTRADICTED * size for name, (size, _) in known.items() if name not in still
+    )
+    return grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2
 
 
 def _within_reach(

@@ -107,9 +107,11 @@ class Preparation:
         return whole_noise(data, final.model, final.x, explained(final, smooth=smooth), self.dataset)
 
     def outliers(self, final: Fit) -> Bools:
-        """Rows that the final model leaves far off, (rows of points.csv,)."""
+        """Rows that the final model leaves far off by the noise that it leaves them, (rows of points.csv,)."""
         model = Model(self.dataset, final.effects).sharing(self.sensor)
-        return outliers_of(Fit(problem_of(model, self.shots, self.sensor), final.x))
+        of_rows = {source.name for source in self.shots.sources if source.level != "pose"}
+        found = {name: size for name, size in final.noise.sigmas.items() if name in of_rows}
+        return outliers_of(Fit(problem_of(model, self.shots.at(found), self.sensor), final.x))
 
 
 def _scatter_is_seen(fit: Fit) -> bool:

@@ -135,7 +135,9 @@ def test_the_result_is_what_its_schema_says(result: Path) -> None:
 
 def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None:
     there = {path.name for path in result.iterdir()}
-    assert there == {"calibration.json", "report.html", "robot.urdf", "camera.yaml", MANIFEST}
+    assert there == {
+        "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py", MANIFEST,
+    }  # fmt: skip
 
 
 def test_a_result_is_never_overwritten_silently(

@@ -107,6 +107,17 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
     assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
 
 
+def test_stated_noise_that_is_ten_times_too_small_makes_no_gross_errors():
+    dataset = simulate(
+        find_robot("scorbot_er7"), poses=30, points=8, noise=Noise(pixel_px=0.1), stated=Noise(pixel_px=0.01), seed=3
+    ).dataset
+    diagnosis = examine(dataset, effects=[], seed=1)
+    assert diagnosis.verdict == "no_gap"
+    assert not len(diagnosis.outliers)
+    assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
+    assert any("pixel_px = 0.01" in remark for remark in diagnosis.noise_remarks)
+
+
 def test_noise_is_contradicted_by_a_quarter_and_four_standard_deviations():
     assert Excess.of(400.0 * 1.3**2, 400.0).is_above
     assert not Excess.of(400.0 * 1.2**2, 400.0).is_above

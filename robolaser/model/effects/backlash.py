@@ -10,6 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.mechanism import Part, Play, number
 from robolaser.model.effects.requirements import path
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -52,6 +53,17 @@ class Backlash(Effect):
             moves = np.diff(q[:, poses, joint_column(run, self.where)], axis=1)
             ahead[:, poses] = sign[:, None] * play(half * self.start, moves, half)
         return add_to_joint(q, run, self.where, ahead)
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """Play behind the joint, held by twice the friction that its weight needs; none where the link leads."""
+        column = joint_column(run, self.where)
+        friction = 1.0 + 2.0 * float(np.abs(run.gravity_torques[:, column]).max())
+        width = number(self.lost_motion)
+        return (Play(self.where, width, friction),) if width > 0 else ()
+
+    def code(self, run: Run) -> str:
+        """Along the path; where in the play the first pose is, is as in the calibrated run."""
+        return f"lag(path, {joint_column(run, self.where)}, {number(self.lost_motion)!r}, {number(self.start)!r})"
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It follows the path of the other run; where in the play its first pose is stays unknown."""

@@ -9,6 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.mechanism import Footing, Part, number
 from robolaser.model.effects.requirements import masses
 from robolaser.model.stages import Stage
 
@@ -54,6 +55,20 @@ class BaseCompliance(Effect):
         moved = np.broadcast_to(T_base_flange, (len(turn), *T_base_flange.shape[1:])).copy()
         moved[..., :3, :] = exp_so3(turn) @ moved[..., :3, :]
         return moved
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """Springs about the horizontal axes that give way."""
+        stiffer = np.array([1.0 + number(self.anisotropy), 1.0 - number(self.anisotropy)])
+        compliance, axes = number(self.compliance) * stiffer, horizontal_axes(np.array(run.robot.gravity))
+        soft = compliance > 0
+        return (Footing(axes[soft], 1.0 / compliance[soft]),) if soft.any() else ()
+
+    def code(self, run: Run) -> str:
+        """Of the flange."""
+        axes = horizontal_axes(np.array(run.robot.gravity)).tolist()
+        stiffer = (1.0 + number(self.anisotropy), 1.0 - number(self.anisotropy))
+        pairs = [(axis, number(self.compliance) * share) for axis, share in zip(axes, stiffer, strict=True)]
+        return f"T = tipped(T, read, {pairs!r})"
 
 
 def horizontal_axes(gravity: Array) -> Array:

@@ -13,6 +13,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.declaration import Amplitude, Nonlinear, nonlinear, parameter
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.mechanism import Part
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
@@ -114,6 +115,17 @@ class Effect(ABC):
     def hindrance(self, run: Run) -> str:
         """Why it cannot act in a run; "" where it can."""
         return self.missing(run.dataset)
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """What stands for it in a simulator, of one candidate; empty: nothing does, and a note says so."""
+        return ()
+
+    def code(self, run: Run) -> str:
+        """A statement of `corrected.py` that does the same at its stage, of one candidate, see `corrected_code`.
+
+        Empty: there is none, and a note says so.
+        """
+        return ""
 
     def compiled_terms(self, run: Run) -> tuple[float, ...] | None:
         """Its term and numbers for the compiled loop over scanned points, see `compiled_terms`; None: it has none."""

@@ -6,6 +6,7 @@ from typing import final
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.mechanism import Follower, Part, number
 from robolaser.model.stages import Stage
 
 
@@ -29,3 +30,12 @@ class EncoderScale(Effect):
         """Stretch the joint's column."""
         angle = q[:, :, joint_column(run, self.where)]
         return add_to_joint(q, run, self.where, self.scale[:, None] * angle)
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """A joint that follows itself."""
+        return (Follower(self.where, self.where, number(self.scale)),)
+
+    def code(self, run: Run) -> str:
+        """Of its joint."""
+        i = joint_column(run, self.where)
+        return f"q[{i}] *= {1.0 + number(self.scale)!r}"

@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
+from robolaser.model.effects.mechanism import Part, Spring, number
 from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -47,6 +48,20 @@ class JointCompliance(Effect):
         most = np.abs(wound).max(axis=1, keepdims=True)
         share = np.abs(wound) / np.where(most > 0, most, 1.0)
         return add_to_joint(q, run, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """A linear spring, as stiff as it is at half its largest load; a payload without compliance is left out."""
+        compliance = number(self.compliance) * (1.0 - number(self.hardening) / 2)
+        if compliance <= 0:
+            return ()
+        return (Spring(self.where, 1.0 / compliance, number(self.payload) / number(self.compliance)),)
+
+    def code(self, run: Run) -> str:
+        """Of its joint."""
+        i, compliance, payload = joint_column(run, self.where), number(self.compliance), number(self.payload)
+        most = float(np.abs(compliance * run.gravity_torques[:, i] + payload * run.torques_of_one_kg[:, i]).max())
+        hardening = number(self.hardening) / most if most > 0 else 0.0
+        return f"q[{i}] -= sunk(read, {i}, {compliance!r}, {payload!r}, {hardening!r})"
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It acts as it was found, but the largest load of other poses is another one."""

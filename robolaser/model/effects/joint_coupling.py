@@ -10,7 +10,8 @@ from robolaser.data.dataset import Dataset
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf import MOST_JOINTS
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.joints import add_to_joint, moving_joints
+from robolaser.model.effects.joints import add_to_joint, joint_column, moving_joints
+from robolaser.model.effects.mechanism import Follower, Part, number
 from robolaser.model.stages import Stage
 
 FARTHEST = 2
@@ -60,3 +61,17 @@ class JointCoupling(Effect):
         column = chain[np.clip(np.rint(self.other).astype(np.int64), 1, len(chain)) - 1]
         other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
         return add_to_joint(q, run, self.where, self.ratio[:, None] * other + self.offset[:, None])
+
+    def parts(self, run: Run) -> tuple[Part, ...]:
+        """A joint that follows the other one."""
+        other = run.robot.joints[self._other(run)]
+        return (Follower(self.where, other, number(self.ratio), number(self.offset)),)
+
+    def code(self, run: Run) -> str:
+        """Of its joint."""
+        own = joint_column(run, self.where)
+        return f"q[{own}] += {number(self.ratio)!r} * q[{self._other(run)}] + {number(self.offset)!r}"
+
+    def _other(self, run: Run) -> int:
+        chain = run.robot.chain
+        return chain[min(max(round(number(self.other)), 1), len(chain)) - 1]

@@ -267,17 +267,26 @@ def estimated_noise(
     dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
 ) -> NoiseModel:
     """As `noise_from`, with the sizes that are known (see `known_sizes`) given."""
+    return likeliest_noise(dataset, sources, residuals, J, known)[0]
+
+
+def likeliest_noise(
+    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
+) -> tuple[NoiseModel, float]:
+    """The same, with the negative log of the restricted likelihood, up to a constant of the rows."""
     sigmas = {name: size for name, (size, _) in known.items()}
-    if len(known) < len(sources):
-        sigmas |= _from_residuals(dataset.points.pose, sources, sigmas, residuals, J)
+    found, cost = _from_residuals(dataset.points.pose, sources, sigmas, residuals, J)
+    sigmas |= found
     names = [source.name for source in sources]
     origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
-    return NoiseModel(sources, {name: sigmas[name] for name in names}, origin)
+    return NoiseModel(sources, {name: sigmas[name] for name in names}, origin), cost
 
 
 def _from_residuals(
     of_pose: Ints, sources: tuple[ErrorSource, ...], known: Mapping[str, float], residuals: Array, J: Array
-) -> dict[str, float]:
+) -> tuple[dict[str, float], float]:
+    if len(known) == len(sources):
+        return {}, 0.0
     table = some_of_each(of_pose, _most_of_a_pose(len(np.unique(of_pose))))
     k = residuals.shape[-1]
     there = np.repeat(table >= 0, k, axis=1)
@@ -293,8 +302,8 @@ def _from_residuals(
         else:
             unit[source.name] = C
     least = np.array([source.least for source in sources if source.name in unit])
-    found = reml.estimate(base, list(unit.values()), e, slopes, least)
-    return dict(zip(unit, found.tolist(), strict=True))
+    found, cost = reml.estimate(base, list(unit.values()), e, slopes, least)
+    return dict(zip(unit, found.tolist(), strict=True)), cost
 
 
 def _most_of_a_pose(poses: int) -> int:

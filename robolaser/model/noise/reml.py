@@ -87,7 +87,7 @@ def restricted(
     return float(value), np.array(expected), there, information
 
 
-def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Array) -> Array:
+def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Array) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest.
 
     Args:
@@ -98,7 +98,8 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
         least: What no source can be below, (k,).
 
     Returns:
-        (k,), each in the unit of its source; its least or next to nothing where the residuals ask for none.
+        (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the
+        negative log of the restricted likelihood, up to a constant.
     """
     n, s, d = J.shape
     flat = J.reshape(n * s, d)
@@ -109,7 +110,7 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
     total = float((e**2).sum())
     alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
     if total == 0.0:
-        return least
+        return least, 0.0
 
     def objective(log_sigma: Array) -> tuple[float, Array, Array]:
         value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
@@ -128,7 +129,8 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
             begun.append(log_sigma)
     found = [_descended(objective, start, lowest, highest) for start in begun]
-    return np.exp(min(found, key=lambda end: end[1])[0])
+    best, value = min(found, key=lambda end: end[1])
+    return np.exp(best), value * e.size
 
 
 def _descended(

@@ -1,0 +1,1 @@
+"""A calibrated arm for simulators: MJCF, SDF, and a program without dependencies."""

@@ -1,0 +1,127 @@
+"""The calibrated arm for MuJoCo (MJCF): rigid links, and joints behind joints for what is not rigid."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.calibration.result import Calibration
+from robolaser.calibration.simulators.bodies import RADIUS_M, Body, bodies
+from robolaser.calibration.simulators.corrected_arm import CorrectedArm, digits
+from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
+
+RELAXES_S = 0.02
+"""Time in which a spring comes to rest where nothing is carried; where it rests does not depend on it."""
+ROTOR = 0.01
+"""Inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some."""
+HARD = {"solref": "0.004 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+"""As hard as MuJoCo's constraints become with its usual step of 2 ms: they yield by some 1e-8 rad."""
+
+
+def mjcf(calibration: Calibration) -> str | None:
+    """The robot with offsets and placements as they are, and parts for what MuJoCo can move; None without a robot.
+
+    Behind a joint `X` on its axis sit `X_play`, `X_spring` and `X_follower` as far as the model has them: the joint is
+    what the encoder reads, the link is where their sum is. Backlash is a range that friction holds on the side it came
+    from; coupling an equality; compliance a spring; payload a body. What is left out is said in a comment. Joints
+    that are no columns of q are held at neutral, meshes and actuators are left out. The sensor's frames are bodies.
+    """
+    if calibration.model.dataset.robot is None:
+        return None
+    arm = CorrectedArm(calibration)
+    root = ET.Element("mujoco", model=arm.robot.name)
+    for note in arm.without_parts:
+        root.append(ET.Comment(f" Not contained: {note.replace('--', '- -')}. "))
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true", balanceinertia="true", boundmass="1e-6",
+                  boundinertia="1e-8")  # fmt: skip
+    ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")
+    world = ET.SubElement(root, "worldbody")
+    elements: dict[str, ET.Element] = {}
+    for body in bodies(arm.urdf, arm.robot.joints):
+        if body.parent is None:
+            elements[body.name] = _root(world, arm, body)
+        else:
+            elements[body.name] = ET.SubElement(
+                elements[body.parent], "body", {"name": body.name, **_placement(body.T)}
+            )
+            if body.joint is not None:
+                _joints(elements[body.name], body, arm)
+        _mass(elements[body.name], body)
+    if arm.payload_kg > 0:
+        payload = ET.SubElement(elements[arm.robot.flange], "body", name="payload")
+        ball = digits(np.full(3, 0.4 * arm.payload_kg * RADIUS_M**2))
+        ET.SubElement(payload, "inertial", pos="0 0 0", mass=repr(arm.payload_kg), diaginertia=ball)
+    _constraints(root, arm)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _root(world: ET.Element, arm: CorrectedArm, body: Body) -> ET.Element:
+    """The body of the root link: MuJoCo's world, where it is called so and stands on nothing that gives way."""
+    footing = next((part for part in arm.parts if isinstance(part, Footing)), None)
+    if body.name == "world" and footing is None:
+        return world
+    element = ET.SubElement(world, "body", name="footing" if body.name == "world" else body.name)
+    for number, (axis, stiffness) in enumerate(zip(footing.axes, footing.stiffness, strict=True) if footing else ()):
+        ET.SubElement(element, "joint", _spring(f"footing_{number}", {"axis": digits(axis)}, float(stiffness)))
+    return element
+
+
+def _joints(element: ET.Element, body: Body, arm: CorrectedArm) -> None:
+    joint = body.joint
+    assert joint is not None  # who calls this has looked
+    line = {"axis": digits(joint.axis), "type": "slide" if joint.kind == "prismatic" else "hinge"}
+    limits = np.array([joint.lower, joint.upper])
+    limited = {"range": digits(limits)} if np.isfinite(limits).all() and limits[0] < limits[1] else {}
+    ET.SubElement(element, "joint", {"name": joint.name, **line, **limited})
+    for part in arm.parts:
+        if isinstance(part, Footing) or part.joint != joint.name:
+            continue
+        if isinstance(part, Spring):
+            behind = _spring(f"{joint.name}_spring", line, part.stiffness)
+        elif isinstance(part, Play):
+            width = {"range": digits(np.array([-0.5, 0.5]) * part.width), **_hard("limit")}
+            behind = {"name": f"{joint.name}_play", **line, "armature": repr(ROTOR), **width}
+        else:
+            behind = {"name": f"{joint.name}_follower", **line, "armature": repr(ROTOR)}
+        ET.SubElement(element, "joint", behind)
+
+
+def _hard(kind: str = "") -> dict[str, str]:
+    return {f"{key}{kind}": value for key, value in HARD.items()}
+
+
+def _spring(name: str, line: Mapping[str, str], stiffness: float) -> dict[str, str]:
+    damping = repr(stiffness * RELAXES_S)
+    return {"name": name, **line, "stiffness": repr(stiffness), "damping": damping, "armature": repr(ROTOR)}
+
+
+def _constraints(root: ET.Element, arm: CorrectedArm) -> None:
+    """What ties joints to others: gears that follow, and friction of links that have play."""
+    followers = [part for part in arm.parts if isinstance(part, Follower)]
+    plays = [part for part in arm.parts if isinstance(part, Play)]
+    if followers:
+        equality = ET.SubElement(root, "equality")
+        for part in followers:
+            tied = {"joint1": f"{part.joint}_follower", "joint2": part.other}
+            ET.SubElement(equality, "joint", {**tied, "polycoef": f"{part.offset!r} {part.ratio!r} 0 0 0", **_hard()})
+    if plays:
+        tendon = ET.SubElement(root, "tendon")
+        for play in plays:
+            rubs = {"name": f"{play.joint}_friction", "frictionloss": repr(play.friction), **_hard("friction")}
+            fixed = ET.SubElement(tendon, "fixed", rubs)
+            for joint in (play.joint, f"{play.joint}_play"):
+                ET.SubElement(fixed, "joint", joint=joint, coef="1")
+
+
+def _mass(element: ET.Element, body: Body) -> None:
+    if body.mass > 0 and element.tag == "body":
+        terms = body.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+        inertial = ET.Element("inertial", pos=digits(body.com), mass=repr(body.mass), fullinertia=digits(terms))
+        element.insert(0, inertial)
+
+
+def _placement(T: Array) -> dict[str, str]:
+    return {"pos": digits(T[:3, 3]), "quat": digits(np.roll(to_quaternion(T[:3, :3]), 1))}

@@ -1,0 +1,59 @@
+"""Parts of a machine that stand for effects in a simulator."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+
+
+@final
+@dataclass(frozen=True)
+class Play:
+    """A joint that lags within a play of this width [rad or m], held by friction."""
+
+    joint: str
+    width: float
+    friction: float
+    """[Nm or N]: more than the link's weight, else it would always rest on the same side."""
+
+
+@final
+@dataclass(frozen=True)
+class Spring:
+    """A joint behind whose encoder a spring gives way [Nm/rad or N/m]; `payload_kg` is found at the flange."""
+
+    joint: str
+    stiffness: float
+    payload_kg: float = 0.0
+
+
+@final
+@dataclass(frozen=True)
+class Follower:
+    """A joint that moves by ratio times another joint's reading, or its own, plus an offset [rad or m]."""
+
+    joint: str
+    other: str
+    ratio: float
+    offset: float = 0.0
+
+
+@final
+@dataclass(frozen=True)
+class Footing:
+    """What the robot stands on, turning about the base's origin on springs."""
+
+    axes: Array
+    """Unit vectors in the base frame, (a, 3)."""
+    stiffness: Array
+    """About each, (a,) [Nm/rad]."""
+
+
+Part = Play | Spring | Follower | Footing
+
+
+def number(value: Array) -> float:
+    """The one candidate's."""
+    return float(np.asarray(value).reshape(-1)[0])

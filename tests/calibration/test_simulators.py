@@ -1,0 +1,138 @@
+"""What simulators get of a calibration must move as the model does."""
+
+import subprocess
+import sys
+from functools import cache
+
+import numpy as np
+import pytest
+from calibrated import finished, stripe
+
+from robolaser import find_robot
+from robolaser.calibration.simulators.mjcf import mjcf
+from robolaser.calibration.simulators.python_module import corrected_module
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+GEOMETRY = {"joint_offset:shoulder_lift_joint.offset": 4e-3, "link_geometry:elbow_joint.x": 3e-3,
+            "link_geometry:elbow_joint.turn_y": 5e-3}  # fmt: skip
+EFFECTS = {
+    "offset and placement": GEOMETRY,
+    "encoder scale": {"encoder_scale:elbow_joint.scale": 2e-3},
+    "eccentricity": {"encoder_eccentricity:elbow_joint.sine": 2e-3, "encoder_eccentricity:elbow_joint.cosine": -1e-3},
+    "transmission": {"transmission_error:elbow_joint.sine": 2e-3, "transmission_error:elbow_joint.cosine_2": 1e-3},
+    "coupling": {"joint_coupling:wrist_2_joint.ratio": 4e-3, "joint_coupling:wrist_2_joint.offset": 1e-3,
+                 "joint_coupling:wrist_2_joint.other": 4.0},
+    "backlash": {"backlash:shoulder_lift_joint.lost_motion": 3e-3, "backlash:shoulder_lift_joint.start": 0.4},
+    "settling": {"settling:elbow_joint.share": 3e-3},
+    "compliance": {"joint_compliance:shoulder_lift_joint.compliance": 4e-5},
+    "compliance, hardening, with a payload": {
+        "joint_compliance:elbow_joint.compliance": 4e-5, "joint_compliance:elbow_joint.payload": 6e-5,
+        "joint_compliance:elbow_joint.hardening": 0.3,
+    },
+    "base": {"base_compliance:base.compliance": 2e-5, "base_compliance:base.anisotropy": 0.3},
+}  # fmt: skip
+
+
+@cache
+def made():
+    return simulate(find_robot("ur5"), kind="point", poses=6, seed=3).dataset
+
+
+def bent(values):
+    """A calibration of an arm with effects of these sizes."""
+    chosen = candidate_effects(tuple(dict.fromkeys(name.rpartition(".")[0] for name in values)), made())
+    model = Model(made(), chosen)
+    x = model.parameters.nominal.copy()
+    for name, value in values.items():
+        x[model.parameters.names.index(name.replace(":", "."))] = value
+    return finished(model, x)
+
+
+def wanted(calibration):
+    return calibration.model.flange(calibration.model.parameters.values(calibration.x[None]))[0]
+
+
+def loaded(text):
+    names = {}
+    exec(text, names)
+    return names
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_corrected_py_moves_as_the_model(name):
+    calibration = bent(EFFECTS[name])
+    module, q = loaded(corrected_module(calibration)), made().poses.q
+    order = calibration.model.run.order
+    for n, pose in enumerate(order):
+        T = module["flange"](q[pose], q[order[:n]])
+        np.testing.assert_allclose(T, wanted(calibration)[pose], atol=1e-10)
+    assert np.abs(wanted(calibration) - made().flange()).max() > 1e-4
+
+
+def test_corrected_py_needs_the_standard_library_alone_and_has_the_sensor(tmp_path):
+    calibration = bent(GEOMETRY)
+    (tmp_path / "corrected.py").write_text(
+        corrected_module(calibration) + "\nprint(sensor([0.1] * 6)['tool_0'][0][3])\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-I", "-S", tmp_path / "corrected.py"], capture_output=True, text=True, check=True
+    )
+    T = np.array(loaded(corrected_module(calibration))["flange"]([0.1] * 6))
+    tool = [calibration.value(f"tool.0.{part}") for part in "xyz"]
+    assert float(run.stdout) == pytest.approx((T @ [*tool, 1.0])[0], abs=1e-12)
+
+
+def test_without_a_robot_there_is_nothing_to_simulate():
+    assert mjcf(stripe()) is None
+    assert corrected_module(stripe()) is None
+
+
+def test_what_cannot_be_contained_is_said():
+    calibration = bent({"thermal_drift:elbow_joint.growth": 1e-3})
+    assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
+    assert "Not contained: the link before elbow_joint grows" in corrected_module(calibration)
+
+
+def replayed(text, q, *, settle_s):
+    """T_base_flange at joint values along a path, where MuJoCo brings the arm to rest, (n, 4, 4)."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    columns = [model.joint(name).qposadr[0] for name in made().robot.joints]
+    model.dof_armature[columns] = 1e6  # the drives are where they are told to be
+    flange, out = model.body(made().robot.flange).id, []
+    data.qpos[columns] = q[0]
+    for before, goal in zip([q[0], *q], q, strict=False):
+        steps = round(settle_s / model.opt.timestep)
+        for share in np.minimum(1.5 * np.arange(1, steps + 1) / max(steps, 1), 1.0):
+            now = before + (1.0 - np.cos(np.pi * share)) / 2 * (goal - before)
+            data.qvel[columns] = (now - data.qpos[columns]) / model.opt.timestep
+            mujoco.mj_step(model, data)
+        data.qpos[columns] = goal
+        mujoco.mj_forward(model, data)
+        out.append(np.eye(4))
+        out[-1][:3, :3], out[-1][:3, 3] = data.xmat[flange].reshape(3, 3), data.xpos[flange]
+    return np.array(out)
+
+
+def test_mujoco_has_the_geometry_within_a_micrometre():
+    calibration = bent(GEOMETRY)
+    text = mjcf(calibration)
+    np.testing.assert_allclose(replayed(text, made().poses.q, settle_s=0), wanted(calibration), atol=1e-6)
+
+
+MOVED = ("coupling", "encoder scale", "compliance", "compliance, hardening, with a payload", "base", "backlash")
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_mujoco_moves_within_five_percent_of_an_effect(name):
+    size = {key: value for key, value in EFFECTS[name].items() if not key.endswith(("hardening", "start"))}
+    calibration = bent(size)
+    order = calibration.model.run.order
+    q = made().poses.q[order]
+    effect = (wanted(calibration) - made().flange())[order]
+    found = replayed(mjcf(calibration), q, settle_s=4.0) - made().flange()[order]
+    later = slice(1, None) if name == "backlash" else slice(None)
+    assert np.abs(found - effect)[later].max() < 0.05 * np.abs(effect).max()
