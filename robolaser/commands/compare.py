@@ -51,7 +51,8 @@ def compare(
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
 
     Args:
-        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION].
+        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
+            bbob:NUMBER[-DIMENSION], or your own, package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; or package.module:attribute. Default: all.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
