@@ -94,7 +94,7 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(read_text(path))
     except RecursionError:
-        reason = "it is nested too deeply"
+        reason = "it is not JSON that can be read: it is nested too deeply"
     except ValueError as error:  # of the parser, and Python's own for integers of thousands of digits
         reason = f"it is not JSON ({error})"
     raise unreadable(path, reason)

@@ -43,7 +43,7 @@ def results_in(
         force: Replace earlier results.
 
     Raises:
-        OutputError: The folder or one of the files is an input or in one, the folder cannot be written to, is written to
+        OutputError: The folder or one of the files is an input or in one, the folder is not writable, is written to
             by another process, or holds a file of one of these names that this command did not write, or its earlier
             result without `force`.
     """

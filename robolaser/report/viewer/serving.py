@@ -8,6 +8,7 @@ from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
+import rich
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
@@ -80,7 +81,8 @@ class ViewerApp:
         self._server.sleep_forever()
 
     def stop(self) -> None:
-        """Stop serving."""
+        """Stop serving, without a farewell on standard output."""
+        rich.get_console().quiet = True
         self._server.stop()
 
     def _build_panel(self) -> None:
