@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from robolaser.calibration.result import Calibration
     from robolaser.data.dataset import Dataset
     from robolaser.data.loading import load
+    from robolaser.data.saved_result import load_calibration, load_diagnosis
     from robolaser.data.writing import save
     from robolaser.diagnosis import diagnose
     from robolaser.errors import RobolaserError
@@ -29,6 +30,8 @@ _HOME = {
     "diagnose": "diagnosis",
     "find_robot": "geometry.robots",
     "load": "data.loading",
+    "load_calibration": "data.saved_result",
+    "load_diagnosis": "data.saved_result",
     "save": "data.writing",
 }
 
@@ -44,6 +47,8 @@ __all__ = [
     "diagnose",
     "find_robot",
     "load",
+    "load_calibration",
+    "load_diagnosis",
     "save",
 ]
 

@@ -6,6 +6,7 @@ from typing import final
 
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
+from robolaser.results import Result
 
 
 @final
@@ -61,7 +62,7 @@ class Effort:
 
 @final
 @dataclass(frozen=True, eq=False)
-class BenchmarkResult:
+class BenchmarkResult(Result):
     """All that was planned, and every run so far.
 
     Attributes:

@@ -16,6 +16,7 @@ from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
+from robolaser.results import Result
 
 FORMAT = "robolaser-calibration/1"
 DISTANCES = "distances"
@@ -44,7 +45,7 @@ class RowErrors:
 
 @final
 @dataclass(frozen=True)
-class Calibration:
+class Calibration(Result):
     """The parameters estimated from data, with their uncertainty and errors.
 
     Attributes:

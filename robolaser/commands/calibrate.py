@@ -8,11 +8,8 @@ from cyclopts import Parameter
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
+from robolaser.results import EXPORTED
 
-EXPORTED = (
-    "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
-    "robot_corrected.xml", "corrected.py",
-)  # fmt: skip
 FILES = ("calibration.json", "report.html", *EXPORTED)
 
 

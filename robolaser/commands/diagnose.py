@@ -6,9 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.calibrate import EXPORTED
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.results import EXPORTED
 
 FILES = ("diagnosis.json", "calibration.json", "report.html", *EXPORTED)
 

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -28,7 +27,7 @@ from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
-from robolaser.diagnosis.result_json import diagnosis_json
+from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -46,7 +45,7 @@ def diagnose(
     seed: int | None = None,
     *,
     validate: Sequence[Dataset] = (),
-) -> dict[str, Any]:
+) -> DiagnosisResult:
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
     Args:
@@ -61,7 +60,7 @@ def diagnose(
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
-    return diagnosis_json(examine(dataset, effects, seed=seed, validate=validate))
+    return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate), seed or 0)
 
 
 def examine(

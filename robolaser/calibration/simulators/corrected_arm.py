@@ -13,6 +13,10 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
 
+SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
+SOFTEST = 1e-12
+"""Least compliance [rad/Nm] that is a spring at all."""
+
 
 @final
 @dataclass(frozen=True)
@@ -48,11 +52,26 @@ class CorrectedArm:
 
     @cached_property
     def payload_kg(self) -> float:
-        """At the flange: the mean of what the data state, and what gave way under a weight that they do not state."""
-        springs = [part for part in self.parts if isinstance(part, Spring)]
-        soft = [1.0 / spring.stiffness for spring in springs]
-        found = float(np.average([spring.payload_kg for spring in springs], weights=soft)) if springs else 0.0
-        return self.stated_payload_kg + found
+        """At the flange: the mean of what the data state, and the mass with which springs best do what joints did.
+
+        A joint's payload and compliance are found apart from those of others, and gears harden: one mass and a linear
+        spring a joint are the least-squares fit to all of it at the calibrated poses.
+        """
+        found = np.zeros(1)
+        for spread in SEARCHED_KG if self.springs else ():
+            tried = np.maximum(found + spread, 0.0)
+            left = sum(np.sum((one.sunk - _wound(one, tried)) ** 2, axis=1) for one in self.springs)
+            found = tried[[np.argmin(left)]]
+        return self.stated_payload_kg + float(found[0])
+
+    @cached_property
+    def springs(self) -> tuple[Spring, ...]:
+        """The joints that give way."""
+        return tuple(part for part in self.parts if isinstance(part, Spring))
+
+    def stiffness(self, spring: Spring) -> float:
+        """Of a linear spring that carries what is stated and `payload_kg` [Nm/rad or N/m]."""
+        return 1.0 / float(_compliance(spring, np.array([self.payload_kg - self.stated_payload_kg]))[0])
 
     @cached_property
     def stated_payload_kg(self) -> float:
@@ -78,3 +97,18 @@ class CorrectedArm:
 def digits(values: Array) -> str:
     """Numbers to the last bit."""
     return " ".join(repr(float(value)) for value in np.ravel(values))
+
+
+def _compliance(spring: Spring, payload_kg: Array) -> Array:
+    """Of the linear spring that fits best with each of several masses at the flange, (k,) -> (k,)."""
+    torque = _torque(spring, payload_kg)
+    fitted: Array = np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST)
+    return fitted
+
+
+def _wound(spring: Spring, payload_kg: Array) -> Array:
+    return np.asarray(_compliance(spring, payload_kg)[:, None] * _torque(spring, payload_kg))
+
+
+def _torque(spring: Spring, payload_kg: Array) -> Array:
+    return np.asarray(spring.borne + payload_kg[:, None] * spring.of_one_kg)

@@ -14,7 +14,7 @@ from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
 
 RELAXES_S = 0.02
 """Time in which a spring comes to rest where nothing is carried; where it rests does not depend on it."""
-ROTOR = 0.01
+ROTOR = 0.1
 """Inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some."""
 HARD = {"solref": "0.004 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 """As hard as MuJoCo's constraints become with its usual step of 2 ms: they yield by some 1e-8 rad."""
@@ -36,7 +36,9 @@ def mjcf(calibration: Calibration) -> str | None:
         root.append(ET.Comment(f" Not contained: {note.replace('--', '- -')}. "))
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", balanceinertia="true", boundmass="1e-6",
                   boundinertia="1e-8")  # fmt: skip
-    ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")
+    option = ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")
+    if any(isinstance(part, Play) for part in arm.parts):
+        option.set("noslip_iterations", "5")  # friction that creeps would use the play up
     world = ET.SubElement(root, "worldbody")
     elements: dict[str, ET.Element] = {}
     for body in bodies(arm.urdf, arm.robot.joints):
@@ -80,7 +82,7 @@ def _joints(element: ET.Element, body: Body, arm: CorrectedArm) -> None:
         if isinstance(part, Footing) or part.joint != joint.name:
             continue
         if isinstance(part, Spring):
-            behind = _spring(f"{joint.name}_spring", line, part.stiffness)
+            behind = _spring(f"{joint.name}_spring", line, arm.stiffness(part))
         elif isinstance(part, Play):
             width = {"range": digits(np.array([-0.5, 0.5]) * part.width), **_hard("limit")}
             behind = {"name": f"{joint.name}_play", **line, "armature": repr(ROTOR), **width}

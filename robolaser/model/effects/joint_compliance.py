@@ -50,11 +50,12 @@ class JointCompliance(Effect):
         return add_to_joint(q, run, self.where, -wound * (1.0 - self.hardening[:, None] * share))
 
     def parts(self, run: Run) -> tuple[Part, ...]:
-        """A linear spring, as stiff as it is at half its largest load; a payload without compliance is left out."""
-        compliance = number(self.compliance) * (1.0 - number(self.hardening) / 2)
-        if compliance <= 0:
-            return ()
-        return (Spring(self.where, 1.0 / compliance, number(self.payload) / number(self.compliance)),)
+        """A spring."""
+        column = joint_column(run, self.where)
+        q = np.zeros((1, *run.q.shape))
+        sunk = -self.apply(q, run)[0, :, column]
+        spring = Spring(self.where, sunk, run.gravity_torques[:, column], run.torques_of_one_kg[:, column])
+        return (spring,) if sunk.any() else ()
 
     def code(self, run: Run) -> str:
         """Of its joint."""

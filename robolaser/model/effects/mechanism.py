@@ -22,11 +22,19 @@ class Play:
 @final
 @dataclass(frozen=True)
 class Spring:
-    """A joint behind whose encoder a spring gives way [Nm/rad or N/m]; `payload_kg` is found at the flange."""
+    """A joint behind whose encoder a spring gives way.
+
+    Attributes:
+        joint: Its name.
+        sunk: How far it gave way in each pose, (n,) [rad or m].
+        borne: What it bore there by the masses that are stated, (n,) [Nm or N].
+        of_one_kg: And what of each further kilogram at the flange, (n,).
+    """
 
     joint: str
-    stiffness: float
-    payload_kg: float = 0.0
+    sunk: Array
+    borne: Array
+    of_one_kg: Array
 
 
 @final

@@ -1,0 +1,47 @@
+"""Results of commands, read back from their folders."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, final
+
+from robolaser.bounded_reading import read_json
+from robolaser.data.dataset_file import check_format
+from robolaser.results import Result
+
+
+@final
+class SavedResult(Result, dict[str, Any]):
+    """A result read back: it reads like its dictionary, and its files are those of its folder.
+
+    Attributes:
+        folder: Where it was saved.
+    """
+
+    def __init__(self, said: Mapping[str, Any], folder: Path) -> None:
+        super().__init__(said)
+        self.folder = folder
+
+
+def load_calibration(path: str | Path) -> SavedResult:
+    """A calibration read back from calibration.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+    """
+    return _load(Path(path), "calibration.json", "robolaser-calibration/1")
+
+
+def load_diagnosis(path: str | Path) -> SavedResult:
+    """A diagnosis read back from diagnosis.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+    """
+    return _load(Path(path), "diagnosis.json", "robolaser-diagnosis/1")
+
+
+def _load(path: Path, name: str, expected: str) -> SavedResult:
+    file = path / name if path.is_dir() else path
+    said = read_json(file)
+    check_format(said if isinstance(said, dict) else {}, expected, file.name)
+    return SavedResult(said, file.parent)

@@ -1,0 +1,58 @@
+"""What `calibrate`, `diagnose` and `compare` give in Python."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import robolaser
+from robolaser.benchmark.plan import RunPlan
+from robolaser.errors import OutputError
+from robolaser.results import Result
+from robolaser.simulation import simulate
+
+SCHEMAS = Path(robolaser.__file__).parent / "schemas"
+
+
+def keeps_its_contract(result: Result, kind: str, folder: Path) -> None:
+    said = result.to_dict()
+    jsonschema.validate(said, json.loads((SCHEMAS / f"{kind}.schema.json").read_text()))
+    assert len(str(result).splitlines()) > 2
+    assert str(result).splitlines()[0] in result._repr_html_().replace("&#x27;", "'")
+    assert len(result.to_frame().columns) > 3
+    result.save(folder / kind)
+    assert json.loads((folder / kind / f"{kind}.json").read_text()) == said
+    assert (folder / kind / "report.html").exists()
+    result.report(folder / "alone.html")
+    assert (folder / "alone.html").read_text().lower().startswith("<!doctype html>")
+    result.save(folder / kind)  # its own earlier result
+    (folder / "foreign").mkdir(exist_ok=True)
+    (folder / "foreign" / "report.html").write_text("mine")
+    with pytest.raises(OutputError):
+        result.save(folder / "foreign")
+
+
+def test_results_print_show_tabulate_save_and_are_read_back(tmp_path):
+    dataset = simulate(robolaser.find_robot("scorbot_er7"), poses=10, points=6, seed=1).dataset
+    calibration = robolaser.calibrate(dataset)
+    keeps_its_contract(calibration, "calibration", tmp_path)
+    assert calibration.to_frame().loc["b", "value"] == calibration.value("b")
+
+    diagnosis = robolaser.diagnose(dataset, effects=[], seed=1)
+    keeps_its_contract(diagnosis, "diagnosis", tmp_path)
+    assert diagnosis["effects"] == diagnosis.to_dict()["effects"]
+
+    for result, load, kind in (
+        (calibration, robolaser.load_calibration, "calibration"),
+        (diagnosis, robolaser.load_diagnosis, "diagnosis"),
+    ):
+        read = load(tmp_path / kind)
+        assert read.to_dict() == result.to_dict() == load(tmp_path / kind / f"{kind}.json").to_dict()
+        (tmp_path / "again").mkdir(exist_ok=True)
+        keeps_its_contract(read, kind, tmp_path / "again")
+
+
+def test_a_comparison_is_a_result_too(tmp_path):
+    plan = RunPlan.of(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
+    keeps_its_contract(robolaser.compare(plan), "comparison", tmp_path)
