@@ -91,7 +91,14 @@ def compare(
     with (
         ended_as_by_hand(),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
-        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume) as claim,
+        results_in(
+            output,
+            command="compare",
+            files=files,
+            state=(RECORD,),
+            inputs=[Path(name) for name in datasets if Path(name).is_dir()],
+            force=force or resume,
+        ) as claim,
     ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)
