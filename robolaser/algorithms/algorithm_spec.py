@@ -55,6 +55,6 @@ class AlgorithmSpec:
 def malformed(text: str, reason: str) -> UsageError:
     """A text does not specify an algorithm."""
     return UsageError(
-        f"'{text}' does not name an algorithm: {reason}. Expected NAME or package.module:attribute,"
+        f"'{text}' cannot be read: {reason}. Expected NAME or package.module:attribute,"
         " and :key=value after it for each setting, as in rcga:b=2:pop_size=50."
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.convergence import ConvergenceTrace
-from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.problem import INFEASIBLE, BenchmarkProblem
 from robolaser.errors import BenchmarkError
 
 
@@ -25,7 +25,8 @@ class BudgetedEvaluator:
         problem: The problem.
         budget: Candidates that may be evaluated.
         evaluations: Candidates evaluated so far.
-        best: Lowest cost so far.
+        best: Lowest cost of a feasible candidate so far.
+        violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
     """
 
@@ -33,7 +34,7 @@ class BudgetedEvaluator:
         self.problem = problem
         self.budget = budget
         self.evaluations = 0
-        self.best = np.inf
+        self.best = self.violation = np.inf
         self.out_of_time = False
         self._time_limit_s = time_limit_s
         self._improvements: list[tuple[int, float, float]] = []
@@ -103,6 +104,9 @@ class BudgetedEvaluator:
         outside = ((x < self.problem.lower) | (x > self.problem.upper)).any(axis=1)
         costs = np.where(np.isnan(costs) | outside, np.inf, costs)
         allowed = costs[: self.left]
+        if self.problem.constraints:
+            self.violation = float(np.maximum(allowed / INFEASIBLE - 1.0, 0.0).min(initial=self.violation))
+            allowed = np.where(allowed >= INFEASIBLE, np.inf, allowed)
         lowest = np.minimum.accumulate(np.append(self.best, allowed))
         for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
             self._improve(self.evaluations + int(i) + 1, float(allowed[i]))

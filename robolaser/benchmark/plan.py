@@ -9,14 +9,14 @@ import numpy as np
 
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.engines import Task
-from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.problem_specs import ProblemSpec, specs_of
+from robolaser.benchmark.problem import PROBE_SEED, PROBES, BenchmarkProblem
+from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem_specs import specs_of
 from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
 from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
-from robolaser.estimation.multistart import multistart
 
 OUR_OWN = "robolaser's own search"
 """Found the lowest cost, if no solver came below it."""
@@ -25,8 +25,8 @@ OUR_SEEDS = (1, 2, 3)
 """Seeds of our own search for the lowest cost, outside the benchmark."""
 LOWER = 1e-9
 """A solver has improved the best known cost only if it is lower by more than this share."""
-PROBES, PROBE_SEED, PROBE_DIGITS = 8, 1, 9
-"""Candidates whose costs identify a problem, and their digits: another machine may round differently."""
+PROBE_DIGITS = 9
+"""Digits of the costs that identify a problem: another machine may round differently."""
 
 
 Key = tuple[str, str, int]
@@ -62,7 +62,7 @@ class RunPlan:
     @classmethod
     def of(
         cls,
-        problems: Sequence[str],
+        problems: Sequence[object],
         algorithms: Sequence[str] = DEFAULT,
         *,
         seeds: int = SEEDS,
@@ -163,7 +163,8 @@ class RunPlan:
     def _summary(self, problem: BenchmarkProblem, runs: tuple[BenchmarkRun, ...]) -> ProblemSummary:
         best, found_by = self._known[problem.name]
         for run in runs:
-            if run.problem == problem.name and run.trace.final < best - LOWER * abs(best):
+            lower = best - LOWER * abs(best) if np.isfinite(best) else best
+            if run.problem == problem.name and run.trace.final < lower:
                 best, found_by = run.trace.final, run.algorithm
         return ProblemSummary(
             problem.name,
@@ -190,6 +191,8 @@ def _best_known(problem: BenchmarkProblem) -> tuple[float, str]:
         return problem.lowest, THEORY
     if problem.model is None:
         return np.inf, ""
+    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
+
     return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 

@@ -2,15 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.forward_model import Model
 
-CALIBRATION, TEST_FUNCTION = "calibration", "test function"
+if TYPE_CHECKING:
+    from robolaser.model.forward_model import Model
+
+CALIBRATION, TEST_FUNCTION, OWN = "calibration", "test function", "own problem"
 """Families of problems; only problems of one family are ranked together."""
+INFEASIBLE = 1e30
+"""A candidate that violates constraints costs so many times (1 + its violation): feasibility first, after Deb 2000."""
+PROBES, PROBE_SEED = 8, 1
+"""Random candidates whose costs say what a problem is like."""
 
 
 @final
@@ -21,7 +27,7 @@ class BenchmarkProblem:
     Attributes:
         name: The user's name for it, and that of all results.
         title: A description for a person.
-        family: `CALIBRATION` or `TEST_FUNCTION`.
+        family: `CALIBRATION`, `TEST_FUNCTION` or `OWN`.
         variables: Their names, d of them.
         lower: Lower bounds, (d,).
         upper: Upper bounds, (d,).
@@ -31,6 +37,7 @@ class BenchmarkProblem:
         residuals: Candidates (c, d) -> (c, r), whose squares add up to the cost; None if it is not a sum of squares.
         model: The forward model of a calibration.
         lowest: The lowest cost, where theory knows it.
+        constraints: Their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates.
     """
 
     name: str
@@ -43,8 +50,9 @@ class BenchmarkProblem:
     unit: str
     scale: float
     residuals: Callable[[Array], Array] | None = None
-    model: Model | None = None
+    model: "Model | None" = None
     lowest: float | None = None
+    constraints: int = 0
 
     def __post_init__(self) -> None:
         """Make the bounds read-only: what one run wrote into them would change the problem of the next."""

@@ -1,45 +1,26 @@
-"""Which problems can be named: data sets, their reductions, the paper's experiment, test functions."""
+"""Which problems can be named: data sets, their reductions, the paper's experiment, test functions, the users' own."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-import numpy as np
-
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION, BenchmarkProblem
+from robolaser.benchmark.problem import CALIBRATION, BenchmarkProblem
+from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.pymoo_specs import BBOB, PYMOO, named_spec, own_spec
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.errors import BenchmarkError, UsageError, near
+from robolaser.errors import BenchmarkError, UsageError
 from robolaser.estimation.search_bounds import check_bounds
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameters
 from robolaser.problems.reduction import Reduction
 
-PAPER, REDUCED, PYMOO = "paper", "reduced:", "pymoo:"
+PAPER, REDUCED = "paper", "reduced:"
 """Names of problems that are not folders."""
-TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
-"""pymoo's test functions of any dimension whose lowest cost is known."""
-DIMENSION = 10
-"""Variables of a test function, unless the name says otherwise."""
 NEGLIGIBLE_M2 = 1e-12
 """Squared error of a point that can be neglected: a micrometre's."""
-
-
-class ProblemSpec(ABC):
-    """Builds a problem; unlike the problem, whose functions cannot be pickled, it can be sent to another process.
-
-    Attributes:
-        name: Name of the problem.
-    """
-
-    name: str
-
-    @abstractmethod
-    def problem(self) -> BenchmarkProblem:
-        """Build the problem."""
 
 
 @final
@@ -73,54 +54,24 @@ class ReducedCalibrationSpec(ProblemSpec):
         return _calibration(self.name, reduction.model, left, reduction.completed, title)
 
 
-@final
-@dataclass(frozen=True)
-class TestFunctionSpec(ProblemSpec):
-    """One of pymoo's standard test functions, a sanity check because its optimum is known."""
+def spec_of(problem: object) -> ProblemSpec:
+    """Find the problem that is meant.
 
-    __test__ = False  # its name misleads pytest
-
-    name: str
-    function: str
-    dimension: int
-
-    def problem(self) -> BenchmarkProblem:
-        """Minimise the function."""
-        from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
-
-        problem = get_problem(self.function, n_var=self.dimension)
-
-        def cost(x: Array) -> Array:
-            return np.asarray(problem.evaluate(x, return_values_of=["F"]), np.float64)[:, 0]
-
-        return BenchmarkProblem(
-            self.name,
-            f"pymoo's {self.function} function, {self.dimension} variables",
-            TEST_FUNCTION,
-            tuple(f"x{i}" for i in range(self.dimension)),
-            np.asarray(problem.xl, np.float64),
-            np.asarray(problem.xu, np.float64),
-            cost=cost,
-            unit="",
-            scale=1.0,
-            lowest=float(np.asarray(problem.pareto_front())[0, 0]),
-        )
-
-
-def spec_of(text: str) -> ProblemSpec:
-    """Read the name of a problem: a folder or `paper`, with or without `reduced:`, or `pymoo:NAME[-DIMENSION]`.
+    Args:
+        problem: A folder or `paper`, with or without `reduced:`; see `pymoo_specs` for the others.
 
     Raises:
-        UsageError: There is no such problem, or a test function with a wrong dimension or with `reduced:`; or a data
-            set gives no bounds.
+        UsageError: There is no such problem, it lacks bounds or has several objectives, or no closed form reduces it.
         BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
         DataError: The data set cannot be read.
     """
-    if text.startswith(PYMOO):
-        return _test_function(text)
-    whole = text.removeprefix(REDUCED)
-    if whole.startswith(PYMOO):
-        raise UsageError(f"{text}: test functions have no closed form, only calibrations have. Leave out `reduced:`.")
+    if not isinstance(problem, str):
+        return own_spec(problem)
+    text, whole = problem, problem.removeprefix(REDUCED)
+    if ":" in whole and not Path(whole).exists():
+        if whole != text:
+            raise UsageError(f"{text}: only calibrations have a closed form. Leave out `reduced:`.")
+        return named_spec(text) if text.startswith((PYMOO, BBOB)) else own_spec(text)
     name, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")
     if not text.startswith(REDUCED):
@@ -133,22 +84,22 @@ def spec_of(text: str) -> ProblemSpec:
     return ReducedCalibrationSpec(REDUCED + name, dataset)
 
 
-def specs_of(texts: Sequence[str]) -> tuple[ProblemSpec, ...]:
-    """Read the names of problems; one that is named twice counts once.
+def specs_of(problems: Sequence[object]) -> tuple[ProblemSpec, ...]:
+    """Find the problems that are meant; one that is named twice counts once.
 
     Raises:
         UsageError: Two problems have the same name.
         UsageError, BenchmarkError, DataError: As `spec_of` does.
     """
-    found: dict[str, tuple[str, ProblemSpec]] = {}
-    for text in dict.fromkeys(texts):
-        spec = spec_of(text)
+    found: dict[str, tuple[object, ProblemSpec]] = {}
+    for problem in dict.fromkeys(problems):
+        spec = spec_of(problem)
         if spec.name in found:
             raise UsageError(
-                f"{found[spec.name][0]} and {text} are both called '{spec.name}', and results are stored by name."
+                f"{found[spec.name][0]} and {problem} are both called '{spec.name}', and results are stored by name."
                 " Give one of them another `name` in its dataset.toml, or leave it out."
             )
-        found[spec.name] = text, spec
+        found[spec.name] = problem, spec
     return tuple(spec for _, spec in found.values())
 
 
@@ -164,23 +115,10 @@ def _dataset(text: str) -> tuple[str, Dataset]:
         raise UsageError(
             f"No folder '{text}', and no problem of that name. A problem is the folder of a data set; `paper`, the"
             " simulated experiment of Lee et al. 2004; `reduced:` before either, the search problem that its closed"
-            " form leaves; or `pymoo:` and a test function, as in pymoo:rastrigin."
+            " form leaves; a test function, as pymoo:rastrigin or bbob:15-10; or your own, package.module:attribute."
         )
     dataset = load(folder)
     return dataset.name, dataset
-
-
-def _test_function(text: str) -> TestFunctionSpec:
-    function, dash, typed = text.removeprefix(PYMOO).partition("-")
-    if function not in TEST_FUNCTIONS:
-        hint = near(PYMOO + function, [PYMOO + name for name in TEST_FUNCTIONS])
-        raise UsageError(
-            f"No test function '{PYMOO}{function}'.{hint} A number of variables may follow: pymoo:rastrigin-14."
-        )
-    if dash and not (typed.isdecimal() and int(typed) > 1):
-        raise UsageError(f"{text}: '{typed}' variables, expected a whole number of at least 2: pymoo:rastrigin-14.")
-    dimension = int(typed) if dash else DIMENSION
-    return TestFunctionSpec(f"{PYMOO}{function}-{dimension}", function, dimension)
 
 
 def _calibration(

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 
 TOLERANCES = 10.0 ** np.arange(4.0, -6.5, -0.5)
@@ -41,6 +42,7 @@ class ResultArrays:
         total_s: The same in wall time [s]; a failed one counts as long as the solver's longest on the problem that
             did not fail, or as the time limit if there is none.
         final: Lowest cost over the best known, less one in units of the problem's scale: its tolerance, (p, a, s).
+            Without a feasible candidate `INFEASIBLE` times (1 + the violation).
         failed: Runs that failed, (p, a, s).
     """
 
@@ -99,6 +101,8 @@ class ResultArrays:
             total_s[at] = run.seconds
             found = run.trace.final
             final[at] = (found - lowest) / unit if np.isfinite(found) else np.inf
+            if run.violation:
+                final[at] = INFEASIBLE * (1.0 + run.violation)
         longest = np.where(failed | np.isnan(total_s), 0.0, total_s).max(axis=2, keepdims=True, initial=0.0)
         total_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), total_s)
         return cls(

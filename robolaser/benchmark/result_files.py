@@ -18,6 +18,7 @@ FORMAT = "robolaser-comparison/1"
 COLUMNS = (
     "problem", "algorithm", "seed", "state", "reason", "tolerance", "target", "reached", "evaluations", "seconds",
     "run_evaluations", "run_seconds", "run_processor_s", "run_best",
+    "run_violation",
 )  # fmt: skip
 """Columns of runs.csv. Empty cells: the target was not reached."""
 
@@ -68,7 +69,7 @@ def _rows(result: BenchmarkResult) -> Iterator[tuple[object, ...]]:
     for run in _in_order(result.runs):
         evaluations, seconds = run.trace.first_hits(costs[run.problem])
         best = "" if math.isinf(run.trace.final) else repr(run.trace.final)
-        whole = (run.evaluations, f"{run.seconds:.6f}", f"{run.processor_s:.6f}", best)
+        whole = (run.evaluations, f"{run.seconds:.6f}", f"{run.processor_s:.6f}", best, repr(run.violation))
         for tolerance, target, at, by in zip(TOLERANCES, costs[run.problem], evaluations, seconds, strict=True):
             reached = ("yes", int(at), f"{by:.6f}") if math.isfinite(at) else ("no", "", "")
             named = (run.problem, run.algorithm, run.seed, run.state, run.reason)

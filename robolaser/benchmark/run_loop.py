@@ -1,7 +1,6 @@
 """The loop of a benchmark: runs are handed to an engine and collected in the order in which they are done."""
 
 import math
-import pickle
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import Future
@@ -9,6 +8,8 @@ from dataclasses import dataclass
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import final
+
+import cloudpickle
 
 from robolaser.benchmark.engines import Engine, Task, ThisMachine
 from robolaser.benchmark.plan import Key, RunPlan, key
@@ -54,7 +55,7 @@ def run_all(
         made: Runs that need not be made again.
         on_progress: Called twice a second.
     """
-    payloads = {spec.name: engine.share(pickle.dumps(spec)) for spec in plan.specs}
+    payloads = {spec.name: engine.share(cloudpickle.dumps(spec)) for spec in plan.specs}
     done = {key(run): run for run in made}
     waiting = iter([task for task in plan.tasks if key(task) not in done])
     pending: dict[Future[BenchmarkRun], Task] = {}

@@ -32,6 +32,7 @@ class BenchmarkRun:
         seconds: Wall time.
         processor_s: Processor time.
         trace: Every improvement; of failed runs as far as it is known.
+        violation: The lowest violation of the constraints; 0 with a feasible candidate, or if nothing is known.
     """
 
     problem: str
@@ -43,6 +44,7 @@ class BenchmarkRun:
     seconds: float
     processor_s: float
     trace: ConvergenceTrace
+    violation: float = 0.0
 
 
 def run(problem: BenchmarkProblem, solver: Solver, *, seed: int, budget: int, time_limit_s: float) -> BenchmarkRun:
@@ -74,4 +76,5 @@ def run(problem: BenchmarkProblem, solver: Solver, *, seed: int, budget: int, ti
         seconds=evaluator.seconds(),
         processor_s=time.process_time() - began,
         trace=evaluator.trace(),
+        violation=evaluator.violation if np.isfinite(evaluator.violation) else 0.0,
     )

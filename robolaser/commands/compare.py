@@ -51,7 +51,8 @@ def compare(
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
 
     Args:
-        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION].
+        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
+            bbob:NUMBER[-DIMENSION], or your own, package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; or package.module:attribute. Default: all.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
@@ -90,7 +91,14 @@ def compare(
     with (
         ended_as_by_hand(),
         DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
-        results_in(output, command="compare", files=files, state=(RECORD,), force=force or resume) as claim,
+        results_in(
+            output,
+            command="compare",
+            files=files,
+            state=(RECORD,),
+            inputs=[Path(name) for name in datasets if Path(name).is_dir()],
+            force=force or resume,
+        ) as claim,
     ):
         if not resume:
             (output / RECORD).unlink(missing_ok=True)

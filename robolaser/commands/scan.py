@@ -77,7 +77,7 @@ def scan(
         robolaser scan result front back --output part.las --region 0.3:0.6,:,0.005: --voxel 0.0005
 
     Args:
-        calibration: calibration.json or its folder, with robot.urdf.
+        calibration: calibration.json or its folder; without its robot.urdf, the recording's arm is taken.
         recording: Folder with dataset.toml, poses.csv and stripes.npy, points.csv or images.
         more: Further recordings with the same scanner and base: all become one cloud.
         output: The cloud: binary .ply or .pcd, .las or .e57.
@@ -104,16 +104,17 @@ def scan(
     from robolaser.scan.subsample import Subsample
 
     files = [output, *([output.with_suffix(".html")] if report else [])]
-    calibrated = read_calibration(calibration)
+    recordings = [load(one) for one in (recording, *more)]
+    calibrated = read_calibration(calibration, recordings[0].robot)
     box = None if region is None else region_of(region)
-    scans = [prepare(calibrated.as_drawn() if nominal else calibrated, load(one)) for one in (recording, *more)]
+    scans = [prepare(calibrated.as_drawn() if nominal else calibrated, one) for one in recordings]
     made = merged(scans)
     for warning in (*dict.fromkeys(said for one in scans for said in one.recording.warnings), *made.warnings):
         terminal.warn(warning)
     if made.calibrated.setup_warning is not None:
         terminal.warn(made.calibrated.setup_warning)
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, inputs=[calibration], force=force):
+    with results_in(output.parent, command="scan", files=names, inputs=[calibration, recording, *more], force=force):
         subsample = Subsample()
         cloud = output.with_name(f".{output.name}")
         with terminal.progress() as progress:

@@ -54,7 +54,7 @@ def view(
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
     models: tuple[CellModel, ...] = (nominal(data),)
     if calibration is not None:
-        models = (*models, calibrated(read_calibration(calibration), data))
+        models = (*models, calibrated(read_calibration(calibration, data.robot), data))
     points = None if cloud is None else downsampled(map_ply(cloud))
     for warning in (*data.warnings, *(note for model in models for note in model.notes)):
         terminal.warn(warning)

@@ -43,8 +43,8 @@ def results_in(
         force: Replace earlier results.
 
     Raises:
-        OutputError: The folder or one of the files is among the inputs, the folder cannot be written to, is written
-            to by another process, or holds a file of one of these names that this command did not write, or its earlier
+        OutputError: The folder or one of the files is an input or in one, the folder cannot be written to, is written to
+            by another process, or holds a file of one of these names that this command did not write, or its earlier
             result without `force`.
     """
     _refuse_input(folder, files, inputs)
@@ -89,8 +89,10 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
 def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:
     """Refuse to write results into or over what is read."""
     for written in (folder, *(folder / name for name in files)):
-        if any(written.resolve() == source.resolve() for source in inputs):
-            raise OutputError(f"{written} is what the command reads, and stays as it is. Choose another --output.")
+        if any(written.resolve().is_relative_to(source.resolve()) for source in inputs):
+            raise OutputError(
+                f"{written} is what the command reads or in it, and stays as it is. Choose another --output."
+            )
 
 
 def make_folder(folder: Path) -> None:

@@ -124,11 +124,12 @@ def _of_another_scanner(what: str, found: object, expected: object) -> ScanError
     )
 
 
-def read_calibration(path: Path) -> Calibrated:
+def read_calibration(path: Path, arm: Robot | None = None) -> Calibrated:
     """Read calibration.json.
 
     Args:
         path: The file, or the folder that it is in.
+        arm: The recording's, to be taken where the file stands alone, without its robot.urdf beside it.
 
     Raises:
         DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
@@ -146,7 +147,7 @@ def read_calibration(path: Path) -> Calibrated:
     model, numbers = file.part("model"), file.part("parameters")
     if model.text("sensor") != Stripe.format.kind:
         raise unusable(path, f"its sensor is of kind '{model.text('sensor')}', which sees no stripes")
-    robot = _robot(path, model)
+    robot = _robot(path, model, arm)
     values = {name: np.array([_value(name, numbers.part(name))]) for name in SCANNER}
     candidate_effects = effects_in_file(file.parts("effects"), robot)
     for candidate_effect, part in zip(candidate_effects, file.parts("effects"), strict=True):
@@ -179,12 +180,12 @@ def _parameter(name: str, part: JsonObject) -> Parameter:
     return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
 
 
-def _robot(path: Path, model: JsonObject) -> Robot | None:
+def _robot(path: Path, model: JsonObject, arm: Robot | None) -> Robot | None:
     if not model.has("robot"):
         return None
     urdf = inside(path.parent, model.text("robot"), f"{path.name}, model.robot")
     return Robot.from_urdf(
-        read_text(urdf, ROBOT_BYTES),
+        read_text(urdf, ROBOT_BYTES) if arm is None or urdf.exists() else arm.urdf,
         flange=model.text("flange"),
         joints=model.texts("joints") if model.has("joints") else None,
         gravity=model.numbers("gravity", 3) if model.has("gravity") else GRAVITY,

@@ -15,7 +15,7 @@ import numpy as np
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
-from robolaser.benchmark.problem_specs import ProblemSpec
+from robolaser.benchmark.problem_spec import ProblemSpec
 
 
 @final

@@ -1,18 +1,26 @@
 """Problems are found by their names, and are what they say they are."""
 
 import pickle
+import subprocess
+import sys
 
+import cloudpickle
 import numpy as np
 import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.problems import get_problem
 
-from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
-from robolaser.benchmark.problem_specs import TEST_FUNCTIONS, spec_of, specs_of
+from robolaser.benchmark.problem import CALIBRATION, INFEASIBLE, OWN, TEST_FUNCTION
+from robolaser.benchmark.problem_specs import spec_of, specs_of
+from robolaser.benchmark.pymoo_specs import TEST_FUNCTIONS
+from robolaser.benchmark.single_run import run
+from robolaser.benchmark.solvers import find
 from robolaser.data.writing import save
 from robolaser.errors import BenchmarkError, UsageError
 from robolaser.geometry.robots import find_robot
 from robolaser.simulation import simulate
 
-ASKED = ("paper", "reduced:paper", *(f"pymoo:{name}" for name in TEST_FUNCTIONS), "pymoo:rastrigin-3")
+ASKED = ("paper", "reduced:paper", *(f"pymoo:{name}" for name in TEST_FUNCTIONS), "pymoo:rastrigin-3", "pymoo:g6")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +48,7 @@ def test_a_problem_gives_each_candidate_its_own_cost(text, problem):
 @pytest.mark.parametrize("text", ASKED)
 def test_a_pickled_spec_builds_the_same_problem(text, problem):
     x = problem[text].sample_uniform(np.random.default_rng(1), 20)
-    travelled = pickle.loads(pickle.dumps(spec_of(text))).problem()
+    travelled = pickle.loads(cloudpickle.dumps(spec_of(text))).problem()
     assert travelled.cost(x).tolist() == problem[text].cost(x).tolist()
     assert (travelled.name, travelled.variables) == (problem[text].name, problem[text].variables)
 
@@ -100,8 +108,9 @@ def test_a_senseless_number_of_variables_is_answered_by_what_was_expected(text):
 
 
 def test_a_test_function_has_no_reduction():
-    with pytest.raises(UsageError, match="Leave out `reduced:`"):
-        spec_of("reduced:pymoo:sphere")
+    for text in ("reduced:pymoo:sphere", "reduced:mine:Disc"):
+        with pytest.raises(UsageError, match="Leave out `reduced:`"):
+            spec_of(text)
 
 
 def test_a_problem_that_is_named_twice_counts_once():
@@ -123,3 +132,111 @@ def test_two_problems_of_one_name_are_refused(tracker):
 def test_nobody_can_move_the_bounds(text, problem):
     with pytest.raises(ValueError, match="read-only"):
         problem[text].lower[0] = -1.0
+
+
+class Disc(ElementwiseProblem):
+    """A slope over a disc. Its lowest point lies on the rim."""
+
+    def __init__(self, radius=1.0, n_obj=1, xl=-10.0):
+        self.radius = radius
+        super().__init__(n_var=2, n_obj=n_obj, n_ieq_constr=1, xl=xl, xu=10.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"], out["G"] = x.sum(), (x**2).sum() - self.radius**2
+
+
+@pytest.mark.parametrize(
+    "given",
+    [Disc, Disc(), lambda: Disc(radius=1.0), f"{__name__}:Disc:radius=1", f"{__name__}:Disc"],
+    ids=["class", "object", "factory", "path with settings", "path"],
+)
+def test_a_problem_of_ones_own_is_a_class_an_object_a_factory_or_an_import_path(given):
+    spec = spec_of(given)
+    problem = pickle.loads(cloudpickle.dumps(spec)).problem()
+    assert problem.family == OWN
+    assert (problem.dimension, problem.constraints, problem.lowest) == (2, 1, None)
+    assert problem.cost(np.array([[0.5, 0.5], [3.0, 4.0]])).tolist() == [1.0, INFEASIBLE * 25.0]
+
+
+def test_infeasible_candidates_cost_more_than_feasible_ones_and_more_the_more_they_violate():
+    problem = spec_of("pymoo:g6").problem()
+    x = problem.sample_uniform(np.random.default_rng(1), 20_000)
+    cost = problem.cost(x)
+    values = get_problem("g6").evaluate(x, return_values_of=["F", "G"])
+    excess = np.maximum(values[1], 0.0).sum(axis=1)
+    feasible = excess == 0.0
+    assert 0 < feasible.sum() < len(x)
+    assert cost[feasible].tolist() == values[0][feasible, 0].tolist()
+    np.testing.assert_allclose(cost[~feasible] / INFEASIBLE - 1.0, excess[~feasible], rtol=1e-9, atol=1e-12)
+
+
+def test_a_run_reports_its_lowest_cost_of_feasible_candidates_or_its_lowest_violation():
+    problem = spec_of(Disc).problem()
+    found = run(problem, find("de"), seed=1, budget=3000, time_limit_s=60.0)
+    assert found.trace.final == pytest.approx(-np.sqrt(2), abs=0.02)
+    assert found.violation == 0.0
+    assert (found.trace.costs < INFEASIBLE).all()
+    one = run(problem, find("random"), seed=1, budget=1, time_limit_s=60.0)
+    assert one.trace.final == np.inf
+    assert one.violation > 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        ("pymoo:zdt1", "has 2 objectives"),
+        ("pymoo:g1-5", "cannot be made"),
+        ("pymoo:g1:colour=red", "cannot be made"),
+        (f"{__name__}:Disc:n_obj=2", "has 2 objectives"),
+        (lambda: Disc(xl=None), "a lower and an upper bound"),
+        (f"{__name__}:Square", "has no 'Square'"),
+        (f"{__name__}:np.pi", "expected a pymoo problem"),
+        (f"{__name__}:Disc:colour=red", "has no setting 'colour'"),
+        ("nowhere:Problem", "module nowhere cannot be imported"),
+    ],
+)
+def test_what_cannot_be_compared_on_is_refused_before_any_run(given, match):
+    with pytest.raises(UsageError, match=match):
+        spec_of(given)
+
+
+def test_bbob_is_measured_above_its_lowest_value_which_ioh_knows():
+    ioh = pytest.importorskip("ioh")
+    problem = spec_of("bbob:15-5:instance=2").problem()
+    theirs = ioh.get_problem(15, 2, 5, ioh.ProblemClass.BBOB)
+    x = problem.sample_uniform(np.random.default_rng(1), 5)
+    assert problem.cost(x).tolist() == [theirs(row) - theirs.optimum.y for row in x]
+    assert problem.cost(np.array([theirs.optimum.x])) == pytest.approx(problem.lowest, abs=1e-9)
+    with pytest.raises(UsageError, match="1 to 24"):
+        spec_of("bbob:25")
+
+
+LIGHT = """
+import sys
+from pymoo.core.problem import Problem
+import robolaser.operators, robolaser.algorithms.rcga
+from robolaser import RunPlan, compare
+from robolaser.benchmark.problem_specs import spec_of
+from robolaser.benchmark.single_run import run
+from robolaser.benchmark.solvers import find
+from robolaser.benchmark.standings import standings
+for name in ("rcga", "ga", "cmaes", "scipy-de"):
+    run(spec_of("pymoo:sphere").problem(), find(name), seed=1, budget=200, time_limit_s=60.0)
+
+class Bowl(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=1, xl=-5, xu=5)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = (x**2).sum(axis=1)
+
+result = compare(RunPlan.of(["pymoo:sphere", Bowl, "__main__:Bowl"], ["rcga"], seeds=1, budget=200))
+assert len(result.runs) == 3 and not result.failures, result.failures
+standings(result, "test function")
+print(*({"pinocchio", "cv2", "numba"} & set(sys.modules)))
+"""
+
+
+def test_comparing_on_test_functions_and_problems_of_a_script_loads_neither_pinocchio_nor_opencv_nor_numba():
+    done = subprocess.run([sys.executable, "-c", LIGHT], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""

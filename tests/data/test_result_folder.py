@@ -59,6 +59,8 @@ def test_nothing_is_written_into_what_is_read(tmp_path):
     (tmp_path / "data").mkdir()
     with pytest.raises(OutputError, match="is what the command reads"):
         write(tmp_path / "data" / ".." / "data", inputs=[tmp_path / "data"])
+    with pytest.raises(OutputError, match="is what the command reads or in it"):
+        write(tmp_path / "data" / "result", inputs=[tmp_path / "data"])
     assert not list((tmp_path / "data").iterdir())
 
 

@@ -39,6 +39,16 @@ def test_a_recording_becomes_a_cloud_and_a_page(cell, tmp_path, capsys):
     assert "Quality" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
 
 
+def test_calibration_json_alone_is_enough(cell, tmp_path):
+    shutil.copytree(cell / "recording", tmp_path / "recording")
+    alone = shutil.copy(cell / "calibration" / "calibration.json", tmp_path)
+    recording = str(tmp_path / "recording")
+    assert scan(cell, tmp_path / "cloud.ply") == 0
+    assert main(["scan", alone, recording, "--output", str(tmp_path / "alone" / "cloud.ply")]) == 0
+    assert (tmp_path / "alone" / "cloud.ply").read_bytes() == (tmp_path / "cloud.ply").read_bytes()
+    assert main(["scan", alone, recording, "--output", str(tmp_path / "recording" / "cloud.ply")]) == 1
+
+
 def test_a_cloud_that_is_there_stays_unless_forced(cell, tmp_path, capsys):
     assert scan(cell, tmp_path / "cloud.ply") == 0
     first = (tmp_path / "cloud.ply").read_bytes()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.standings.table import FinalCosts, IntervalEstimate
 from robolaser.benchmark.statistics.intervals import Intervals
 from robolaser.benchmark.statistics.quantiles import quantiles
@@ -32,4 +33,11 @@ def quality(final: Array) -> FinalCosts | None:
     """What runs (s,) ended with."""
     if np.isnan(final).all():
         return None
-    return FinalCosts(*(plain(value) for value in quantiles(final, np.array([0.0, 0.25, 0.5, 0.75, 1.0]))))
+    feasible = np.where(final >= INFEASIBLE, np.inf, final)
+    return FinalCosts(*(plain(value) for value in quantiles(feasible, np.array([0.0, 0.25, 0.5, 0.75, 1.0]))))
+
+
+def violation(final: Array) -> float | None:
+    """Median of the lowest violations of runs (s,) without a feasible candidate; None if there are none."""
+    infeasible = final[(final >= INFEASIBLE) & np.isfinite(final)]
+    return float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None

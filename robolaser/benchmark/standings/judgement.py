@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
 from robolaser.benchmark.standings import significance
-from robolaser.benchmark.standings.estimates import estimate, quality
+from robolaser.benchmark.standings.estimates import estimate, quality, violation
 from robolaser.benchmark.standings.measurements import Measurements
 from robolaser.benchmark.standings.ordering import order
 from robolaser.benchmark.standings.table import OnProblem, Reached, Result, Standings
@@ -84,6 +84,7 @@ def _results(arrays: ResultArrays, evaluations: Measurements, seconds: Measureme
                 runs=int(arrays.there[p, a].sum()),
                 failed=int(arrays.failed[p, a].sum()),
                 final=quality(arrays.final[p, a]),
+                violation=violation(arrays.final[p, a]),
                 targets=targets(p, a),
             )
             for a, algorithm in enumerate(arrays.algorithms)

@@ -69,6 +69,7 @@ class Result:
         runs: Number of runs.
         failed: Number of runs that failed.
         final: What they ended with; None without runs.
+        violation: Median of the lowest violations of runs that found no feasible candidate; None if all found one.
         targets: One for each target, tolerances falling.
     """
 
@@ -77,6 +78,7 @@ class Result:
     runs: int
     failed: int
     final: FinalCosts | None
+    violation: float | None
     targets: tuple[Reached, ...]
 
 

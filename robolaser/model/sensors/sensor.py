@@ -336,7 +336,9 @@ class Sensor(ABC):
         if any(name not in given for name in self.free):
             started = self.start({name: item.nominal for name, item in given.items()}, T_base_flange)
             spans = self.spans(started)
-            given = {name: self._start(name, started[name], spans[name]) for name in started} | dict(given)
+            given = {name: self._start(name, started[name], spans[name]) for name in started if name in spans} | dict(
+                given
+            )
         items = [given[name] for name in self.free]
         if any(name not in given for name in self.derived):
             known = [*items, *(given[name] for name in self.held if name in given)]

@@ -4,13 +4,13 @@ import importlib.metadata
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem import CALIBRATION, TEST_FUNCTION
+from robolaser.benchmark.problem import CALIBRATION, OWN, TEST_FUNCTION
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report.comparison.rows import spans
 from robolaser.report.digits import duration, rate
 from robolaser.report.page import version
 
-FAMILIES = {CALIBRATION: "Calibration problems", TEST_FUNCTION: "Test functions"}
+FAMILIES = {CALIBRATION: "Calibration problems", TEST_FUNCTION: "Test functions", OWN: "Own problems"}
 """Headings."""
 PACKAGES = ("numpy", "scipy", "pymoo", "cma")
 """Whose versions results depend on."""

@@ -6,8 +6,9 @@ from typing import final
 
 from robolaser.benchmark.result import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.standings import FinalCosts, IntervalEstimate, OnProblem, Pair, Reached, Result, Standing
+from robolaser.benchmark.standings import IntervalEstimate, OnProblem, Pair, Reached, Result, Standing
 from robolaser.benchmark.standings.phrases import chance
+from robolaser.report.comparison.excess import number
 from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
 
@@ -117,7 +118,7 @@ def result_rows(context: PlotContext, on: OnProblem) -> list[ResultRow]:
             standing.algorithm,
             line_number(context, standing.algorithm),
             [_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN],
-            _quality(context, problem, of[standing.algorithm].final),
+            _quality(context, problem, of[standing.algorithm]),
         )
         for standing in on.evaluations.places
     ]
@@ -196,10 +197,13 @@ def _target(one: Reached | None, runs: int) -> TableCell:
     return TableCell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
 
 
-def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts | None) -> TableCell:
-    """Median, and quartiles unless they are alike."""
+def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> TableCell:
+    """Median, and quartiles unless they are alike; the violation where most runs found nothing feasible."""
+    quality = result.final
     if quality is None:
         return TableCell("")
+    if quality.median is None and result.violation is not None:
+        return TableCell("nothing feasible", (f"violation {number(result.violation)}",))
     median, lower, upper = (
         context.excess(problem, float("inf") if tolerance is None else tolerance)
         for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
@@ -209,9 +213,9 @@ def _quality(context: PlotContext, problem: ProblemSummary, quality: FinalCosts 
 
 def _final(context: PlotContext, results: Sequence[Result]) -> TableCell:
     if len(context.problems) == 1 and results:
-        return _quality(context, context.problems[0], results[0].final)
+        return _quality(context, context.problems[0], results[0])
     if len(context.problems) > FEW:
         return TableCell("")
     return TableCell(
-        "", [f"{one.problem} {_quality(context, context.contested(one.problem), one.final).shown}" for one in results]
+        "", [f"{one.problem} {_quality(context, context.contested(one.problem), one).shown}" for one in results]
     )

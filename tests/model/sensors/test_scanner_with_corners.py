@@ -59,6 +59,12 @@ def test_with_sessions_nothing_needs_to_be_given_either() -> None:
     assert {"target.x@session-1", "target.x@session-2", "theta"} <= set(found.model.parameters.names)
 
 
+def test_where_the_target_is_known_nothing_needs_to_be_given_either() -> None:
+    placed = simulate(find_robot("panda"), kind="stripe+camera", poses=16, seed=2).dataset
+    found = calibrate(with_nothing_given(placed))
+    assert found.rms_m < 1e-6
+
+
 def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
     names = Model(noisy.dataset).parameters.names
     assert set(names) == set(noisy.truth)
