@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 EXPORTED: Final = (
     "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
-    "robot_corrected.xml", "corrected.py",
+    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py",
 )  # fmt: skip
 """What a calibration leaves for other programs."""
 

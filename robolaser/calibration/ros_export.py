@@ -9,6 +9,7 @@ from robolaser.calibration.export import camera_yaml, corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.simulators.mjcf import mjcf
 from robolaser.calibration.simulators.python_module import corrected_module
+from robolaser.calibration.simulators.sdf import sdf
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
 
@@ -21,7 +22,7 @@ def exported(calibration: Calibration) -> Sequence[str | None]:
     Only `robot_urdf` where the errors say that the data set describes the cell wrongly: the rest would look as if it
     were good.
     """
-    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, corrected_module)
+    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
     wrong = calibration.rms_m >= SETUP_RMS_M
     return [robot_urdf(calibration), *(None if wrong else write(calibration) for write in found)]
 

@@ -213,6 +213,7 @@ def test_bbob_is_measured_above_its_lowest_value_which_ioh_knows():
 
 LIGHT = """
 import sys
+from pymoo.core.problem import Problem
 import robolaser.operators, robolaser.algorithms.rcga
 from robolaser import RunPlan, compare
 from robolaser.benchmark.problem_specs import spec_of
@@ -221,13 +222,21 @@ from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 for name in ("rcga", "ga", "cmaes", "scipy-de"):
     run(spec_of("pymoo:sphere").problem(), find(name), seed=1, budget=200, time_limit_s=60.0)
-result = compare(RunPlan.of(["pymoo:sphere"], ["rcga", "random"], seeds=1, budget=200))
-assert len(result.runs) == 2 and not result.failures, result.failures
+
+class Bowl(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=1, xl=-5, xu=5)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = (x**2).sum(axis=1)
+
+result = compare(RunPlan.of(["pymoo:sphere", Bowl, "__main__:Bowl"], ["rcga"], seeds=1, budget=200))
+assert len(result.runs) == 3 and not result.failures, result.failures
 standings(result, "test function")
 print(*({"pinocchio", "cv2", "numba"} & set(sys.modules)))
 """
 
 
-def test_comparing_on_test_functions_loads_neither_pinocchio_nor_opencv_nor_numba():
+def test_comparing_on_test_functions_and_problems_of_a_script_loads_neither_pinocchio_nor_opencv_nor_numba():
     done = subprocess.run([sys.executable, "-c", LIGHT], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

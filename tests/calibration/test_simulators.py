@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,8 @@ from calibrated import finished, stripe
 from robolaser import find_robot
 from robolaser.calibration.simulators.mjcf import mjcf
 from robolaser.calibration.simulators.python_module import corrected_module
+from robolaser.calibration.simulators.sdf import sdf
+from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -65,9 +68,9 @@ def test_corrected_py_moves_as_the_model(name):
     calibration = bent(EFFECTS[name])
     module, q = loaded(corrected_module(calibration)), made().poses.q
     order = calibration.model.run.order
-    for n, pose in enumerate(order):
-        T = module["flange"](q[pose], q[order[:n]])
-        np.testing.assert_allclose(T, wanted(calibration)[pose], atol=1e-10)
+    for n, at in enumerate(order):
+        T = module["flange"](q[at], q[order[:n]])
+        np.testing.assert_allclose(T, wanted(calibration)[at], atol=1e-10)
     assert np.abs(wanted(calibration) - made().flange()).max() > 1e-4
 
 
@@ -86,6 +89,7 @@ def test_corrected_py_needs_the_standard_library_alone_and_has_the_sensor(tmp_pa
 
 def test_without_a_robot_there_is_nothing_to_simulate():
     assert mjcf(stripe()) is None
+    assert sdf(stripe()) is None
     assert corrected_module(stripe()) is None
 
 
@@ -93,6 +97,29 @@ def test_what_cannot_be_contained_is_said():
     calibration = bent({"thermal_drift:elbow_joint.growth": 1e-3})
     assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
     assert "Not contained: the link before elbow_joint grows" in corrected_module(calibration)
+
+
+def numbers(text):
+    return np.array([float(word) for word in text.split()])
+
+
+def test_the_sdf_has_the_geometry():
+    calibration = bent(GEOMETRY | {"joint_compliance:elbow_joint.compliance": 4e-5})
+    root = ET.fromstring(sdf(calibration))
+    above = {joint.findtext("child"): joint for joint in root.iter("joint")}
+    placed = {link.get("name"): link.findtext("pose") for link in root.iter("link")}
+    for q, T_wanted in zip(made().poses.q, wanted(bent(GEOMETRY)), strict=True):
+        T, link = np.eye(4), made().robot.flange
+        while above[link].findtext("parent") != "world":
+            at, joint = numbers(placed[link]), above[link]
+            motion = np.eye(4)
+            if joint.get("type") == "revolute":
+                angle = q[made().robot.joints.index(joint.get("name"))]
+                motion = pose(exp_so3(angle * numbers(joint.findtext("axis/xyz"))), np.zeros(3))
+            T = pose(rot_z(at[5]) @ rot_y(at[4]) @ rot_x(at[3]), at[:3]) @ motion @ T
+            link = joint.findtext("parent")
+        np.testing.assert_allclose(T, T_wanted, atol=1e-9)
+    assert "Not contained: elbow_joint gives way" in sdf(calibration)
 
 
 def replayed(text, q, *, settle_s):

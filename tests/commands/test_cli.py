@@ -136,7 +136,8 @@ def test_the_result_is_what_its_schema_says(result: Path) -> None:
 def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None:
     there = {path.name for path in result.iterdir()}
     assert there == {
-        "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py", MANIFEST,
+        "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py",
+        "robot_corrected.sdf", MANIFEST,
     }  # fmt: skip
 
 

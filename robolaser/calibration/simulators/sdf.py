@@ -1,0 +1,69 @@
+"""The calibrated arm for Gazebo (SDF): its geometry, its masses and the sensor's frames."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from robolaser.calibration.result import Calibration
+from robolaser.calibration.simulators.bodies import Body, bodies
+from robolaser.calibration.simulators.corrected_arm import CorrectedArm
+from robolaser.geometry.urdf.writing import origin_attributes
+
+VERSION = "1.7"
+"""The first in which a pose can be relative to a link."""
+LEAST_KG = 1e-6
+"""Mass of a frame that weighs nothing: an engine asks for some."""
+
+
+def sdf(calibration: Calibration) -> str | None:
+    """The robot with offsets and placements of joints as they are, the rest named in comments; None without a robot.
+
+    The root link is fixed to the world, joints that are no columns of q are held at neutral, meshes are left out.
+    """
+    if calibration.model.dataset.robot is None:
+        return None
+    arm = CorrectedArm(calibration)
+    root = ET.Element("sdf", version=VERSION)
+    for one, _ in arm.effects:
+        if not one.effect.in_urdf:
+            root.append(ET.Comment(f" Not contained: {arm.said(one).replace('--', '- -')}. "))
+    model = ET.SubElement(root, "model", name=arm.robot.name)
+    for body in bodies(arm.urdf, arm.robot.joints):
+        _link(model, body)
+        _joint(model, body)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _name(link: str | None) -> str:
+    """SDF keeps the name `world` for what the root stands on."""
+    return "world" if link is None else "world_link" if link == "world" else link
+
+
+def _link(model: ET.Element, body: Body) -> None:
+    link = ET.SubElement(model, "link", name=_name(body.name))
+    if body.parent is not None:
+        placed = origin_attributes(body.T)
+        ET.SubElement(link, "pose", relative_to=_name(body.parent)).text = f"{placed['xyz']} {placed['rpy']}"
+    inertial = ET.SubElement(link, "inertial")
+    mass = max(body.mass, LEAST_KG)
+    ET.SubElement(inertial, "pose").text = " ".join(repr(float(value)) for value in (*body.com, 0.0, 0.0, 0.0))
+    ET.SubElement(inertial, "mass").text = repr(mass)
+    inertia = ET.SubElement(inertial, "inertia")
+    tensor = body.inertia if body.mass > 0 else LEAST_KG * np.eye(3)
+    for key, i, j in (("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)):
+        ET.SubElement(inertia, key).text = repr(float(tensor[i, j]))
+
+
+def _joint(model: ET.Element, body: Body) -> None:
+    moves = body.joint
+    kind = "fixed" if moves is None else "prismatic" if moves.kind == "prismatic" else "revolute"
+    joint = ET.SubElement(model, "joint", name=moves.name if moves else f"{_name(body.name)}_fixed", type=kind)
+    ET.SubElement(joint, "parent").text = _name(body.parent)
+    ET.SubElement(joint, "child").text = _name(body.name)
+    if moves is not None:
+        axis = ET.SubElement(joint, "axis")
+        ET.SubElement(axis, "xyz").text = " ".join(repr(float(value)) for value in moves.axis)
+        limit = ET.SubElement(axis, "limit")
+        for key, value in (("lower", moves.lower), ("upper", moves.upper)):
+            ET.SubElement(limit, key).text = repr(float(value))
