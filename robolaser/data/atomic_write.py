@@ -49,6 +49,8 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
     Raises:
         OutputError: The disk or the rights say no.
     """
+    if not files and not delete:
+        return
     staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
