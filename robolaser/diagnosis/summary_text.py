@@ -10,7 +10,7 @@ from robolaser.diagnosis.cause_words import listed, members, named, noun
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, WORTH_SAYING
+from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN, WORTH_SAYING
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -75,7 +75,10 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
     if not has_effects:
         return f"On {name}, predicted with the same model, the error is {after}, {floor}."
     if validation.is_better:
-        return f"It carries over to {name}: there the error falls from {before} to {after}, {floor}."
+        room = validation.calibrated_m**2 - validation.noise_floor_m**2
+        closed = validation.calibrated_m**2 - validation.after_m**2
+        carries = "It carries" if closed >= CARRIED_SHARE * room else "Little of it carries"
+        return f"{carries} over to {name}: there the error falls from {before} to {after}, {floor}."
     compared = f"the error there is {before} without the effects and {after} with them, {floor}"
     if validation.after_m < validation.calibrated_m:
         return f"Whether it carries over to {name} is not certain: {compared}."

@@ -179,6 +179,9 @@ FURTHER_SUBSTITUTES: Final = 1
 EVEN: Final = 0.5
 """Probability, below which a class is no more than possible; and of an unmodelled cause in an effect's place, above
 which the effect is not named."""
+CARRIED_SHARE: Final = 0.5
+"""Share of another campaign's squared gap above its noise that what was found must close to carry over; below it,
+little of it does. A judgement, of words alone."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""

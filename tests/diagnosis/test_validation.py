@@ -67,6 +67,16 @@ def test_without_effects_the_sentence_states_the_one_error_there_is(found):
     assert said.startswith("On campaign-2, predicted with the same model, the error is")
 
 
+def test_what_closes_less_than_half_of_another_gap_hardly_carries_over(found):
+    (validation,) = found.validation
+    worse = replace(validation, calibrated_m=18e-3, after_m=17.2e-3, noise_floor_m=1.75e-5, is_better=True)
+    assert transfer_sentence(worse, has_effects=True).startswith(
+        "Little of it carries over to campaign-2: there the error"
+    )
+    half = replace(worse, after_m=12.7e-3)
+    assert transfer_sentence(half, has_effects=True).startswith("It carries over to campaign-2")
+
+
 def test_a_scanner_is_transferred_with_its_own_parameters():
     """A stripe scanner's fourteen parameters stay as found; nothing but an unplaced target is fitted anew."""
     noise = {"noise": Noise(pixel_px=0.05)}

@@ -7,6 +7,7 @@ rebinding). The first says so in `Origin`, the second in `Host`.
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
+from importlib import import_module
 from typing import Any
 
 from robolaser.errors import DependencyMissing
@@ -31,8 +32,7 @@ def only_own_pages() -> Iterator[None]:
     Raises:
         DependencyMissing: This version of viser serves in another way.
     """
-    from websockets.asyncio import server  # noqa: PLC0415 - comes with viser
-
+    server: Any = import_module("websockets.asyncio.server")  # comes with viser
     serve, guarded = server.serve, []
 
     def serve_own(*args: Any, process_request: Any, **more: Any) -> Any:
@@ -44,11 +44,11 @@ def only_own_pages() -> Iterator[None]:
         guarded.append(checked)
         return serve(*args, process_request=checked, **more)
 
-    server.serve = serve_own  # type: ignore[misc, assignment]
+    server.serve = serve_own
     try:
         yield
     finally:
-        server.serve = serve  # type: ignore[misc]
+        server.serve = serve
     if not guarded:
         raise DependencyMissing(
             "This version of viser would show the scene to any page in the browser: pip install 'robolaser[view]'"
