@@ -140,7 +140,7 @@ class PerSession(Sensor):
                 started: Mapping[str, float] = {name: float(value[0]) for name, value in derived.items()}
             else:
                 started = one.sensor.start(own, T_base_flange)
-            found = {named[name]: value for name, value in started.items()} | found
+            found = {named[name]: value for name, value in started.items() if name in named} | found
         return found
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
