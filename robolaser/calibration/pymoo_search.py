@@ -9,8 +9,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 
-"""Called with the name of the current step and the share of it that is done, 0 to 1."""
-
 CHECKPOINT = "search.npz"
 COURSE = "search-history.npz"
 INSTEAD_OF_0 = 2**31 - 1  # pycma seeds itself from the clock where the seed is 0
