@@ -109,11 +109,12 @@ def _heat_map(plan: PosePlan) -> Chart:
         for channel, field in (("x", "other"), ("y", "effect"))
     }
     depth = {"field": "correlation", "type": "quantitative", "scale": {"domain": [0, 1], "range": [0, 0.85]}}
-    worst = sum(1 for row in data if row["cell"] == "==")
+    once = one <= other  # the matrix is symmetric
+    worst = sum(row["cell"] == "==" for row, counts in zip(data, once, strict=True) if counts)
     return chart(
         "What looks alike",
         "Correlation of effects in %, at the locations where they are most alike; == cannot be told apart.",
-        f"Of {len(data)} pairs of {len(names)} effects {worst} cannot be told apart.",
+        f"Of {once.sum()} pairs of {len(names)} effects {worst} cannot be told apart.",
         [
             layer({"type": "rect", "color": FITTED}, data, **axes, opacity={**depth, "legend": None},
                   tooltip=hover("effect", "other", correlation="correlation")),
