@@ -51,6 +51,7 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
     """
     if not files and not delete:
         return
+    finish_writing(folder)  # its journal would be overwritten
     staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
@@ -63,7 +64,7 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
             folder / JOURNAL, json.dumps({"rename": staged, "delete": [name for name in delete if name not in files]})
         )
     except BaseException:
-        for temporary in staged:
+        for temporary in () if (folder / JOURNAL).is_file() else staged:  # once it is there, they count
             with suppress(OSError):
                 (folder / temporary).unlink(missing_ok=True)
         raise
