@@ -4,7 +4,7 @@ from typing import Any, final
 
 import cv2
 
-from robolaser.bounded_reading import pixels_of
+from robolaser.bounded_reading import decoded
 from robolaser.cell.camera import Image, cannot_open
 
 OPENING_MS = 8000
@@ -24,7 +24,7 @@ class ImageStream:
         """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
         while True:
             there, packet = self._capture.read()
-            image = _decoded(packet, self._colours) if there else None
+            image = decoded(packet.tobytes(), self._colours) if there else None
             if not there or image is not None:
                 return there, image
 
@@ -51,16 +51,10 @@ def open_stream(source: str, *, in_colour: bool = False) -> Any:
     raw = _opened(source)
     raw.set(cv2.CAP_PROP_FORMAT, RAW)
     there, packet = raw.read()
-    if there and packet.dtype == "uint8" and _decoded(packet, colours) is not None:
+    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), colours) is not None:
         return ImageStream(raw, colours)
     raw.release()
     return _opened(source)
-
-
-def _decoded(packet: Any, colours: int) -> Image | None:
-    data = packet.reshape(-1)
-    known = pixels_of(data.tobytes()) is not None
-    return cv2.imdecode(data, colours) if known else None  # type: ignore[return-value]  # 8 bits
 
 
 def _opened(source: str) -> Any:

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any, final
 
 import cv2
-import numpy as np
 
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
+from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.cell.camera import Camera, Image, Warn, cannot_open, check_image, grey, no_more_images
 from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
@@ -51,9 +50,7 @@ def _of_folder(folder: Path, channel: str) -> Iterator[Image]:
 
     def pictures() -> Iterator[Image]:
         for name in names:
-            data = read_bytes(folder / name, IMAGE_BYTES)
-            decoded = pixels_of(data) is not None
-            frame: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if decoded else None
+            frame = decoded(read_bytes(folder / name, IMAGE_BYTES), cv2.IMREAD_UNCHANGED)
             if frame is None:
                 raise no_more_images(folder, f"{name} cannot be read")
             yield grey(folder, frame, channel)
