@@ -115,8 +115,9 @@ class ServoArm(Arm):
             return
         if any(self._numbers(self._at.torque)):
             raise ArmError(
-                f"The servos on {self._line.port} hold, and take times for motions (drive mode, bit 2) only while"
-                " they do not. Support the arm, switch their power off and on, and try again."
+                f"The servos on {self._line.port} have their torque on, and the drive mode that lets motions be given a"
+                " time (bit 2) can only be set with torque off. Support the arm, switch their power off and on, and try"
+                " again."
             )
         self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
 

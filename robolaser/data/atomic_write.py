@@ -97,8 +97,8 @@ def finish_writing(folder: Path) -> None:
         journal.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
-            f"Cannot finish writing in {folder}: {error.strerror or error}. All is on the disk already; the next"
-            " command that reads or writes there does the rest."
+            f"Cannot finish writing in {folder}: {error.strerror or error}. Everything is on the disk already; the"
+            " next command that reads or writes there will finish."
         ) from None
 
 
