@@ -129,6 +129,19 @@ def pixels_of(data: bytes) -> tuple[int, int] | None:
     return (width, height) if 0 < width * height <= IMAGE_PIXELS else None
 
 
+def decoded(data: bytes, flags: int) -> Any:
+    """An image as OpenCV decodes it, (h, w) or (h, w, colours); None where it is damaged, or as `pixels_of`.
+
+    Args:
+        data: The file's.
+        flags: OpenCV's IMREAD_....
+    """
+    import cv2  # noqa: PLC0415 - slow to import
+    import numpy as np  # noqa: PLC0415
+
+    return None if pixels_of(data) is None else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+
+
 def _undecodable(path: Path) -> int:
     try:
         path.read_bytes().decode()

@@ -144,6 +144,7 @@ class AclArm(Arm):
             if ended:
                 self._talk.settle()
                 self._store_here()
+                self._prepared = None
                 return
             listens |= asked and bool(text)
             silent = 0 if text else silent + 1

@@ -39,4 +39,4 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
         raise cannot_open(source, "dataset.toml has no [image] that states the size of its images")
     if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
         return LiveCamera(cell.camera, size, clock, warn)
-    return RecordedImages(cell.beside(source), size, warn)
+    return RecordedImages(cell.beside(source), size, warn, cell.camera.channel)

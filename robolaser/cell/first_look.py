@@ -1,4 +1,4 @@
-"""A look at the first images of a planned recording: a board that lies elsewhere than it was said to is cut in them."""
+"""A look at the first images of a planned recording: they cut off a board that does not lie where dataset.toml says."""
 
 from collections.abc import Mapping
 from typing import final
@@ -14,7 +14,7 @@ from robolaser.vision.target_corners import target_in
 LOOKS = 3
 """Images that are looked at."""
 MISSES = 2
-"""Of these, in which the whole board is not to be seen, that end the recording: one may be spoilt by a reflection."""
+"""Images without the whole board that end the recording: a reflection may spoil one."""
 
 
 @final
@@ -40,7 +40,7 @@ class FirstLook:
             self._missed.append(pose)
         if len(self._missed) == MISSES:
             raise CameraError(
-                f"The whole board is not to be seen from {' and '.join(self._missed)}, though the plan was made so."
-                " Measure again where it lies (target.x ... in dataset.toml), look at light and focus, and plan anew"
-                " with --force."
+                f"The whole board is not visible from {' and '.join(self._missed)}, although the plan expects it."
+                " Measure again where it lies (target.x ... in dataset.toml), check light and focus, and record a new"
+                " plan with --force."
             )

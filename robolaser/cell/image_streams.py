@@ -4,7 +4,7 @@ from typing import Any, final
 
 import cv2
 
-from robolaser.bounded_reading import pixels_of
+from robolaser.bounded_reading import decoded
 from robolaser.cell.camera import Image, cannot_open
 
 OPENING_MS = 8000
@@ -16,14 +16,15 @@ RAW = -1.0
 class ImageStream:
     """A stream of single images (PGM, PNG, Motion JPEG), each decoded by itself."""
 
-    def __init__(self, capture: Any) -> None:
+    def __init__(self, capture: Any, colours: int) -> None:
         self._capture = capture
+        self._colours = colours
 
     def read(self) -> tuple[bool, Image | None]:
         """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
         while True:
             there, packet = self._capture.read()
-            image = _decoded(packet) if there else None
+            image = decoded(packet.tobytes(), self._colours) if there else None
             if not there or image is not None:
                 return there, image
 
@@ -36,25 +37,24 @@ class ImageStream:
         self._capture.release()
 
 
-def open_stream(source: str) -> Any:
+def open_stream(source: str, *, in_colour: bool = False) -> Any:
     """Open a stream: what `cv2.VideoCapture` gives, or `ImageStream` where the stream is made of single images.
+
+    Args:
+        source: Its URL.
+        in_colour: Whether single images are decoded as blue, green and red; else as grey.
 
     Raises:
         CameraError: There is none.
     """
+    colours = cv2.IMREAD_COLOR if in_colour else cv2.IMREAD_GRAYSCALE
     raw = _opened(source)
     raw.set(cv2.CAP_PROP_FORMAT, RAW)
     there, packet = raw.read()
-    if there and packet.dtype == "uint8" and _decoded(packet) is not None:
-        return ImageStream(raw)
+    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), colours) is not None:
+        return ImageStream(raw, colours)
     raw.release()
     return _opened(source)
-
-
-def _decoded(packet: Any) -> Image | None:
-    data = packet.reshape(-1)
-    known = pixels_of(data.tobytes()) is not None
-    return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if known else None  # type: ignore[return-value]  # grey, 8 bits
 
 
 def _opened(source: str) -> Any:

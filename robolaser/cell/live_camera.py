@@ -114,7 +114,7 @@ def _cut_off(image: Image) -> bool:
 
 def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     if isinstance(line.source, str) and "://" in line.source:
-        capture: Any = open_stream(line.source)
+        capture: Any = open_stream(line.source, in_colour=line.channel != "grey")
     else:
         capture = cv2.VideoCapture(line.source)
         if not capture.isOpened():

@@ -137,8 +137,8 @@ class Mover:
         """
         trouble: NotSettled | ArmAlarm | AnswerUnclear | None = None
         for _ in range(STOPS):
-            self._arm.stop()
             try:
+                self._arm.stop()
                 return self.resting("After it was told to stop", STOPPING_S)
             except (NotSettled, ArmAlarm, AnswerUnclear) as error:  # what it reports now is no news
                 trouble = error

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any, final
 
 import cv2
-import numpy as np
 
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
+from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.cell.camera import Camera, Image, Warn, cannot_open, check_image, grey, no_more_images
 from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
@@ -22,11 +21,11 @@ class RecordedImages(Camera):
     A recording's shots come in the order in which they were taken, a folder's images by name.
     """
 
-    def __init__(self, source: Path, size: tuple[int, int], warn: Warn) -> None:
+    def __init__(self, source: Path, size: tuple[int, int], warn: Warn, channel: str = "grey") -> None:
         self._source = source
         self._size = size
         self._warn = warn
-        self._pictures = _of_folder(source) if source.is_dir() else _of_film(source)
+        self._pictures = _of_folder(source, channel) if source.is_dir() else _of_film(source, channel)
 
     def shot(self, settle_s: float) -> Image:
         """An image of what is there from now on."""
@@ -41,7 +40,7 @@ class RecordedImages(Camera):
         self._pictures = iter(())
 
 
-def _of_folder(folder: Path) -> Iterator[Image]:
+def _of_folder(folder: Path, channel: str) -> Iterator[Image]:
     if (folder / "poses.csv").is_file():
         names = _shots(folder)
     else:
@@ -51,12 +50,10 @@ def _of_folder(folder: Path) -> Iterator[Image]:
 
     def pictures() -> Iterator[Image]:
         for name in names:
-            data = read_bytes(folder / name, IMAGE_BYTES)
-            decoded = pixels_of(data) is not None
-            frame: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if decoded else None
+            frame = decoded(read_bytes(folder / name, IMAGE_BYTES), cv2.IMREAD_UNCHANGED)
             if frame is None:
                 raise no_more_images(folder, f"{name} cannot be read")
-            yield grey(folder, frame)
+            yield grey(folder, frame, channel)
 
     return pictures()
 
@@ -66,7 +63,7 @@ def _shots(folder: Path) -> list[str]:
     return [str(file.relative_to(folder)) for shots in images_of_poses(load(folder)) for file in shots.files]
 
 
-def _of_film(source: Path) -> Iterator[Image]:
+def _of_film(source: Path, channel: str) -> Iterator[Image]:
     capture: Any = cv2.VideoCapture(str(source))
     if not capture.isOpened():
         raise cannot_open(source, "it is neither a folder nor a film or numbered images")
@@ -76,6 +73,6 @@ def _of_film(source: Path) -> Iterator[Image]:
             there, frame = capture.read()
             if not there:
                 return
-            yield grey(source, frame)
+            yield grey(source, frame, channel)
 
     return pictures()

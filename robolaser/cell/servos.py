@@ -21,13 +21,14 @@ MIDDLE = 2048
 MOST = 252
 QUIET_S = 0.25
 TRIES = 4
+SAGGED = 20
+"""Steps that the goal of a motor that does not hold yet may be off: some servos let it follow where they are."""
 RAMP = 0.25
 """Share of a motion's time in which it gains speed."""
 BRAKING = 100, 254
 """Speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop."""
 TIMED = 4
 """Bit of Dynamixel's drive mode: profiles are stated as times."""
-TROUBLE = {1: "wrong voltage", 2: "no reading of its encoder", 4: "too hot", 8: "too much current", 32: "overloaded"}
 ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
 
 
@@ -74,7 +75,7 @@ class ServoArm(Arm):
         """Whether a joint is in trouble."""
         for joint, bits in zip(self._joints, self._numbers(self._at.status), strict=True):
             if bits:
-                what = ", ".join(said for bit, said in TROUBLE.items() if bits & bit) or f"error {bits}"
+                what = ", ".join(said for bit, said in self._at.trouble.items() if bits & bit) or f"error {bits}"
                 raise alarm(self._line.port, joint, what, ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:
@@ -82,16 +83,10 @@ class ServoArm(Arm):
         goal = np.rint(MIDDLE + self._direction * (q - self._reference) / STEP).astype(np.int64)
         start = self._positions(self._at.present)
         if not all(self._numbers(self._at.torque)):
-            self._send_on(start, start, seconds)
+            # a motor that begins to hold goes to the goal that it has
+            self._send_checked(start, start, seconds, slack=SAGGED)
             self._write(self._at.torque, [b"\1"] * len(self._ids))
-        for _ in range(TRIES):
-            self._send_on(start, goal, seconds)
-            heard = self._positions(self._at.goal)
-            if (heard == goal).all():
-                return
-        self.stop()
-        self.poll_faults()
-        raise unclear(self._line.port, f"goal {goal.tolist()}", str(heard.tolist()), TRIES)
+        self._send_checked(start, goal, seconds)
 
     def stop(self) -> None:
         """Stop where it is: these servos know no other command than to go where they are."""
@@ -120,10 +115,26 @@ class ServoArm(Arm):
             return
         if any(self._numbers(self._at.torque)):
             raise ArmError(
-                f"The servos on {self._line.port} hold, and take times for motions (drive mode, bit 2) only while"
-                " they do not. Support the arm, switch their power off and on, and try again."
+                f"The servos on {self._line.port} have their torque on, and the drive mode that lets motions be given a"
+                " time (bit 2) can only be set with torque off. Support the arm, switch their power off and on, and try"
+                " again."
             )
         self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
+
+    def _send_checked(self, start: Ints, goal: Ints, seconds: float, *, slack: int = 0) -> None:
+        """Send all servos on, as `_send_on`, until each says that it has its goal: they confirm nothing by themselves.
+
+        Raises:
+            ArmError: One does not.
+        """
+        for _ in range(TRIES):
+            self._send_on(start, goal, seconds)
+            heard = self._positions(self._at.goal)
+            if (np.abs(heard - goal) <= slack).all():
+                return
+        self.stop()
+        self.poll_faults()
+        raise unclear(self._line.port, f"goal {goal.tolist()}", str(heard.tolist()), TRIES)
 
     def _send_on(self, start: Ints, goal: Ints, seconds: float) -> None:
         """Send all servos from where they are to where they are to be, (j,) each, with the same ramps; in 0 s: stop."""

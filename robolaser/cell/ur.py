@@ -1,6 +1,7 @@
 """Universal Robots' arms, by RTDE: the package ur-rtde."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, ClassVar, Self, final
 
 import numpy as np
@@ -73,18 +74,21 @@ class UrArm(Arm):
         """Where it is now, (j,)."""
         began = self._clock.now()
         while True:
-            stamp = float(self._receive.getTimestamp())
-            if stamp != self._stamp and self._receive.isConnected():
-                self._stamp = stamp
-                return np.array(self._receive.getActualQ(), dtype=np.float64)
+            with self._on_line():
+                stamp = float(self._receive.getTimestamp())
+                if stamp != self._stamp and self._receive.isConnected():
+                    self._stamp = stamp
+                    return np.array(self._receive.getActualQ(), dtype=np.float64)
             if self._clock.now() - began > STALE_S:
                 raise line_lost(self._address, f"no reading for {STALE_S:.0f} s")
             self._clock.wait(POLL_S)
 
     def poll_faults(self) -> None:
         """Whether it was stopped, and by which joint."""
-        if self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped():
-            modes = self._receive.getJointMode()
+        with self._on_line():
+            stopped = self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped()
+            modes = self._receive.getJointMode() if stopped else ()
+        if stopped:
             guilty = [joint for joint, mode in zip(self._joints, modes, strict=True) if mode in (VIOLATION, FAULT)]
             raise alarm(self._address, ", ".join(guilty) or "no joint is named", "protective or emergency stop", ADVICE)
 
@@ -92,25 +96,37 @@ class UrArm(Arm):
         """Start a motion to angles, (j,)."""
         way = float(np.abs(q - self.read()).max())
         speed = max(SLOWEST, way / (seconds * (1 - RAMP)))
-        self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True)
+        with self._on_line():
+            self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True)
 
     def stop(self) -> None:
         """Stop where it is."""
-        self._control.stopJ(BRAKING, asynchronous=True)
+        with self._on_line():
+            self._control.stopJ(BRAKING, asynchronous=True)
 
     def home(self) -> None:
         """Nothing: its encoders are absolute."""
 
     def laser_on(self, output: int) -> None:
         """Switch an output on: digital output 0 is the first."""
-        self._io.setStandardDigitalOut(output - 1, True)  # noqa: FBT003 - its arguments have no names
+        with self._on_line():
+            self._io.setStandardDigitalOut(output - 1, True)  # noqa: FBT003 - its arguments have no names
 
     def laser_off(self, output: int) -> None:
         """Switch an output off."""
-        self._io.setStandardDigitalOut(output - 1, False)  # noqa: FBT003
+        with self._on_line():
+            self._io.setStandardDigitalOut(output - 1, False)  # noqa: FBT003
 
     def close(self) -> None:
         """Disconnect; the program that moves it ends."""
-        self._control.stopScript()
-        for interface in (self._control, self._receive, self._io):
-            interface.disconnect()
+        for end in (self._control.stopScript, *(one.disconnect for one in (self._control, self._receive, self._io))):
+            with suppress(RuntimeError):  # what is no longer connected needs no end
+                end()
+
+    @contextmanager
+    def _on_line(self) -> Iterator[None]:
+        """Raise what the package raises when its connection is gone as an error of the arm."""
+        try:
+            yield
+        except RuntimeError as error:
+            raise line_lost(self._address, str(error)) from None

@@ -61,10 +61,10 @@ def watch(
                 _write(writer, waiting, recorded)
                 written_s = clock.now()
     finally:
-        _write(writer, waiting, recorded)
         if laser_output is not None:
             with suppress(RobolaserError):
                 arm.laser_off(laser_output)
+        _write(writer, waiting, recorded)
 
 
 def sample_names(count: int) -> list[str]:

@@ -113,7 +113,7 @@ def _points(
     if not found.lens.known:
         terminal.warn("the views do not tell the lens's distortion: planes were laid through raw pixels.")
     if found.channel != "grey":
-        terminal.print(f"The laser was looked for in {found.channel}.")
+        terminal.print(f"The stripe was detected in the channel {found.channel}.")
     for doubt in found.doubts:
         terminal.warn(doubt)
     if output is None:

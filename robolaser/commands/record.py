@@ -88,7 +88,8 @@ def record(
     named = poses is not None or plan is not None or next_poses is not None
     if not named and not resume and watch is None:
         raise UsageError(
-            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json; or --watch N."
+            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json. If others move"
+            " it, use --watch N."
         )
     if watch is not None and (move or resume or dry_run or repeats):
         raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")

@@ -51,6 +51,7 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
     """
     if not files and not delete:
         return
+    finish_writing(folder)  # its journal would be overwritten
     staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
@@ -63,7 +64,7 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
             folder / JOURNAL, json.dumps({"rename": staged, "delete": [name for name in delete if name not in files]})
         )
     except BaseException:
-        for temporary in staged:
+        for temporary in () if (folder / JOURNAL).is_file() else staged:  # once it is there, they count
             with suppress(OSError):
                 (folder / temporary).unlink(missing_ok=True)
         raise
@@ -96,8 +97,8 @@ def finish_writing(folder: Path) -> None:
         journal.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
-            f"Cannot finish writing in {folder}: {error.strerror or error}. All is on the disk already; the next"
-            " command that reads or writes there does the rest."
+            f"Cannot finish writing in {folder}: {error.strerror or error}. Everything is on the disk already; the"
+            " next command that reads or writes there will finish."
         ) from None
 
 

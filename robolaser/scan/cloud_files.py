@@ -39,7 +39,9 @@ def write_cloud(path: Path, pieces: Iterable[Vertices], comments: Sequence[str])
     waiting = iter(pieces)
     first = next((piece for piece in waiting if len(piece)), None)
     if first is None:
-        raise ScanError("No point of the cloud is left to write: --region has none. Check its sides, in metres.")
+        raise ScanError(
+            "No point of the cloud lies in --region, so there is nothing to write. Check its sides, in metres."
+        )
     return FORMATS[path.suffix.lower()](path, chain([first], waiting), first.dtype, comments)
 
 

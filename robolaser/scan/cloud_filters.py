@@ -12,7 +12,7 @@ from robolaser.scan.ply import COLOURS, NORMALS, Vertices, positions_of
 NEIGHBOURS = 16
 """Points, itself among them, whose plane gives a point's normal."""
 GATHERED = 2_000_000
-"""Points after which voxels are gathered anew."""
+"""Points, at least, after which voxels are gathered anew."""
 
 
 def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
@@ -28,16 +28,17 @@ def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
     `std` is the root mean square of theirs: neighbours share the arm's errors. `pose` is that of the first.
     """
     kept: list[tuple[Ints, Array, Vertices]] = []
-    count = 0
+    count, most = 0, GATHERED
     for piece in pieces:
         values = np.stack([piece[name].astype(np.float64) for name in ("x", "y", "z", "std", "intensity")], axis=-1)
         values[:, 3] **= 2
         cells = np.floor(positions_of(piece) / size_m).astype(np.int64)
         kept.append((cells, np.column_stack([values, np.ones(len(piece))]), piece))
         count += len(piece)
-        if count > GATHERED:
+        if count > most:
             kept = [_gathered(kept)]
             count = len(kept[0][0])
+            most = max(GATHERED, 2 * count)  # else many voxels would be gathered with each piece
     _, sums, cloud = _gathered(kept)
     means = sums[:, :5] / sums[:, 5:]
     for column, name in enumerate(("x", "y", "z", "std", "intensity")):

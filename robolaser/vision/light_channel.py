@@ -6,7 +6,9 @@ from types import MappingProxyType
 import cv2
 import numpy as np
 
+from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.image_list import PoseImages
+from robolaser.errors import DataError
 from robolaser.vision.candidates import Axis
 from robolaser.vision.images import Weights, lights
 from robolaser.vision.line_tracking import track_stripe
@@ -55,7 +57,10 @@ def find_channel(shots: Sequence[PoseImages], size_px: tuple[int, int], axis: Ax
 
 
 def _is_colourful(shots: PoseImages) -> bool:
-    image = cv2.imread(str(shots.lit[0]), cv2.IMREAD_COLOR)
+    try:
+        image = decoded(read_bytes(shots.lit[0], IMAGE_BYTES), cv2.IMREAD_COLOR)
+    except DataError:
+        image = None
     if image is None:  # said where it is read
         return False
     blue, green, red = cv2.split(image)

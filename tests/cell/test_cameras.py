@@ -276,3 +276,14 @@ def test_a_colour_camera_keeps_the_channel_that_was_asked_for(channel: str, expe
     frame = np.full((4, 6, 3), (10, 40, 200), np.uint8)
     assert (grey("camera", frame, channel) == expected).all()
     assert grey("camera", frame).shape == (4, 6)
+
+
+def test_pictures_that_pass_for_a_camera_keep_the_channel_that_was_asked_for(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    assert cell.description.image_px is not None
+    width, height = cell.description.image_px
+    (tmp_path / "pictures").mkdir()
+    cv2.imwrite(str(tmp_path / "pictures" / "a.png"), np.full((height, width, 3), (10, 40, 200), np.uint8))
+    line = CameraLine(str(tmp_path / "pictures"), channel="red")
+    with open_camera(replace(cell, camera=line), WallClock(), print) as camera:
+        assert (camera.shot(0.0) == 200).all()

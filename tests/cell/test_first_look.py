@@ -32,7 +32,7 @@ def test_two_of_the_first_three_images_without_the_whole_board_end_a_recording(c
             look.at(f"p{i}", {"image": board_image(150 if i in cut else 0)})
     except CameraError as error:
         said = str(error)
-    assert said.startswith("The whole board is not to be seen from p0 and p2,") == ends
+    assert said.startswith("The whole board is not visible from p0 and p2,") == ends
 
 
 def test_the_arm_is_stopped_and_the_target_is_to_be_measured_again(tmp_path: Path) -> None:

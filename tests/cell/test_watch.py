@@ -11,6 +11,7 @@ import robolaser
 from robolaser.arrays import Array
 from robolaser.cell.camera import Image
 from robolaser.cell.watch import watch
+from robolaser.errors import OutputError
 
 COUNT = 30
 
@@ -49,6 +50,24 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path: Path
     np.testing.assert_allclose(poses.q, q, atol=4e-3)
     np.testing.assert_allclose(poses.qd, np.gradient(q, time_s, axis=0), atol=0.03)
     assert np.abs(poses.qd).max() > 0.05
+
+
+def test_the_laser_goes_off_when_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    assert cell.description.image_px is not None
+    assert cell.laser_output is not None
+    writer = bench.begun(cell, tmp_path / "out", ())
+
+    def full(samples: object) -> None:
+        raise OutputError("The disk is full.")
+
+    monkeypatch.setattr(writer, "add", full)
+    camera = Remembering(rig, cell.description.image_px)
+    with pytest.raises(OutputError):
+        watch(arm, camera, writer, rig.clock, 2, cell.laser_output, lambda name: None)
+    assert not rig.controller.outputs(rig.clock.now())
 
 
 def test_the_command_moves_nothing_and_writes_a_data_set(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

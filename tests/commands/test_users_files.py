@@ -36,7 +36,7 @@ def dataset(made, tmp_path):
 def test_a_result_is_never_written_into_the_data_set(dataset, command, force, capsys):
     before = digests(dataset)
     assert main([command, str(dataset), "--output", str(dataset), *force]) == 1
-    assert "what the command reads" in capsys.readouterr().err
+    assert "an input of this command" in capsys.readouterr().err
     assert digests(dataset) == before
 
 

@@ -57,9 +57,9 @@ def test_a_link_is_not_followed(tmp_path):
 
 def test_nothing_is_written_into_what_is_read(tmp_path):
     (tmp_path / "data").mkdir()
-    with pytest.raises(OutputError, match="is what the command reads"):
+    with pytest.raises(OutputError, match="is an input of this command"):
         write(tmp_path / "data" / ".." / "data", inputs=[tmp_path / "data"])
-    with pytest.raises(OutputError, match="is what the command reads or in it"):
+    with pytest.raises(OutputError, match="is an input of this command or lies in one"):
         write(tmp_path / "data" / "result", inputs=[tmp_path / "data"])
     assert not list((tmp_path / "data").iterdir())
 

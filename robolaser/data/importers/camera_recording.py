@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
+from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.dataset import Board, Dataset, Points, Poses
 from robolaser.data.importers.board_option import BOARD, FORM
 from robolaser.data.importers.hand_eye_pairs import Mount
@@ -108,8 +108,7 @@ def image_files(files: Sequence[Path | None]) -> ImageFiles:
 def _size(file: Path) -> tuple[int, int]:
     import cv2  # noqa: PLC0415 - slow to import
 
-    data = read_bytes(file, IMAGE_BYTES)
-    image = None if pixels_of(data) is None else cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    image = decoded(read_bytes(file, IMAGE_BYTES), cv2.IMREAD_GRAYSCALE)
     if image is None:
         raise DataError(f"{file.name} is not an image that OpenCV can read. Is it complete?", file=file)
     height, width = image.shape[:2]

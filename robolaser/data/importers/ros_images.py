@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.bounded_reading import pixels_of
+from robolaser.bounded_reading import decoded
 from robolaser.errors import DataError
 
 CHANNELS = {"mono8": 1, "8UC1": 1, "mono16": 1, "16UC1": 1, "bgr8": 3, "rgb8": 3, "8UC3": 3, "bgra8": 4, "rgba8": 4}
@@ -22,7 +22,7 @@ def image_file(message: Any, file: str, topic: str) -> tuple[str, bytes, tuple[i
 
     if not hasattr(message, "encoding"):
         data = np.asarray(message.data, dtype=np.uint8)
-        image = None if pixels_of(data.tobytes()) is None else cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        image = decoded(data.tobytes(), cv2.IMREAD_UNCHANGED)
         if image is None:
             raise DataError(f"{file}, topic {topic}: an image of format {message.format} cannot be read.", file=file)
         suffix = ".png" if "png" in message.format.lower() else ".jpg"

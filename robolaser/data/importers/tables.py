@@ -58,7 +58,7 @@ class Tables(Importer):
             )
         if MOUNT in options.further and declared.kind != TAGGED:
             raise UsageError(
-                f"--set {MOUNT}: only of a camera that sees tags, whose poses are read with --sensor {TAGGED}."
+                f"--set {MOUNT} is only for a camera that sees tags, whose poses are read with --sensor {TAGGED}."
             )
         poses_file, points_file = (read_delimited(path, options) for path in (paths[0], paths[-1]))
         if len(paths) == 1:

@@ -302,5 +302,5 @@ def _somewhere(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def test_a_mount_is_only_of_cameras_that_see_tags(said: ImportOptions, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="--set mount: only of a camera that sees tags"):
+    with pytest.raises(UsageError, match="--set mount is only for a camera that sees tags"):
         read(tmp_path / "log.csv", replace(said, further={"mount": "flange"}))
