@@ -19,12 +19,20 @@ OPTICAL = "camera_optical"
 def exported(calibration: Calibration) -> Sequence[str | None]:
     """All that other programs read, for ROS and for simulators.
 
-    Only `robot_urdf` where the errors say that the data set describes the cell wrongly: the rest would look as if it
-    were good.
+    Only `robot_urdf` where `is_withheld`.
     """
     found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
-    wrong = calibration.rms_m >= SETUP_RMS_M
-    return [robot_urdf(calibration), *(None if wrong else write(calibration) for write in found)]
+    withheld = is_withheld(calibration)
+    return [robot_urdf(calibration), *(None if withheld else write(calibration) for write in found)]
+
+
+def is_withheld(calibration: Calibration) -> bool:
+    """Whether errors say that the data set describes the cell wrongly: what is exported would look as if it were good.
+
+    Fitted points and new ones must both say so: gross errors, which a diagnosis leaves out of the latter, do not.
+    """
+    new_m = calibration.held_out_rms_m
+    return min(calibration.rms_m, calibration.rms_m if new_m is None else new_m) >= SETUP_RMS_M
 
 
 def static_transform(calibration: Calibration) -> str | None:

@@ -15,7 +15,8 @@ from robolaser.geometry.collisions import CollisionModel
 from robolaser.geometry.kinematics import Robot
 
 FINE = 0.02
-"""No joint turns further than this from one place that is checked to the next: 12 mm at 0.6 m [rad or m]."""
+"""All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
+nothing passes farther than 6 mm from a place that was checked [rad or m]."""
 SLACK = 0.002
 """An arm that stands on a limit reads a little beyond it [rad or m]."""
 
@@ -91,7 +92,7 @@ def violations(
     before = q[0] if start is None else start
     found: list[Violation | Collision] = []
     for name, goal in zip(names, q, strict=True):
-        steps = 1 + int(np.ceil(np.abs(goal - before).max() / FINE))
+        steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
         line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
         found += _broken(robot, limits, tools, name, line)
         found += [] if bodies is None else collisions(bodies, limits.margin_m, name, line)

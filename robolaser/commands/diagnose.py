@@ -41,7 +41,7 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
-    from robolaser.calibration.ros_export import exported
+    from robolaser.calibration.ros_export import exported, is_withheld
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
@@ -56,6 +56,11 @@ def diagnose(
         for warning in data.warnings:
             terminal.warn(warning)
         model = corrected(found, seed)
+        if is_withheld(model):
+            terminal.warn(
+                "With all that was found, points are still centimetres off: the data set describes the cell wrongly;"
+                " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
+            )
         result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
         texts = {
             **dict(zip(EXPORTED, exported(model), strict=True)),

@@ -1,5 +1,6 @@
 """A calibrated arm as simulators can have it: its URDF, the parts that stand for effects, and what has none."""
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -92,6 +93,11 @@ class CorrectedArm:
         """What no part stands for."""
         run = self.calibration.model.run
         return tuple(self.said(one) for one, effect in self.effects if not (one.effect.in_urdf or effect.parts(run)))
+
+
+def comment(text: str) -> str:
+    """Text that may stand in a comment of XML, which no two hyphens may."""
+    return re.sub("-(?=-)", "- ", text)
 
 
 def digits(values: Array) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.simulators.bodies import RADIUS_M, Body, bodies
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm, digits
+from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment, digits
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
 
@@ -33,7 +33,7 @@ def mjcf(calibration: Calibration) -> str | None:
     arm = CorrectedArm(calibration)
     root = ET.Element("mujoco", model=arm.robot.name)
     for note in arm.without_parts:
-        root.append(ET.Comment(f" Not contained: {note.replace('--', '- -')}. "))
+        root.append(ET.Comment(f" Not contained: {comment(note)}. "))
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", balanceinertia="true", boundmass="1e-6",
                   boundinertia="1e-8")  # fmt: skip
     option = ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.simulators.bodies import Body, bodies
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm
+from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.urdf.writing import origin_attributes
 
 VERSION = "1.7"
@@ -26,7 +26,7 @@ def sdf(calibration: Calibration) -> str | None:
     root = ET.Element("sdf", version=VERSION)
     for one, _ in arm.effects:
         if not one.effect.in_urdf:
-            root.append(ET.Comment(f" Not contained: {arm.said(one).replace('--', '- -')}. "))
+            root.append(ET.Comment(f" Not contained: {comment(arm.said(one))}. "))
     model = ET.SubElement(root, "model", name=arm.robot.name)
     for body in bodies(arm.urdf, arm.robot.joints):
         _link(model, body)

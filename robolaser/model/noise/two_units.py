@@ -27,5 +27,5 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
         squares = (source.effect**2).sum(axis=1)
         moved = squares.min(axis=1) > 0.0  # others are another sensor's
         along = (np.swapaxes(source.effect, -1, -2) @ residuals[..., None])[moved, :, 0] / squares[moved]
-        sigmas[source.name] = source.stated or max(float(np.median(np.abs(along))), FLOOR)
+        sigmas[source.name] = source.stated or max(float(np.median(np.abs(along))) if moved.any() else 0.0, FLOOR)
     return NoiseModel(sources, sigmas, relative=True)

@@ -82,8 +82,12 @@ class ViewerApp:
 
     def stop(self) -> None:
         """Stop serving, without a farewell on standard output."""
-        rich.get_console().quiet = True
-        self._server.stop()
+        console = rich.get_console()
+        quiet, console.quiet = console.quiet, True
+        try:
+            self._server.stop()
+        finally:
+            console.quiet = quiet
 
     def _build_panel(self) -> None:
         gui, dataset = self._server.gui, self._current.dataset
