@@ -7,11 +7,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import AnswerUnclear, ArmAlarm, NotSettled, not_settled
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, not_settled
 from robolaser.cell.joint_text import joint_text
 from robolaser.cell.motion_time import seconds_for, time_to_show
 from robolaser.data.cell_config import UNATTENDED_S
-from robolaser.errors import ArmError
+from robolaser.errors import ArmError, RobolaserError
 from robolaser.geometry.kinematics import Robot
 
 POLL_S = 0.05
@@ -128,19 +128,23 @@ class Mover:
             if now - began > PATIENCE * seconds + PATIENCE_S:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
-    def halt(self) -> Array:
+    def halt(self, *, restarted: bool = False) -> Array:
         """Stop the arm and see that it stands, (j,).
+
+        Args:
+            restarted: Whether its controller is known to have restarted: more of what it prints then is no news.
 
         Raises:
             NotSettled: It does not stop.
             RobolaserError: The line does not let it be stopped.
         """
-        trouble: NotSettled | ArmAlarm | AnswerUnclear | None = None
+        trouble: RobolaserError | None = None
+        no_news = (NotSettled, ArmAlarm, AnswerUnclear, *((ArmRestarted,) if restarted else ()))
         for _ in range(STOPS):
             try:
                 self._arm.stop()
                 return self.resting("After it was told to stop", STOPPING_S)
-            except (NotSettled, ArmAlarm, AnswerUnclear) as error:  # what it reports now is no news
+            except no_news as error:
                 trouble = error
         assert trouble is not None
         raise trouble

@@ -169,8 +169,9 @@ class Session:
         last = "" if self._at is None else f" It last rested at {configuration_text(self._robot, self._at)}."
         stands: Array | None = None
         try:
-            halted = self._mover.halt()
-            if self._sure and not isinstance(cause, ArmRestarted):
+            restarted = isinstance(cause, ArmRestarted)
+            halted = self._mover.halt(restarted=restarted)
+            if self._sure and not restarted:
                 stands = self._at = halted
                 outcome = f"The arm was stopped. It stands at {configuration_text(self._robot, stands)}."
             else:

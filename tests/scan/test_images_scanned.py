@@ -43,16 +43,18 @@ def scanner(data, tmp_path_factory):
 @pytest.fixture
 def folder(data, tmp_path):
     """Each pose shot twice; one image shows nothing, one pose has none."""
+    folder = tmp_path / "recording"
+    folder.mkdir()
     columns = {"image": "a", "image_2": "b"}
     named = {column: [f"{kind}{row}.png" for row in range(POSES)] for column, kind in columns.items()}
     for column, kind in columns.items():
         named[column][THROUGH] = ""
         for row, name in enumerate(named[column]):
             if name:
-                cv2.imwrite(str(tmp_path / name), drawn(data, 10 * row + ord(kind), lit=row != BLANK))
+                cv2.imwrite(str(folder / name), drawn(data, 10 * row + ord(kind), lit=row != BLANK))
     poses = replace(data.poses, image=tuple(named["image"]), extra={"image_2": tuple(named["image_2"])})
-    save(replace(data, poses=poses, points=Points(np.empty(0, np.int64), ())), tmp_path)
-    return tmp_path
+    save(replace(data, poses=poses, points=Points(np.empty(0, np.int64), ())), folder)
+    return folder
 
 
 def cloud_of(scanner, folder):

@@ -52,7 +52,9 @@ def test_straightening_undoes_the_lens() -> None:
 
 @pytest.mark.parametrize(("mount", "placed"), CELLS)
 def test_derivatives_are_those_of_differences_with_effects_at_every_stage(mount: str, placed: bool) -> None:
-    dataset = cell(mount, placed=placed, poses=6, speed=0.05).dataset
+    made = cell(mount, placed=placed, poses=6, speed=0.05)
+    held = Parameter("k3", "", made.truth["k3"], made.truth["k3"], made.truth["k3"])
+    dataset = replace(made.dataset, parameters={**made.dataset.parameters, "k3": held})
     every = ["latency", "link_geometry:elbow_joint", "base_shift", "hand_eye_drift", "radial_distortion", "target_warp"]
     model = Model(dataset, candidate_effects(every, dataset))
     rng, width = np.random.default_rng(0), model.parameters.width
