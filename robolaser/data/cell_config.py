@@ -42,7 +42,7 @@ class ArmLine:
         direction: +1 or -1 for each joint: which way it counts; empty: all +1.
         home: Whether it searches its home before it measures.
         unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
-            computer dies, at most 5 [s].
+            computer dies [s].
         axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
     """
 
@@ -54,7 +54,7 @@ class ArmLine:
     reference_rad: tuple[float, ...] = ()
     direction: tuple[float, ...] = ()
     home: bool = False
-    unattended_s: Annotated[float, Meta(gt=0, le=5)] = UNATTENDED_S
+    unattended_s: Positive = UNATTENDED_S
     axes: Axes = "er7"
 
 
