@@ -12,18 +12,20 @@ from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.calibration.simulators.sdf import sdf
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.results import EXPORTED
 
 OPTICAL = "camera_optical"
 
 
-def exported(calibration: Calibration) -> Sequence[str | None]:
-    """All that other programs read, for ROS and for simulators.
+def exported(calibration: Calibration) -> dict[str, str | None]:
+    """The files of `EXPORTED` by name, for ROS and for simulators; None for one that this calibration does not have.
 
     Only `robot_urdf` where `is_withheld`.
     """
-    found = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
+    writers = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
     withheld = is_withheld(calibration)
-    return [robot_urdf(calibration), *(None if withheld else write(calibration) for write in found)]
+    texts = [robot_urdf(calibration), *(None if withheld else write(calibration) for write in writers)]
+    return dict(zip(EXPORTED, texts, strict=True))
 
 
 def is_withheld(calibration: Calibration) -> bool:

@@ -92,7 +92,7 @@ def calibrate(
                 terminal.warn(warning)
             result = json_text(found)
             texts = {
-                **dict(zip(EXPORTED, exported(found), strict=True)),
+                **exported(found),
                 "report.html": page(found, command=typed),
                 "calibration.json": result,
             }

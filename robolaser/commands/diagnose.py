@@ -63,7 +63,7 @@ def diagnose(
             )
         result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
         texts = {
-            **dict(zip(EXPORTED, exported(model), strict=True)),
+            **exported(model),
             "calibration.json": corrected_json(model),
             "report.html": page(found, command=typed),
             "diagnosis.json": result,

@@ -88,13 +88,16 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
-    noise = _within_reach(data.dataset, sources, residuals, J, known)
+    likeliest, cost = likeliest_noise(data.dataset, sources, residuals, J, known)
+    noise = _within_reach(likeliest, data.dataset, residuals, J, known)
     opened, still = _opened(sources, known)
     numbers = int(model.sensor.row_numbers.sum())
-    if row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above or _is_contradicted(
-        data.dataset, sources, residuals, J, known
-    ):
-        return _within_reach(data.dataset, opened, residuals, J, still)
+    is_above = row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above
+    if not is_above and (len(still) == len(known) or len(known) == len(sources)):
+        return noise
+    larger, less = likeliest_noise(data.dataset, opened, residuals, J, still)
+    if is_above or (_is_grown(larger, known, still) and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
+        return _within_reach(larger, data.dataset, residuals, J, still)
     return noise
 
 
@@ -108,27 +111,20 @@ def _opened(sources: tuple[ErrorSource, ...], known: Known) -> tuple[tuple[Error
     return opened, {source.name: known[source.name] for source in opened if source.name in known and not source.least}
 
 
-def _is_contradicted(
-    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
-) -> bool:
-    """Whether a larger noise than is stated is far likelier, though another source could take what it leaves out.
+def _is_grown(larger: NoiseModel, known: Known, still: Known) -> bool:
+    """Whether what is stated of rows came out far larger than stated, though another source could take what it leaves.
 
-    By the ratio of restricted likelihoods.
+    Args:
+        larger: Noise in which what is stated of rows is only the least that it can be.
+        known: What is known where it holds as stated.
+        still: What is known in `larger`.
     """
-    opened, still = _opened(sources, known)
-    if len(still) == len(known) or len(known) == len(sources):
-        return False
-    _, cost = likeliest_noise(dataset, sources, residuals, J, known)
-    larger, less = likeliest_noise(dataset, opened, residuals, J, still)
-    grown = any(
+    return any(
         larger.sigmas[name] > NOISE_CONTRADICTED * size for name, (size, _) in known.items() if name not in still
     )
-    return grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2
 
 
-def _within_reach(
-    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
-) -> NoiseModel:
+def _within_reach(noise: NoiseModel, dataset: Dataset, residuals: Array, J: Array, known: Known) -> NoiseModel:
     """Estimated noise without scatter of whole poses beyond that of any arm: more is a cause that the model lacks.
 
     The other sources are estimated beside the scatter that is left. Where each pose has one row, the row's errors are
@@ -137,17 +133,17 @@ def _within_reach(
     alone = np.bincount(dataset.points.pose).max() == 1
     limited = {
         source.name: LARGEST_SCATTER[source.unit]
-        for source in sources
+        for source in noise.sources
         if source.level == "pose" or (alone and source.unit in LARGEST_SCATTER)
     }
     while True:
-        noise = estimated_noise(dataset, sources, residuals, J, known)
         beyond = [
             name for name in noise.estimated if noise.sigmas[name] > limited.get(name, np.inf) and name not in known
         ]
         if not beyond:
             return noise
         known = {**known, **{name: (limited[name], "estimated") for name in beyond}}
+        noise = estimated_noise(dataset, noise.sources, residuals, J, known)
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:

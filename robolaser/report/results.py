@@ -53,7 +53,7 @@ def files_of(result: Result, *, command: str = "") -> Files:
 @files_of.register
 def _(result: Calibration, *, command: str = "") -> Files:
     return {
-        **dict(zip(EXPORTED, exported(result), strict=True)),
+        **exported(result),
         PAGE: of_calibration.page(result, command=command),
         "calibration.json": json_text(result),
     }
@@ -63,7 +63,7 @@ def _(result: Calibration, *, command: str = "") -> Files:
 def _(result: DiagnosisResult, *, command: str = "") -> Files:
     model = corrected(result.diagnosis, result.seed)
     return {
-        **dict(zip(EXPORTED, exported(model), strict=True)),
+        **exported(model),
         "calibration.json": corrected_json(model),
         PAGE: of_diagnosis.page(result.diagnosis, command=command),
         "diagnosis.json": result.text,

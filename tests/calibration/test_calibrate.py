@@ -223,7 +223,7 @@ def test_centimetres_or_many_parameters_on_bounds_mean_a_wrong_description_of_th
     assert "stripe_axis" in warning
     assert "unit" in warning
     assert warning == found.setup_warning
-    urdf, *others = exported(found)
+    urdf, *others = exported(found).values()
     assert urdf is not None
     assert not any(others)
 
