@@ -26,6 +26,9 @@ def compare(
     *datasets: str,
     output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
     algorithms: Annotated[str | None, Parameter(metavar="A,B")] = None,
+    stock: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    exchange: Annotated[tuple[str, ...], Parameter(metavar="SLOT=A,B")] = (),
+    factorial: Annotated[bool, Parameter(negative="")] = False,
     seeds: Count = SEEDS,
     budget: Annotated[Count, Parameter(metavar="EVALS")] = BUDGET,
     time_limit: Annotated[Positive, Parameter(metavar="S")] = TIME_LIMIT_S,
@@ -46,12 +49,17 @@ def compare(
 
         robolaser compare paper --algorithms rcga,de --output comparison
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
+        robolaser compare paper --stock GA --exchange crossover=ArithmeticCrossover --output effect
 
     Args:
         datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
             bbob:NUMBER[-DIMENSION], or your own, package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; or package.module:attribute. Default: all.
+        stock: An algorithm of which parts are exchanged; beside ours, any class of pymoo's algorithms, as GA or NSGA2.
+        exchange: A slot and the operators that take their turn in it, as crossover=ArithmeticCrossover,SBX:eta=3 or
+            mutation=package.module:attribute; may be given again.
+        factorial: Combine exchanges in all ways, instead of one part at a time.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
         budget: Most evaluations of a run.
         time_limit: Most seconds of a run.
@@ -65,6 +73,7 @@ def compare(
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
+    from robolaser.benchmark.exchange import effects
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result_files import comparison_json, exported, runs_csv
     from robolaser.benchmark.run_loop import fill
@@ -73,6 +82,7 @@ def compare(
     from robolaser.benchmark.table import FILES, NAME, RunTable
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison import page, print_comparison
+    from robolaser.report.comparison.exchange import effect_lines
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -84,7 +94,7 @@ def compare(
         raise DependencyMissing("--parquet needs pyarrow, which is not installed: pip install 'robolaser[parquet]'.")
     plan = RunPlan.of(
         datasets,
-        DEFAULT if algorithms is None else [name.strip() for name in algorithms.split(",")],
+        _algorithms(algorithms, stock, exchange, factorial=factorial) or DEFAULT,
         seeds=seeds,
         first_seed=seed,
         budget=budget,
@@ -118,6 +128,9 @@ def compare(
                 html = page(result, ranked, command=typed)
                 write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
                 terminal.show(text, lambda: print_comparison(result, ranked, output))
+                for family in result.families if stock else ():
+                    for line in effect_lines(effects(result, family)):
+                        terminal.print(line)
 
             try:
                 with terminal.progress() as progress:
@@ -147,6 +160,16 @@ def _refuse_to_mix(output: Path) -> None:
         raise OutputError(
             f"{output} holds {runs} runs of a comparison. Continue or extend it with --resume; start over with --force."
         )
+
+
+def _algorithms(typed: str | None, stock: str | None, exchanges: tuple[str, ...], *, factorial: bool) -> list[str]:
+    """Who takes part: those that are named, and those of a study of one algorithm's parts."""
+    from robolaser.benchmark.exchange import study
+
+    if bool(stock) != bool(exchanges):
+        raise UsageError("--stock and --exchange belong together: name an algorithm, and what is exchanged in it.")
+    named = [] if typed is None else [name.strip() for name in typed.split(",")]
+    return named + (study(stock, exchanges, factorial=factorial) if stock else [])
 
 
 def _words(state: "RunProgress") -> str:
