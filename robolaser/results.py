@@ -24,7 +24,7 @@ class Result:
         return said
 
     def to_frame(self) -> "pd.DataFrame":
-        """A row for each parameter of a calibration, effect of a diagnosis, or run and target of a comparison."""
+        """A row for each parameter of a calibration, effect of a diagnosis, or run of a comparison."""
         frame: pd.DataFrame = _shown().frame_of(self)
         return frame
 

@@ -206,7 +206,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         f"gap closed, median: {_number(scored['gap_closed'])}; "
         f"left over the noise floor, median: {_number(scored['left_over_noise'])}",
     ]
-    lines += ["", *_kinds(scored["kinds"]), "", *_reliability(scored)]
+    lines += ["", *_kinds(scored["kinds"]), "", *_intervals(scored["coverage_95_by_effect"]), *_reliability(scored)]
     taken = [
         (said, f"{true} taken for {column}")
         for true, row in scored["confusion"].items()
@@ -237,6 +237,12 @@ def _kinds(kinds: Mapping[str, Any]) -> list[str]:
         cells = "".join(f" {'-' if share is None else f'{share:.0%}':>11}" for share in shares)
         rows.append(f"{kind:18} {part['worlds']:6d}{cells}")
     return [head, *rows]
+
+
+def _intervals(effects: Mapping[str, Any]) -> list[str]:
+    """How many 95 % intervals of each effect's numbers hold the truth."""
+    rows = [f"{name:28} {part['right']:4d} of {part['of']}" for name, part in effects.items()]
+    return ["95 % intervals that hold the truth", *rows, ""] if rows else []
 
 
 def _reliability(scored: Mapping[str, Any]) -> list[str]:

@@ -12,7 +12,13 @@ from robolaser.cli import main
 from robolaser.data.atomic_write import STAGED, finish_writing
 from robolaser.trials.sealed_truth import key_beside, unseal
 
-STATE = ("runs.jsonl", "search.npz", "trial.key")  # of what is stopped, to be gone on with; a key opens both trials
+STATE = (
+    "runs.sqlite",
+    "runs.sqlite-wal",
+    "runs.sqlite-shm",
+    "search.npz",
+    "trial.key",
+)  # of what is stopped, to be gone on with; a key opens both trials
 
 
 def result(folder):
