@@ -45,7 +45,7 @@ class Result:
         return Result.looks().dict_of(self)
 
     def to_frame(self) -> "pd.DataFrame":
-        """A row for each parameter of a calibration, effect of a diagnosis, or run and target of a comparison."""
+        """A row for each parameter of a calibration, effect of a diagnosis, or run of a comparison."""
         return Result.looks().frame_of(self)
 
     def save(self, folder: str | Path) -> None:

@@ -110,8 +110,6 @@ def frame_of(result: Result) -> "pd.DataFrame":
     """The table of a result."""
     import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
 
-    if isinstance(result, BenchmarkResult):
-        return pd.read_csv(io.StringIO(runs_csv(result)))
     said = result.to_dict()
     if said["format"] == DIAGNOSIS:
         return pd.DataFrame(said["effects"], columns=FINDING)

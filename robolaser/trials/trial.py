@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,7 @@ def new(
     tracked: bool = False,
     key: Path,
     claim: Callable[[Iterable[str]], None],
+    keeping: Callable[[], AbstractContextManager[object]],
     tell: Progress = _nothing,
 ) -> list[str]:
     """Make blind data sets in a folder, and seal the truth about them.
@@ -62,6 +64,7 @@ def new(
         tracked: Whether a tracker sees every arm.
         key: File for the key of the seals.
         claim: Is told the names of all files that will be written to the folder.
+        keeping: Within which the key is written.
         tell: Progress.
 
     Returns:
@@ -92,7 +95,8 @@ def new(
         world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
         files[name] = texts_of(world.dataset)
         truths[name] = world.truth
-    seal(folder, files, truths, rng, key)
+    with keeping():
+        seal(folder, files, truths, rng, key)
     return list(truths)
 
 
