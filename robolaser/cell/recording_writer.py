@@ -20,7 +20,7 @@ from robolaser.cell.camera import Image, Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
 from robolaser.cell.route import Waypoint, read_route, route_text
-from robolaser.data.atomic_write import finish_writing, write_together
+from robolaser.data.atomic_write import clear_staged, finish_writing, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
@@ -245,8 +245,8 @@ class RecordingWriter:
         """Clear away what a power cut left of files."""
         with _writing(self.folder):
             (self.folder / IMAGES).mkdir(exist_ok=True)
-            for left in (*self.folder.glob(".*.csv.*"), *(self.folder / IMAGES).glob(".*.png.*")):
-                left.unlink(missing_ok=True)
+            clear_staged(self.folder)
+            clear_staged(self.folder / IMAGES)
         self._tidy = True
 
     def _stem(self, name: str) -> str:
