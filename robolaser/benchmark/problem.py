@@ -70,3 +70,29 @@ class BenchmarkProblem:
         """Candidates, uniform within the bounds, (candidates, d)."""
         x: Array = rng.uniform(self.lower, self.upper, (candidates, self.dimension))
         return x
+
+
+@final
+@dataclass(frozen=True)
+class ProblemSummary:
+    """A problem, and the lowest cost that was ever found.
+
+    Attributes:
+        name: Name of the problem.
+        title: A description for a person.
+        family: See `BenchmarkProblem`.
+        dimension: Number of variables.
+        unit: Of the cost.
+        scale: Unit of the targets' tolerances: the lowest cost itself, unless it is close to zero.
+        best: The lowest cost known.
+        found_by: A solver's name, "theory", or "robolaser's own search".
+    """
+
+    name: str
+    title: str
+    family: str
+    dimension: int
+    unit: str
+    scale: float
+    best: float
+    found_by: str

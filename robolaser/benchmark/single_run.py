@@ -16,6 +16,9 @@ DONE, FAILED = "done", "failed"
 WARM_UP = 300
 """Evaluations of an uncounted first run, in which a process imports and compiles what it needs."""
 
+Key = tuple[str, str, int]
+"""Problem, algorithm and seed of a run: what identifies it."""
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,11 @@ class BenchmarkRun:
     processor_s: float
     trace: ConvergenceTrace
     violation: float = 0.0
+
+    @property
+    def key(self) -> Key:
+        """What identifies it."""
+        return self.problem, self.algorithm, self.seed
 
 
 def run(problem: BenchmarkProblem, solver: Solver, *, seed: int, budget: int, time_limit_s: float) -> BenchmarkRun:
