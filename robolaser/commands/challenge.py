@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -87,9 +88,13 @@ def new(
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
     secret = key or key_beside(folder)
+    if secret.resolve().is_relative_to(folder.resolve()):
+        raise UsageError(f"--key {secret} lies in {folder} and would be given away with it. Keep it elsewhere.")
+    keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
+    with keeping():
+        pass  # it may be written there; until it is, the folder is anybody's
     with (
         results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim,
-        results_in(secret.parent, command=NEW, files=[secret.name], force=force),
         terminal.progress() as tell,
     ):
         names = make(
@@ -102,6 +107,7 @@ def new(
             tracked=tracked,
             key=secret,
             claim=claim,
+            keeping=keeping,
             tell=tell,
         )
 
