@@ -1,6 +1,7 @@
 """What real controllers and the guide print, replayed on the emulated one; and what others' programs read of it."""
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,7 @@ def test_a_fourth_program_waits_for_the_echo_of_each_key_and_joins_what_blanks_p
     joined = "".join("".join(line.split()) for line in answer.split("\r")[1:])
     keys = [found.start() - 1 for found in re.finditer(":", joined)]
     assert "".join(joined[at] for at in keys) == "12345XYZPR"
-    assert [int(joined[at + 2 : end]) for at, end in zip(keys[:5], keys[1:6], strict=True)] == list(LAB)
+    assert [int(joined[at + 2 : end]) for at, end in pairwise(keys[:6])] == list(LAB)
 
 
 def test_a_fifth_program_finds_the_place_in_the_second_line_after_the_echo(acl: AclController) -> None:
