@@ -24,8 +24,8 @@ from page_claims import (
 )
 
 from robolaser.report.calibration import page, write_report
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.words import judgement
+from robolaser.report.error_analysis import ErrorAnalysis
 
 
 @pytest.fixture(scope="session")

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from robolaser.report.calibration.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer
 from robolaser.report.digits import plain
+from robolaser.report.error_analysis import ErrorAnalysis, some_rows
+from robolaser.report.magnification import magnification
 
 MOST = 600  # arrows that a chart carries
-LONG = 0.08  # of the chart's width: a long arrow
 
 
 def points(analysis: ErrorAnalysis) -> Chart | None:
@@ -50,13 +50,3 @@ def points(analysis: ErrorAnalysis) -> Chart | None:
 
 def _series(data: list[dict[str, object]], name: str) -> list[dict[str, object]]:
     return [row | {"series": name} for row in data]
-
-
-def magnification(error_m: float, extent_m: float) -> float:
-    """The factor, 1, 2 or 5 times a power of ten, that shows an error as a long arrow."""
-    if error_m <= 0 or extent_m <= 0:
-        return 1.0
-    wanted = np.log10(LONG * extent_m / error_m)
-    power = np.floor(wanted)
-    step = max((one for one in (1.0, 2.0, 5.0) if np.log10(one) <= wanted - power + 1e-9), default=1.0)
-    return float(step * 10.0**power)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.error_analysis import known_points, lengths_mm, point_names, some_rows
 from robolaser.report.chart import FITTED, HELD_OUT, INK, Chart, chart, colours, equal_axes, hover, layer, records
 from robolaser.report.digits import plain
+from robolaser.report.error_analysis import known_points, lengths_mm, point_names, some_rows
+from robolaser.report.magnification import magnification
 
 MOST = 400  # arrows of each kind
 
