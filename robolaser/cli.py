@@ -25,7 +25,7 @@ from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
 from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
-from robolaser.report.printable import printable
+from robolaser.report.printable import printable, short
 
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
@@ -83,7 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (CycloptsError, RobolaserError, KeyboardInterrupt, OSError) as error:
         if sentence := _sentence(error):
-            print(f"robolaser: {printable(sentence)}", file=sys.stderr)
+            print(f"robolaser: {printable(short(sentence))}", file=sys.stderr)
         if isinstance(error, OSError):
             _write_nowhere()
         return WRONG_USAGE if isinstance(error, (CycloptsError, UsageError)) else DATA_SAID_NO

@@ -1,6 +1,7 @@
 """A fresh trial, kind by kind: small blind worlds of several arms, one process, a line in a file for each as it ends.
 
     python benchmarks/blind/kinds.py --seed 41000 --rounds 10 --output trial.jsonl
+    python benchmarks/blind/kinds.py --seed 42000 --rounds 4 --kinds latency,backlash --output trial.jsonl
     python benchmarks/blind/kinds.py --report trial.jsonl
 
 A round has one world of each kind; arm and sensor change from round to round. What is in the file is not done again.
@@ -22,6 +23,7 @@ from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import RobolaserError
 from robolaser.geometry.robots import find_robot
 from robolaser.trials.building import Ranges
+from robolaser.trials.kinds import FAULTS, IN_IMAGES
 from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome
 from robolaser.trials.score import compile_score, share
@@ -37,13 +39,14 @@ KINDS = ("repeatability", "hose", "none", "small_errors", "single", "pair", "rep
 KEPT = ("verdict", "effects", "classes", "where", "gap_mm")
 
 
-def trial(first: int, rounds: int, file: Path) -> None:
+def trial(first: int, rounds: int, kinds: Sequence[str], file: Path) -> None:
     """Make and diagnose the worlds that the file does not have yet."""
     done = {line["seed"] for line in lines(file)} if file.exists() else set()
     for i in range(rounds):
-        for j, kind in enumerate(KINDS):
-            seed, (robot, tracked) = first + i * len(KINDS) + j, CELLS[(i + j) % len(CELLS)]
-            if seed in done or (kind == "dented_target" and tracked):
+        for j, kind in enumerate(kinds):
+            seed, (robot, tracked) = first + i * len(kinds) + j, CELLS[(i + j) % len(CELLS)]
+            tracked = kind == "tracker_scale" or (tracked and is_tracked(kind))
+            if seed in done:
                 continue
             line: dict[str, Any] = {"seed": seed, "robot": robot, "tracked": tracked, "kind": kind}
             began = time.process_time()
@@ -57,6 +60,12 @@ def trial(first: int, rounds: int, file: Path) -> None:
                 line["error"] = str(e)
             with file.open("a") as out:
                 out.write(json.dumps(line) + "\n")
+
+
+def is_tracked(kind: str) -> bool:
+    """Whether there are such worlds with a tracker."""
+    fault = FAULTS.get(kind)
+    return kind not in IN_IMAGES and (fault is None or (fault.is_tracked() and fault.location != "hand_eye"))
 
 
 def lines(file: Path) -> list[dict[str, Any]]:
@@ -92,13 +101,16 @@ def report(file: Path) -> None:
             _cell([seen.verdict_right for seen in group if seen.verdict_right is not None]),
             _cell([seen.site for seen in group if seen.site is not None]),
             _cell([seen.sure_and_wrong for seen in group]),
-            _cell([held for seen in group for held in seen.covered]),
+            _cell([held for seen in group for _, held in seen.covered]),
         )
         print(f"| {name} | {' | '.join(cells)} |")
     score = compile_score({str(i): seen for i, seen in enumerate(every)})
     print("\n| stated | names, right | classes, right |\n|---|---|---|")
     for name, cause in zip(score["reliability"], score["reliability_of_classes"], strict=True):
         print(f"| {name['from']}-{name['to']} | {name['right']}/{name['of']} | {cause['right']}/{cause['of']} |")
+    print("\n| effect | 95 % intervals |\n|---|---|")
+    for effect, held in score["coverage_95_by_effect"].items():
+        print(f"| `{effect}` | {held['right']}/{held['of']} |")
     seconds = [line["cpu_s"] for line in lines(file) if "cpu_s" in line]
     print(f"\n{len(seconds)} worlds, {sum(seconds) / len(seconds):.1f} s of CPU a diagnosis")
 
@@ -113,11 +125,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=41000, help="of the first world")
     parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--kinds", help="of worlds, separated by commas; default: those of the trial")
     parser.add_argument("--output", type=Path, default=Path("trial.jsonl"))
     parser.add_argument("--report", type=Path, help="a file to print the table of")
     args = parser.parse_args()
     if not args.report:
-        trial(args.seed, args.rounds, args.output)
+        trial(args.seed, args.rounds, args.kinds.split(",") if args.kinds else KINDS, args.output)
     report(args.report or args.output)
 
 

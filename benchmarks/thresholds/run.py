@@ -1,7 +1,7 @@
 """Vary each threshold of the diagnosis by a factor of 0.5 and 2 on a blind trial, and print what changes.
 
     python benchmarks/thresholds/run.py
-    python benchmarks/thresholds/run.py --only CHI2_PER_EFFECT,EVEN --worlds 4
+    python benchmarks/thresholds/run.py --only CHI2_PER_EFFECT,EVEN --worlds 1,2,3,4
 
 Worlds are made once and kept, and so is what the search found with the usual thresholds: those that are read only after
 it (`AFTER_SEARCH`) need a quarter of the time. Each variation runs in a process of its own, which sets the threshold
@@ -37,6 +37,8 @@ WORLDS = (
     ("scorbot_er7", "outliers", 2),
     ("scorbot_er7", "base_compliance", 3),
     ("panda", "tracker", 1),
+    ("ur5", "misstated_noise", 1),
+    ("scorbot_er7", "dented_target", 1),
 )
 """Robot, kind and seed."""
 FACTORS = (0.5, 2.0)
@@ -84,7 +86,7 @@ def varied(name: str, value: Any, factor: float) -> Any:
     return value * factor
 
 
-def diagnose_all(cache: Path, count: int, *, keep_search: bool) -> dict[str, Any]:
+def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[str, Any]:
     """What is said of each world; the search is that of an earlier process where it is kept."""
     # ruff: noqa: PLC0415  # only now: the thresholds are set
     import robolaser
@@ -98,7 +100,7 @@ def diagnose_all(cache: Path, count: int, *, keep_search: bool) -> dict[str, Any
     search, said = pipeline._selected, {}
     pipeline.pareto_front = lambda *args: ()  # type: ignore[assignment]
     pipeline._next_poses = lambda *args: ()  # type: ignore[assignment]
-    for robot, kind, seed in WORLDS[:count]:
+    for robot, kind, seed in (WORLDS[number - 1] for number in numbers):
         name = f"{robot}-{kind}-{seed}"
         folder, kept = cache / name, cache / f"{name}.pickle"
         if not (folder / "truth.json").exists():
@@ -137,9 +139,9 @@ def differs(usual: dict[str, Any], other: dict[str, Any], what: str) -> bool:
     return any(abs(a - b) > SAME_ERROR * max(a, b) for a, b in zip(usual[what], other[what], strict=True))
 
 
-def in_process(cache: Path, count: int, name: str, factor: float) -> dict[str, Any]:
+def in_process(cache: Path, worlds: str, name: str, factor: float) -> dict[str, Any]:
     """The diagnoses with one threshold varied, by a process of its own."""
-    command = [sys.executable, __file__, "--cache", str(cache), "--worlds", str(count), "--vary", name, str(factor)]
+    command = [sys.executable, __file__, "--cache", str(cache), "--worlds", worlds, "--vary", name, str(factor)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"{name} x {factor}:\n{done.stderr}")
@@ -150,7 +152,8 @@ def in_process(cache: Path, count: int, name: str, factor: float) -> dict[str, A
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help="names of thresholds, separated by commas; default: all")
-    parser.add_argument("--worlds", type=int, default=len(WORLDS), help="how many of the twelve")
+    every = ",".join(str(i + 1) for i in range(len(WORLDS)))
+    parser.add_argument("--worlds", default=every, help="which of them, by their numbers in the list")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "robolaser-thresholds")
     parser.add_argument("--vary", nargs=2, help=argparse.SUPPRESS)
@@ -162,7 +165,7 @@ def main() -> None:
         if name:
             setattr(module, name, varied(name, getattr(module, name), factor))
         keep = not name or name in AFTER_SEARCH
-        print(json.dumps(diagnose_all(args.cache, args.worlds, keep_search=keep)))
+        print(json.dumps(diagnose_all(args.cache, [*map(int, args.worlds.split(","))], keep_search=keep)))
         return
     args.cache.mkdir(parents=True, exist_ok=True)
     usual = in_process(args.cache, args.worlds, "", 1.0)

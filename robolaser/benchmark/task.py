@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.benchmark.convergence import ConvergenceTrace
-from robolaser.benchmark.single_run import FAILED, BenchmarkRun
+from robolaser.benchmark.single_run import FAILED, BenchmarkRun, Key
 
 
 @final
@@ -29,6 +29,11 @@ class Task:
     budget: int
     time_limit_s: float
     memory_limit_b: int
+
+    @property
+    def key(self) -> Key:
+        """What identifies its run."""
+        return self.problem, self.algorithm, self.seed
 
     def failed(self, reason: str, *, seconds: float = 0.0) -> BenchmarkRun:
         """A failed run of which only the reason and the time are known."""

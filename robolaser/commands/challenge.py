@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -87,9 +88,13 @@ def new(
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
     secret = key or key_beside(folder)
+    if secret.resolve().is_relative_to(folder.resolve()):
+        raise UsageError(f"--key {secret} lies in {folder} and would be given away with it. Keep it elsewhere.")
+    keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
+    with keeping():
+        pass  # it may be written there; until it is, the folder is anybody's
     with (
         results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim,
-        results_in(secret.parent, command=NEW, files=[secret.name], force=force),
         terminal.progress() as tell,
     ):
         names = make(
@@ -102,6 +107,7 @@ def new(
             tracked=tracked,
             key=secret,
             claim=claim,
+            keeping=keeping,
             tell=tell,
         )
 
@@ -200,7 +206,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         f"gap closed, median: {_number(scored['gap_closed'])}; "
         f"left over the noise floor, median: {_number(scored['left_over_noise'])}",
     ]
-    lines += ["", *_kinds(scored["kinds"]), "", *_reliability(scored)]
+    lines += ["", *_kinds(scored["kinds"]), "", *_intervals(scored["coverage_95_by_effect"]), *_reliability(scored)]
     taken = [
         (said, f"{true} taken for {column}")
         for true, row in scored["confusion"].items()
@@ -231,6 +237,12 @@ def _kinds(kinds: Mapping[str, Any]) -> list[str]:
         cells = "".join(f" {'-' if share is None else f'{share:.0%}':>11}" for share in shares)
         rows.append(f"{kind:18} {part['worlds']:6d}{cells}")
     return [head, *rows]
+
+
+def _intervals(effects: Mapping[str, Any]) -> list[str]:
+    """How many 95 % intervals of each effect's numbers hold the truth."""
+    rows = [f"{name:28} {part['right']:4d} of {part['of']}" for name, part in effects.items()]
+    return ["95 % intervals that hold the truth", *rows, ""] if rows else []
 
 
 def _reliability(scored: Mapping[str, Any]) -> list[str]:

@@ -88,6 +88,28 @@ class Detectability:
         moved[:ordinary] = x
         return min(cost, float(solve(problem, moved[None], tol=TOL).cost[0]))
 
+    def nearest(self, candidate_effect: CandidateEffect, known: Mapping[str, float]) -> dict[str, float]:
+        """The parameters of an effect of the library that come closest to the fault, by their names there.
+
+        A fault of the library's own form has its own; of another form these are what an estimate tends to as the noise
+        vanishes (White 1982, Maximum likelihood estimation of misspecified models).
+
+        Args:
+            candidate_effect: The effect.
+            known: Parameters that mean the same in the fault; from there they are looked for.
+        """
+        effect, names = candidate_effect.effect, [*candidate_effect.effect.units()]
+        inner = [each.name for each in effect.nonlinear_parameters()]
+        grid = effect.grid(self.dataset, candidate_effect.where)
+        tried = [
+            {**dict(zip(inner, row, strict=True)), **known} for row in grid[: 1 if known.keys() >= {*inner} else None]
+        ]
+        starts = np.array([[*self._start, *(one.get(name, 0.0) for name in names)] for one in tried])
+        model = Model(self.dataset, (candidate_effect,))
+        end = solve(Problem.of(model, self._noise), starts, tol=TOL)
+        best = end.x[end.cost.argmin()][-len(names) :]
+        return dict(zip(names, best.tolist(), strict=True))
+
     def rivals(self, effect: str, where: str) -> list[list[str]]:
         """What of the library, with no more parameters than the true effect, explains it as well."""
         sizes = {kind.name: len(kind.amplitudes()) for kind in EFFECTS}

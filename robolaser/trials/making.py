@@ -6,10 +6,11 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.errors import TrialError
 from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.trials.building import BlankTrial, Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability
 from robolaser.trials.imperfections import with_imperfections
@@ -79,13 +80,15 @@ def make(
         asked = replace(asked, tracked=True, outliers=0.0)
     built = with_imperfections(_blank_trial(source, asked, ranges or Ranges(), rng), asked, rng)
     faults: list[FaultModel] = []
-    each = []
+    names: list[str] = []
+    seen: list[Detectability] = []
     least = _least_misfit(built)
     for fault_name in _fault_names(kind, asked, built, rng):
         locations = _free(built, _locations(built, fault_name), faults)
         fault, detectability = sized_fault(built, fault_name, locations, rng, least_misfit=least)
         faults.append(fault)
-        each.append(_described(fault, fault_name, detectability, built))
+        names.append(fault_name)
+        seen.append(detectability)
     stated = asked.misstated or bool(rng.random() < 0.5)
     factor = float(rng.choice(WRONGLY)) if asked.misstated else 1.0
     dataset = _recorded(read(built, faults, rng), built, faults, rng, stated=stated, factor=factor)
@@ -94,7 +97,10 @@ def make(
         "kind": kind,
         "effects": [[d.effect, d.where] for d in faults],
         "noise_floor_mm": round(1e3 * noise_floor_m(built), 4),
-        "each": each,
+        "each": [
+            _described(fault, form, one, built, dataset.poses)
+            for fault, form, one in zip(faults, names, seen, strict=True)
+        ],
         "background": [[small.effect, small.where] for small in built.background],
         "velocities": bool(dataset.poses.qd is not None and np.any(dataset.poses.qd)),
         "temperatures": dataset.poses.temperature_c is not None,
@@ -164,7 +170,9 @@ def _free(built: BlankTrial, locations: tuple[str, ...], taken: Sequence[FaultMo
     return tuple(location for location in locations if location not in joints) or locations
 
 
-def _described(fault: FaultModel, name: str, detectability: Detectability, built: BlankTrial) -> dict[str, Any]:
+def _described(
+    fault: FaultModel, name: str, detectability: Detectability, built: BlankTrial, poses: Poses
+) -> dict[str, Any]:
     """A fault as the truth has it."""
     effect = _LIBRARY.get(fault.effect)
     known = effect is not None and fault.effect != OUTLIERS
@@ -178,14 +186,26 @@ def _described(fault: FaultModel, name: str, detectability: Detectability, built
         "also_right": [list(pair) for pair in fault.also_right],
         "sites": _sites(fault, built),
         "classes": [effect.cause or effect.name] if effect else list(fault.classes),
-        "values": _values(fault, built),
+        "values": _values(fault, effect, detectability, built, poses) if effect and known else {},
+        "units": effect.units() if effect and known else {},
     }
 
 
-def _values(fault: FaultModel, built: BlankTrial) -> dict[str, float]:
-    """Of the library's parameters, small errors of the same kind and place added."""
+def _values(
+    fault: FaultModel, effect: type[Effect], detectability: Detectability, built: BlankTrial, poses: Poses
+) -> dict[str, float]:
+    """Of the library's parameters, small errors of the same kind and place added.
+
+    Args:
+        fault: The fault.
+        effect: The library's name for it.
+        detectability: The fault alone, without noise.
+        built: The cell.
+        poses: With velocities and temperatures as they were recorded.
+    """
+    seen = replace(detectability, dataset=replace(detectability.dataset, poses=poses))
+    values = seen.nearest(CandidateEffect(effect, fault.where), fault.values(built.cell.run))
     same = [small for small in built.background if (small.effect, small.where) == (fault.effect, fault.where)]
-    values = fault.values(built.cell.run)
     return {name: value + sum(s.values(built.cell.run).get(name, 0.0) for s in same) for name, value in values.items()}
 
 

@@ -17,6 +17,7 @@ UNKNOWN = "unknown"
 """The class of causes that no effect of the library describes."""
 
 _CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
+_AMPLITUDES = {effect.name: {each.name for each in effect.amplitudes()} for effect in EFFECTS}
 
 LocatedEffect = tuple[str, str]
 
@@ -43,7 +44,7 @@ class Outcome:
         site: Whether `where` begins with a true site; None where there is nothing to find.
         left: Gap after the diagnosis over the noise floor; None where it says nothing.
         closed: Share of the squared gap above the noise that the diagnosis closed; None where there was hardly one.
-        covered: For each effect with a comparable number: whether its 95 % interval holds the truth.
+        covered: For each number with a 95 % interval: its effect, and whether the interval holds the truth.
     """
 
     kind: str
@@ -60,7 +61,7 @@ class Outcome:
     site: bool | None
     left: float | None
     closed: float | None
-    covered: tuple[bool, ...]
+    covered: tuple[tuple[str, bool], ...]
 
 
 def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
@@ -189,8 +190,8 @@ def _closed(gap: Mapping[str, Any]) -> float | None:
     return float(1.0 - max(0.0, after - floor) / (calibrated - floor))
 
 
-def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:
-    """Of every true value that the library has a parameter for; the two may count in opposite directions."""
+def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[tuple[str, bool]]:
+    """Of every amplitude of a true effect that was found; what the data do not determine has no interval."""
     covered = []
     for item in each:
         for finding in findings:
@@ -198,9 +199,9 @@ def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, 
                 continue
             for name, value in item["values"].items():
                 number = finding["parameters"].get(name)
-                if number is None or number["std"] is None:
+                if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
                     continue
                 half = NORMAL_95 * number["std"]
                 low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
-                covered.append(any(low <= sign * value <= high for sign in (1.0, -1.0)))
+                covered.append((item["effect"], low <= value <= high))
     return covered

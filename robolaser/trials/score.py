@@ -62,7 +62,8 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         "left_over_noise": _middle([o.left for o in every if o.group != "unknown"]),
         "left_within": {**share([o.left is not None and o.left <= FLOOR for o in every]), "factor": FLOOR},
         "gap_closed": _middle([o.closed for o in every]),
-        "coverage_95": share([held for o in every for held in o.covered]),
+        "coverage_95": share([held for o in every for _, held in o.covered]),
+        "coverage_95_by_effect": _coverage_by_effect(every),
         "confusion": _confusion(every),
         "reliability": _reliability([pair for o in every for pair in o.stated]),
         "reliability_of_classes": _reliability([pair for o in every for pair in o.stated_classes]),
@@ -93,8 +94,14 @@ def _of_kind(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
         "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),
         "sure_and_wrong": share([o.sure_and_wrong for o in outcomes]),
-        "coverage_95": share([held for o in outcomes for held in o.covered]),
+        "coverage_95": share([held for o in outcomes for _, held in o.covered]),
     }
+
+
+def _coverage_by_effect(outcomes: Sequence[Outcome]) -> dict[str, dict[str, Any]]:
+    """How many 95 % intervals of each effect's numbers hold the truth."""
+    pairs = [pair for o in outcomes for pair in o.covered]
+    return {name: share([held for effect, held in pairs if effect == name]) for name in sorted(dict(pairs))}
 
 
 def _middle(numbers: Sequence[float | None]) -> float | None:

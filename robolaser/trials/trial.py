@@ -4,19 +4,20 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager
 from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import robolaser
 from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER, texts_of
+from robolaser.diagnosis import diagnose
 from robolaser.errors import DataError, TrialError
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
@@ -48,6 +49,7 @@ def new(
     tracked: bool = False,
     key: Path,
     claim: Callable[[Iterable[str]], None],
+    keeping: Callable[[], AbstractContextManager[object]],
     tell: Progress = _nothing,
 ) -> list[str]:
     """Make blind data sets in a folder, and seal the truth about them.
@@ -62,6 +64,7 @@ def new(
         tracked: Whether a tracker sees every arm.
         key: File for the key of the seals.
         claim: Is told the names of all files that will be written to the folder.
+        keeping: Within which the key is written.
         tell: Progress.
 
     Returns:
@@ -92,7 +95,8 @@ def new(
         world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
         files[name] = texts_of(world.dataset)
         truths[name] = world.truth
-    seal(folder, files, truths, rng, key)
+    with keeping():
+        seal(folder, files, truths, rng, key)
     return list(truths)
 
 
@@ -165,7 +169,7 @@ def _diagnose(world: Path, path: Path, seed: int) -> None:
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
     """The diagnosis of a data set, as diagnosis.json has it."""
-    found: dict[str, Any] = robolaser.diagnose(dataset, seed=seed)
+    found: dict[str, Any] = diagnose(dataset, seed=seed)
     return found
 
 

@@ -17,10 +17,9 @@ import pytest
 from distributed import KilledWorker
 from rogues import Bowl
 
+from robolaser.benchmark import load
 from robolaser.benchmark.engines import DaskCluster, Engine, EngineLost, Task, ThisMachine
 from robolaser.benchmark.engines import dask_cluster as cluster_module
-from robolaser.benchmark.plan import key
-from robolaser.benchmark.record import RunRecord
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, DependencyMissing
@@ -316,9 +315,7 @@ def test_the_command_gives_on_a_cluster_what_it_gives_here(running: Cluster, tmp
     asked = ["compare", "paper", "--algorithms", "screening,rcga,random", "--seeds", "2", "--budget", "1000"]
     for name, where in (("here", ["--jobs", "1"]), ("there", ["--scheduler", running.address])):
         assert main([*asked, "--output", str(tmp_path / name), *where]) == 0
-    here, there = (
-        {key(run): _known(run) for run in RunRecord(tmp_path / name / "runs.jsonl").runs} for name in ("here", "there")
-    )
+    here, there = ({run.key: _known(run) for run in load(tmp_path / name).runs} for name in ("here", "there"))
     assert len(here) == 6
     assert here == there
 

@@ -162,7 +162,7 @@ def test_a_verdict_is_right_by_what_is_wrong(each, verdict, after, right):
 def test_an_interval_that_is_stated_counts_more_than_the_standard_deviation():
     wide = found(value=1.0e-3, std=1e-6)
     wide["parameters"]["offset"]["ci95"] = [0.9e-3, 1.2e-3]
-    assert seen([true(size=1.1e-3)], said(wide)).covered == (True,)
+    assert seen([true(size=1.1e-3)], said(wide)).covered == (("joint_offset", True),)
 
 
 def test_an_unknown_effect_may_be_found_at_any_of_its_sites():
@@ -172,8 +172,19 @@ def test_an_unknown_effect_may_be_found_at_any_of_its_sites():
 
 
 def test_of_equal_numbers_twice_the_deviation_is_outside_the_interval():
-    assert seen([true()], said(found(value=-1.015e-3))).covered == (True,)
-    assert seen([true()], said(found(value=1.025e-3))).covered == (False,)
+    assert seen([true()], said(found(value=1.015e-3))).covered == (("joint_offset", True),)
+    assert seen([true()], said(found(value=1.025e-3))).covered == (("joint_offset", False),)
+
+
+def test_intervals_are_counted_by_effect_for_amplitudes_that_are_determined():
+    drift = {**true("laser_drift", "laser"), "values": {"angle": 1e-3, "tau": 0.3}}
+    numbers = {"angle": {"value": 1e-3, "std": 1e-5}, "tau": {"value": 0.9, "std": 1e-5}}
+    named = {**found("laser_drift", "laser"), "parameters": numbers}
+    undetermined = found(std=None)
+    outcomes = [seen([drift], said(named)), seen([true()], said(found())), seen([true()], said(found(value=2e-3)))]
+    scored = compile_score({str(i): one for i, one in enumerate([*outcomes, seen([true()], said(undetermined))])})
+    held = {name: (part["right"], part["of"]) for name, part in scored["coverage_95_by_effect"].items()}
+    assert held == {"joint_offset": (1, 2), "laser_drift": (1, 1)}
 
 
 def test_a_gap_down_to_the_noise_is_closed_and_one_that_stays_is_not():

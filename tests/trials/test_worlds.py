@@ -29,6 +29,13 @@ NEARLY = ("base_compliance", "hand_eye_sag", "link_compliance", "settling")
 """Departures whose form is nearly the library's."""
 
 
+SAME = (
+    "backlash", "base_shift", "encoder_scale", "joint_offset", "laser_drift", "laser_roll", "latency", "target_scale",
+    "thermal_drift", "transmission_error",
+)  # fmt: skip
+"""Departures of which some numbers mean the same in the library."""
+
+
 SEEN = {name: model for name, model in FAULT_MODELS.items() if name != "tracker_scale"}
 """What a scanner sees."""
 
@@ -121,6 +128,26 @@ def test_play_rests_until_the_gap_is_crossed_and_trails_by_half_of_it(built):
     assert lag[6] == pytest.approx(-0.005)
     np.testing.assert_allclose(lag[7:], 0.01)
     assert np.abs(lag).max() <= 0.01 + 1e-15
+
+
+@pytest.mark.parametrize("effect", SAME)
+def test_true_values_are_those_that_leave_nothing(effect, built):
+    run, fault_model = built.cell.run, FAULT_MODELS[effect]
+    size = np.sqrt(np.prod(fault_model.sizes))
+    fault = fault_model.sample(
+        fault_model.locations(run)[1 % len(fault_model.locations(run))], size, run, np.random.default_rng(3)
+    )
+    candidate = CandidateEffect({kind.name: kind for kind in EFFECTS}[effect], fault.where)
+    known = fault.values(run)
+    nearest = detectability(built, fault).nearest(candidate, known)
+    assert {name: nearest[name] for name in known} == pytest.approx(known, rel=1e-3)
+
+
+def test_a_form_that_is_nearly_the_librarys_has_nearly_its_numbers(built):
+    run = built.cell.run
+    coupled = LedAlong("joint_2", 2e-3, "joint_1", 0.3)
+    nearest = detectability(built, coupled).nearest(CandidateEffect(JointCoupling, "joint_2"), coupled.values(run))
+    assert nearest["ratio"] == pytest.approx(coupled.values(run)["ratio"], rel=0.1)
 
 
 def test_a_cone_that_does_not_open_is_a_plane():

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser.benchmark.result import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import IntervalEstimate, OnProblem, Pair, Reached, Result, Standing
 from robolaser.benchmark.standings.phrases import chance

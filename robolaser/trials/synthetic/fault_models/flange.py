@@ -28,6 +28,14 @@ class BumpedBase(FaultModel):
         """When, as a share of the run, and which way."""
         return rng.uniform(0.2, 0.8), tuple(rng.uniform(-1.0, 1.0, 6).tolist())
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        way, middle = self.size * np.array(self.way), run.arm.forward(run.q)[:, :3, 3].mean(axis=0)
+        apart = middle - run.middle
+        shift = way[:3] + Rotation.from_rotvec(way[3:]).apply(apart) - apart
+        names = ("x", "y", "z", "turn_x", "turn_y", "turn_z", "moment")
+        return dict(zip(names, (*shift.tolist(), *way[3:].tolist(), self.moment), strict=True))
+
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
         """Moved by up to `size` [m] and turned by up to as many radians, about the target."""
         way = self.size * np.array(self.way)

@@ -33,6 +33,12 @@ class LedAlong(FaultModel):
         """Every joint that has a neighbour."""
         return run.arm.joints if len(run.arm.joints) > 1 else ()
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        read, ratio = run.q[:, run.column(self.other)], self.size / _half_range(run, self.other)
+        homed = (read.max() + read.min()) / 2 + self.homed * _half_range(run, self.other)
+        return {"ratio": ratio, "offset": -ratio * float(homed), "other": 1.0 + run.arm.joints.index(self.other)}
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Turned on by up to `size` [rad] across half the other's range."""
         swing = _swing(run, self.other)
@@ -81,6 +87,10 @@ def _neighbour(where: str, run: SyntheticRun, rng: np.random.Generator) -> str:
 def _swing(run: SyntheticRun, joint: str) -> Array:
     """Where in its range over the run a joint is, -1 to 1, (n,)."""
     read = run.q[:, run.column(joint)]
-    middle, half = (read.max() + read.min()) / 2, max(1e-9, float(np.ptp(read)) / 2)
-    swing: Array = (read - middle) / half
+    swing: Array = (read - (read.max() + read.min()) / 2) / _half_range(run, joint)
     return swing
+
+
+def _half_range(run: SyntheticRun, joint: str) -> float:
+    """Half of how far a joint goes over the run [rad or m]."""
+    return max(1e-9, float(np.ptp(run.q[:, run.column(joint)])) / 2)

@@ -32,11 +32,18 @@ class LateExposure(FaultModel):
         """Between controller and camera; in an arm at rest it changes nothing."""
         return ("timing",) if run.qd.any() else ()
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"delay": float(np.sign(self.size) * self._waited)}
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Where the arm was when the shutter opened."""
-        waited = -self.braking * np.expm1(-abs(self.size) / self.braking)
-        moved: Array = q + run.qd * np.sign(self.size) * waited
+        moved: Array = q + run.qd * np.sign(self.size) * self._waited
         return moved
+
+    @property
+    def _waited(self) -> float:
+        return float(-self.braking * np.expm1(-abs(self.size) / self.braking))
 
 
 @final

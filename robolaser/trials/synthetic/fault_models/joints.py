@@ -85,6 +85,10 @@ class OffCentreEncoder(FaultModel):
         """Any direction."""
         return (rng.uniform(-np.pi, np.pi),)
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        return {"sine": self.size * np.cos(self.towards), "cosine": -self.size * np.sin(self.towards)}
+
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """The angle at the axis when the head beside it reads q."""
         column = run.column(self.where)
@@ -108,6 +112,12 @@ class TransmissionRipple(FaultModel):
     def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
         """Two harmonics, in no fixed ratio or phase."""
         return _ratio(rng), rng.uniform(0.0, 0.8), tuple(rng.uniform(-np.pi, np.pi, 2).tolist())
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        once, twice = (np.array([np.cos(phase), np.sin(phase)]) * self.size for phase in self.phases)
+        names = ("sine", "cosine", "sine_2", "cosine_2", "cycles")
+        return dict(zip(names, (*once.tolist(), *(self.second * twice).tolist(), self.ratio), strict=True))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Off by both harmonics."""

@@ -43,6 +43,10 @@ class ConicalLight(FaultModel):
     signed: ClassVar[bool] = True
     location: ClassVar[str | None] = "laser"
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        return {"cone": self.size}
+
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """Off the plane."""
         return replace(light, cone=light.cone + self.size)
@@ -64,6 +68,10 @@ class ProjectorWarmUp(FaultModel):
     def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
         """Time constant, as a share of the run."""
         return (float(np.exp(rng.uniform(np.log(0.08), np.log(1.0)))),)
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        return {"angle": self.size, "tau": self.tau}
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """By `size` [rad] in the end."""

@@ -31,6 +31,11 @@ class LinkError(FaultModel):
         way[rng.permutation(6)[: rng.integers(0, 6)]] = 0.0
         return (tuple((way / np.abs(way).max()).tolist()),)
 
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        names = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+        return dict(zip(names, (self.size * np.array(self.way)).tolist(), strict=True))
+
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Shifted by up to `size` [m] and turned by up to as many radians."""
         links = links.copy()
@@ -61,6 +66,11 @@ class LinkGrowth(FaultModel):
         """Joints that a link of some length carries; the link to the first belongs to the base."""
         lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
         return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's numbers."""
+        length = float(np.linalg.norm(run.arm.links[run.column(self.where), :3, 3]))
+        return {"growth": self.size / length / float(run.warmed(self.tau).max()), "tau": self.tau}
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Longer by `size` [m] once warm."""
