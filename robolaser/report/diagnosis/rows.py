@@ -172,7 +172,9 @@ def pose_table(diagnosis: Diagnosis) -> Table:
         for number, pose in enumerate(diagnosis.next_poses, 1)
     ]  # fmt: skip
     return Table(
-        [Column("Pose"), *map(Column, joints)], rows, note="Within the joint limits; collisions are not checked."
+        [Column("Pose"), *map(Column, joints)],
+        rows,
+        note="Within the joint limits; the arm does not hit itself there, what else stands in the cell is not known.",
     )
 
 
