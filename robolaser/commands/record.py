@@ -210,15 +210,12 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
 def _record(
     cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
 ) -> None:
-    import cv2
-
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a lost camera has a sentence of ours
     clock = WallClock()
     planned = len(writer.waypoints)
     with (
@@ -251,14 +248,11 @@ def _record(
 
 
 def _watch(cell: "Cell", writer: "RecordingWriter", count: int, terminal: Terminal) -> None:
-    import cv2
-
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.watch import watch
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     clock, names = WallClock(), list[str]()
     with (
         ended_as_by_hand(),
