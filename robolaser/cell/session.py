@@ -11,7 +11,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Image, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
-from robolaser.cell.first_look import FirstLook
+from robolaser.cell.first_look import BoardCutOff, FirstLook
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import cell_violations, unsafe
@@ -203,10 +203,8 @@ class Session:
             return error
         kept = "Nothing was recorded yet."
         if self._writer.begun:
-            kept = (
-                f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
-                " Continue with the next pose by --resume."
-            )
+            kept = f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
+            kept += "" if isinstance(error, BoardCutOff) else " Continue with the next pose by --resume."
         return Interrupted(f"{cause}\n{standing}\n{kept}")
 
     def _now(self) -> float:

@@ -25,7 +25,7 @@ from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.report import calibration as of_calibration
 from robolaser.report import comparison as of_comparison
 from robolaser.report import diagnosis as of_diagnosis
-from robolaser.results import EXPORTED, Result
+from robolaser.results import CALIBRATION_FILES, DIAGNOSIS_FILES, Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,7 +79,7 @@ def _(result: BenchmarkResult, *, command: str = "") -> Files:
 
 @files_of.register
 def _(result: SavedResult, *, command: str = "") -> Files:
-    names = [*EXPORTED, PAGE, "calibration.json", *(["diagnosis.json"] if result["format"] == DIAGNOSIS else [])]
+    names = DIAGNOSIS_FILES if result["format"] == DIAGNOSIS else CALIBRATION_FILES
     return {name: read_text(result.folder / name) for name in names if (result.folder / name).is_file()}
 
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-import robolaser
 from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER, texts_of
+from robolaser.diagnosis import diagnose
 from robolaser.errors import DataError, TrialError
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
@@ -169,7 +169,7 @@ def _diagnose(world: Path, path: Path, seed: int) -> None:
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
     """The diagnosis of a data set, as diagnosis.json has it."""
-    found: dict[str, Any] = robolaser.diagnose(dataset, seed=seed)
+    found: dict[str, Any] = diagnose(dataset, seed=seed)
     return found
 
 
