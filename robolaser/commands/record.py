@@ -102,13 +102,9 @@ def record(
     for sentence in described.warnings:
         terminal.warn(sentence)
     arm_class(described)
+    repeats = _series(described, repeats, watch)
     if watch is not None:
-        from robolaser.cell.watch import sample_names
-
-        writer = RecordingWriter.begin(described, described.robot, output, (), 1, force=force)
-        files = [*writer.files, *(f"images/{name}.png" for name in sample_names(watch))]
-        with results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force):
-            _watch(described, writer, watch, terminal)
+        _watch(described, output, watch, read, terminal, force=force)
         return
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
@@ -165,6 +161,20 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
             source = str(Path(camera).absolute())
         cell = replace(cell, camera=replace(cell.camera, source=source))
     return cell
+
+
+def _series(cell: "Cell", repeats: int | None, watch: int | None) -> int | None:
+    """How many images are taken with the laser on at each pose: repeats or exposures; None: not stated.
+
+    Raises:
+        UsageError: There is a series of exposures, and repeats or an arm that moves as well.
+    """
+    exposures = len(cell.camera.exposures)
+    if exposures and (watch is not None or repeats):
+        raise UsageError(
+            "cell.toml, [camera] exposures is a series of images at rest: leave --watch and --repeats out, or it."
+        )
+    return repeats or exposures or None
 
 
 def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
@@ -261,20 +271,26 @@ def _record(
             first_look=FirstLook(board) if look and board is not None else None,
         )
         session.run(lambda waypoint: tell(waypoint.name), tell)
+    series = "; extract them with --exposures" if cell.camera.exposures else ""
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
     )
 
 
-def _watch(cell: "Cell", writer: "RecordingWriter", count: int, terminal: Terminal) -> None:
+def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
-    from robolaser.cell.watch import watch
+    from robolaser.cell.recording_writer import RecordingWriter
+    from robolaser.cell.watch import sample_names, watch
+    from robolaser.data.result_folder import results_in
 
     clock, names = WallClock(), list[str]()
+    writer = RecordingWriter.begin(cell, cell.robot, output, (), 1, force=force)
+    files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
+        results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
         ended_as_by_hand(),
         terminal.progress() as progress,
         open_camera(cell, clock, terminal.warn) as camera,

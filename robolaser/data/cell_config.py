@@ -67,6 +67,7 @@ class CameraLine:
         kind: Name under which an installed package announces it; empty: the source decides.
         source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
         exposure: In the driver's own unit; None: as it is.
+        exposures: A series of them, one image each with the laser on; empty: none.
         gain: Likewise.
         channel: What is kept of a colour camera: grey, or the one of its colours that shows both board and laser.
         settle_s: Wait between the arm's rest, or the laser's switching, and the shot [s].
@@ -74,6 +75,7 @@ class CameraLine:
 
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None
+    exposures: tuple[float, ...] = ()
     gain: float | None = None
     channel: Literal["grey", "red", "green", "blue"] = "grey"
     settle_s: Positive = USUAL_SETTLE_S
@@ -215,6 +217,9 @@ def load_cell(folder: str | Path) -> Cell:
             column="robot",
         )
     _check_arm(read.arm, len(description.robot.joints))
+    if len(read.camera.exposures) == 1 or (read.camera.exposures and read.camera.exposure is not None):
+        expected = "two or more, and no exposure beside them"
+        raise wrong(FILE, ("camera", "exposures"), list(read.camera.exposures), expected)
     _check_boxes(read.box, description.robot)
     return Cell(
         description=description,
