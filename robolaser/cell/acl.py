@@ -29,9 +29,11 @@ SEARCH = "HOME"
 HOMING_S = 300.0
 """Homing takes one to three minutes."""
 HOMING_QUIET_S = 1.5
-PAIRS = re.compile(r"([1-8])\s*:\s*(-?\d+)(?=\s)")
+NUMBER = r"(-?\d{1,9})"
+"""What a disturbed line makes longer is none."""
+PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
-PITCH = re.compile(r"P\s*:\s*(-?\d+)(?=\s)")
+PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
 PITCH_OFF = 0.03
 """Largest difference of the sines of two pitches that are the same."""
 SPOILT = 4
@@ -220,7 +222,7 @@ class AclArm(Arm):
 
     def _parameter(self, number: int) -> int:
         """A parameter, as two answers in a row say: there is no check sum."""
-        pattern = re.compile(rf"PAR\s*{number}\s*=\s*(-?\d+)\s")
+        pattern = re.compile(rf"PAR\s*{number}\s*=\s*{NUMBER}\s")
 
         def value(answer: str) -> int | None:
             found = pattern.search(answer)
