@@ -29,9 +29,11 @@ SEARCH = "HOME"
 HOMING_S = 300.0
 """Homing takes one to three minutes."""
 HOMING_QUIET_S = 1.5
-PAIRS = re.compile(r"([1-8])\s*:\s*(-?\d+)(?=\s)")
+NUMBER = r"(-?\d{1,9})"
+"""What a disturbed line makes longer is none."""
+PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
-PITCH = re.compile(r"P\s*:\s*(-?\d+)(?=\s)")
+PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
 PITCH_OFF = np.deg2rad(2.0)
 """Largest difference of two pitches that are the same: signs and what counts as upside down differ."""
 PITCH_CHANGED = np.deg2rad(6.0)
@@ -213,7 +215,8 @@ class AclArm(Arm):
         if len(counts) < AXES or np.isnan(said):
             return self._axes == "er5plus"
         pitch = pitch_in_world(self._per_quarter, counts - self._at_reference)
-        off = min(abs(np.angle(np.exp(1j * (pitch - one)))) for one in (said, -said, np.pi - said, np.pi + said))
+        others = np.array([said, -said, np.pi - said, np.pi + said])
+        off = float(np.abs(np.angle(np.exp(1j * (pitch - others)))).min())
         if self._axes == "er5plus":
             return off > PITCH_OFF
         self._as_er5plus = [*self._as_er5plus, pitch] if off <= PITCH_OFF else []
@@ -221,7 +224,7 @@ class AclArm(Arm):
 
     def _parameter(self, number: int) -> int:
         """A parameter, as two answers in a row say: there is no check sum."""
-        pattern = re.compile(rf"PAR\s*{number}\s*=\s*(-?\d+)\s")
+        pattern = re.compile(rf"PAR\s*{number}\s*=\s*{NUMBER}\s")
 
         def value(answer: str) -> int | None:
             found = pattern.search(answer)
