@@ -3,6 +3,8 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from robolaser.results import Looks, Result
+
 if TYPE_CHECKING:
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.run_loop import compare
@@ -58,3 +60,12 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'robolaser' has no attribute '{name}'")
     return getattr(import_module(f"robolaser.{_HOME[name]}"), name)
+
+
+def _looks() -> Looks:
+    from robolaser.report import results  # noqa: PLC0415 - makers of results do not pay for pages
+
+    return results
+
+
+Result.looks = _looks

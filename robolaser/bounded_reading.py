@@ -40,7 +40,10 @@ XML_DEPTH = 60
 XML_ATTRIBUTES = 100
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
-_CHAIN = re.compile(rf"(?<![\w-])(?:{_PART}\.[ \t]*+){{{KEY_PARTS}}}")
+_CHAIN = re.compile(rf"(?<![\w.\\-])(?:{_PART}\.[ \t]*+){{{KEY_PARTS}}}")
+"""It begins neither inside a part nor after one, so that the search takes time in proportion to the text."""
+_LONG_INTEGER = re.compile(r"(?<!\w)0[box]\w{3000}")
+"""Which could not be written out in decimals, by Python's own limit."""
 
 
 @contextmanager
@@ -109,6 +112,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         if _CHAIN.search(text):
             raise RecursionError
+        if _LONG_INTEGER.search(text):
+            raise ValueError("it has an integer of thousands of digits")
         return tomllib.loads(text)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None

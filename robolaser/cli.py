@@ -25,7 +25,7 @@ from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
 from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
-from robolaser.report.printable import printable
+from robolaser.report.printable import printable, short
 
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
@@ -83,7 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (CycloptsError, RobolaserError, KeyboardInterrupt, OSError) as error:
         if sentence := _sentence(error):
-            print(f"robolaser: {printable(sentence)}", file=sys.stderr)
+            print(f"robolaser: {printable(short(sentence))}", file=sys.stderr)
         if isinstance(error, OSError):
             _write_nowhere()
         return WRONG_USAGE if isinstance(error, (CycloptsError, UsageError)) else DATA_SAID_NO
@@ -123,12 +123,13 @@ def _run(tokens: Sequence[str]) -> None:
 
 
 def _speak_plainly() -> None:
-    """Let a terminal or file that lacks a letter show "?" instead, and one that was closed swallow everything."""
+    """Let a terminal or file that lacks a letter show "?" instead, a closed one swallow all, and OpenCV be silent."""
     sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - open as long as the process
     sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")  # a damaged image or a lost camera has a sentence of ours
 
 
 def _write_nowhere() -> None:

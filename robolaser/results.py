@@ -1,9 +1,8 @@
 """What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
 
-from html import escape
-from importlib import import_module
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -13,20 +12,42 @@ EXPORTED: Final = (
     "robot_corrected.xml", "robot_corrected.sdf", "corrected.py",
 )  # fmt: skip
 """What a calibration leaves for other programs."""
+CALIBRATION_FILES: Final = ("calibration.json", "report.html", *EXPORTED)
+DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
+
+
+class Looks(Protocol):
+    """What shows results, a module above all that make them."""
+
+    def dict_of(self, result: "Result") -> dict[str, Any]: ...  # noqa: D102 - as the methods of a result
+
+    def frame_of(self, result: "Result") -> "pd.DataFrame": ...  # noqa: D102
+
+    def save(self, result: "Result", folder: Path) -> None: ...  # noqa: D102
+
+    def report(self, result: "Result", path: Path) -> None: ...  # noqa: D102
+
+    def summary_of(self, result: "Result") -> str: ...  # noqa: D102
+
+    def html_of(self, result: "Result") -> str: ...  # noqa: D102
 
 
 class Result:
-    """A result; how it looks is known to `robolaser.report.results`, which is loaded when it is asked for."""
+    """A result.
+
+    Attributes:
+        looks: Loads what shows results, when a result is asked for its looks; the package says what that is.
+    """
+
+    looks: ClassVar[Callable[[], Looks]]
 
     def to_dict(self) -> dict[str, Any]:
         """What its JSON file holds."""
-        said: dict[str, Any] = _shown().dict_of(self)
-        return said
+        return Result.looks().dict_of(self)
 
     def to_frame(self) -> "pd.DataFrame":
-        """A row for each parameter of a calibration, effect of a diagnosis, or run and target of a comparison."""
-        frame: pd.DataFrame = _shown().frame_of(self)
-        return frame
+        """A row for each parameter of a calibration, effect of a diagnosis, or run of a comparison."""
+        return Result.looks().frame_of(self)
 
     def save(self, folder: str | Path) -> None:
         """Write the files that the command of this name writes.
@@ -34,7 +55,7 @@ class Result:
         Raises:
             OutputError: The folder cannot be written to, or holds a file of such a name that is no earlier result.
         """
-        _shown().save(self, Path(folder))
+        Result.looks().save(self, Path(folder))
 
     def report(self, path: str | Path) -> None:
         """Write the report, one HTML page.
@@ -42,16 +63,11 @@ class Result:
         Raises:
             OutputError: The file cannot be written.
         """
-        _shown().report(self, Path(path))
+        Result.looks().report(self, Path(path))
 
     def __str__(self) -> str:
         """The summary that the command prints."""
-        text: str = _shown().summary_of(self)
-        return text
+        return Result.looks().summary_of(self)
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(str(self))}</pre>"
-
-
-def _shown() -> Any:
-    return import_module("robolaser.report.results")
+        return Result.looks().html_of(self)

@@ -15,9 +15,8 @@ from typing import Any
 
 import vl_convert
 
-from robolaser import RunPlan
+from robolaser.benchmark import load
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.record import RunRecord
 from robolaser.benchmark.standings import Measure, standings
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts.solved import TITLES, solved
@@ -101,10 +100,7 @@ def main() -> None:
 
 def picture(part: str, measure: Measure) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
-    budget, algorithms = PARTS[part]
-    plan = RunPlan.of(PROBLEMS, algorithms, seeds=SEEDS, budget=budget)
-    record = RunRecord(FOLDER / part / "runs.jsonl")
-    comparison = plan.result(plan.select(record.runs), record.effort)
+    comparison = load(FOLDER / part)
     drawn = solved(PlotContext(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()

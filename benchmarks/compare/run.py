@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from robolaser import RunPlan, compare
+from robolaser.benchmark import load
 from robolaser.benchmark.engines import DaskCluster, Engine, ThisMachine
-from robolaser.benchmark.record import RunRecord
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "compare"
@@ -43,7 +43,7 @@ def outcomes(name: str) -> dict[tuple[str, str, int], tuple[list[int], list[floa
     """All that does not depend on the clock."""
     return {
         (run.problem, run.algorithm, run.seed): (run.trace.evaluations.tolist(), run.trace.costs.tolist())
-        for run in RunRecord(FOLDER / name / "runs.jsonl").runs
+        for run in load(FOLDER / name).runs
     }
 
 

@@ -53,7 +53,7 @@ def socket_distances(found: Diagnosis) -> Iterator[float]:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("data", type=Path, nargs="?", default=Path(__file__).parents[3] / "shared" / "data")
+    options.add_argument("data", type=Path, help="folder of the published data sets")
     options.add_argument("--only", nargs="*", default=list(TARGETS))
     asked = options.parse_args()
     print("| data set | verdict | nominal | calibrated | after | mean after | floor | others | CPU [s] |")

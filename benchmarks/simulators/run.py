@@ -86,7 +86,7 @@ def row(name: str, dataset: Dataset, effects: Sequence[str]) -> str:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("data", type=Path, nargs="?", default=Path(__file__).parents[3] / "shared" / "data")
+    options.add_argument("data", type=Path, help="folder of the published data sets")
     data = options.parse_args().data
     print("| arm | effects | move it by [mm] | MuJoCo off by [mm] | gap before [mm] | after [mm] | model's [mm] |")
     print("|---|---|---|---|---|---|---|")

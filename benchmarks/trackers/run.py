@@ -24,7 +24,7 @@ CLOSE = 0.05
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("data", type=Path, nargs="?", default=Path(__file__).parents[3] / "shared" / "data")
+    options.add_argument("data", type=Path, help="folder of the published data sets")
     data = options.parse_args().data
     print("| data set | poses | RMS [mm] | known [mm] | ratio | median [mm] | held out [mm] | seconds |")
     print("|---|---|---|---|---|---|---|---|")

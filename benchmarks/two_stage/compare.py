@@ -128,7 +128,7 @@ def ratio_interval(pose: Ints, above: Array, below: Array) -> tuple[float, float
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", nargs="?", type=Path, default=Path(__file__).parents[3] / "shared" / "data")
+    parser.add_argument("data", type=Path, help="folder of the published data sets")
     parser.add_argument("--sets", nargs="+", default=SETS)
     parser.add_argument("--seeds", type=int, default=5, help="deals of the poses into folds")
     parser.add_argument("--json", type=Path)

@@ -11,30 +11,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.data.result_folder import write_results
 
 LAYOUT = "0.3.18"
 """Version of the IOHexperimenter whose files these are like."""
 HEADER = "evaluations raw_y seconds"
 
 
-def export(result: BenchmarkResult, folder: Path) -> None:
-    """Write all runs that found anything.
-
-    Args:
-        result: The benchmark.
-        folder: Created where it is not there; files of the same names are replaced.
-
-    Raises:
-        OutputError: A file cannot be written.
-    """
-    write_results(folder, exported(result))
-
-
-def exported(result: BenchmarkResult) -> dict[str, str]:
-    """What the files of an export hold, by their names in its folder."""
+def iohprofiler_files(result: BenchmarkResult) -> dict[str, str]:
+    """What the files of all runs hold that found anything, by their names in the export's folder."""
     files: dict[str, str] = {}
     for number, problem in enumerate(result.problems, start=1):
         for algorithm, title in result.solvers.items():

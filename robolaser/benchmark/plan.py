@@ -1,6 +1,6 @@
 """Which solvers run on which problems, with which seeds and limits."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -8,14 +8,12 @@ from typing import final
 import numpy as np
 
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.benchmark.engines import Task
-from robolaser.benchmark.problem import PROBE_SEED, PROBES, BenchmarkProblem
+from robolaser.benchmark.problem import CALIBRATION, PROBE_SEED, PROBES, BenchmarkProblem
 from robolaser.benchmark.problem_spec import ProblemSpec
 from robolaser.benchmark.problem_specs import specs_of
-from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
-from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.task import Task
 from robolaser.errors import UsageError
 
 OUR_OWN = "robolaser's own search"
@@ -23,19 +21,8 @@ OUR_OWN = "robolaser's own search"
 THEORY = "theory"
 OUR_SEEDS = (1, 2, 3)
 """Seeds of our own search for the lowest cost, outside the benchmark."""
-LOWER = 1e-9
-"""A solver has improved the best known cost only if it is lower by more than this share."""
 PROBE_DIGITS = 9
 """Digits of the costs that identify a problem: another machine may round differently."""
-
-
-Key = tuple[str, str, int]
-"""Problem, algorithm and seed of a run: what identifies it."""
-
-
-def key(run: BenchmarkRun | Task) -> Key:
-    """What identifies a run."""
-    return run.problem, run.algorithm, run.seed
 
 
 @final
@@ -133,48 +120,13 @@ class RunPlan:
         )
 
     @cached_property
-    def fingerprints(self) -> Mapping[str, str]:
-        """What identifies a problem besides its name: its bounds, and the costs of some candidates."""
-        return {problem.name: _fingerprint(problem) for problem in self.problems}
-
-    def select(self, runs: Iterable[BenchmarkRun]) -> tuple[BenchmarkRun, ...]:
-        """The runs that are part of this plan."""
-        planned = {key(task) for task in self.tasks}
-        return tuple(run for run in runs if key(run) in planned)
-
-    def result(self, runs: Iterable[BenchmarkRun], effort: Effort) -> BenchmarkResult:
-        """The result so far, given the runs that were made."""
-        runs = tuple(runs)
-        return BenchmarkResult(
-            problems=tuple(self._summary(problem, runs) for problem in self.problems),
-            solvers={solver.name: solver.title for solver in self.solvers},
-            refused=self.refused,
-            seeds=self.seeds,
-            budget=self.budget,
-            time_limit_s=self.time_limit_s,
-            runs=runs,
-            effort=effort,
-        )
-
-    @cached_property
-    def _known(self) -> Mapping[str, tuple[float, str]]:
-        return {problem.name: _best_known(problem) for problem in self.problems}
-
-    def _summary(self, problem: BenchmarkProblem, runs: tuple[BenchmarkRun, ...]) -> ProblemSummary:
-        best, found_by = self._known[problem.name]
-        for run in runs:
-            lower = best - LOWER * abs(best) if np.isfinite(best) else best
-            if run.problem == problem.name and run.trace.final < lower:
-                best, found_by = run.trace.final, run.algorithm
-        return ProblemSummary(
-            problem.name,
-            problem.title,
-            problem.family,
-            problem.dimension,
-            problem.unit,
-            scale=max(abs(best), problem.scale) if np.isfinite(best) else problem.scale,
-            best=best,
-            found_by=found_by,
+    def packages(self) -> tuple[str, ...]:
+        """Packages that make the runs, whose other versions may search differently."""
+        solvers = {solver.name.partition(":")[0] for solver in self.solvers}
+        return (
+            *("robolaser", "numpy", "scipy", "pymoo"),
+            *(("numba",) if any(problem.family == CALIBRATION for problem in self.problems) else ()),
+            *(("cma",) if solvers & {"pycma", "cmaes"} else ()),
         )
 
 
@@ -185,7 +137,7 @@ def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
         return f"asked whether it applies, it failed ({type(error).__name__}: {error})"
 
 
-def _best_known(problem: BenchmarkProblem) -> tuple[float, str]:
+def best_known(problem: BenchmarkProblem) -> tuple[float, str]:
     """The lowest cost that is known before any run, and who found it."""
     if problem.lowest is not None:
         return problem.lowest, THEORY
@@ -196,7 +148,8 @@ def _best_known(problem: BenchmarkProblem) -> tuple[float, str]:
     return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
-def _fingerprint(problem: BenchmarkProblem) -> str:
+def fingerprint(problem: BenchmarkProblem) -> str:
+    """What identifies a problem besides its name: its bounds, and the costs of some candidates."""
     probes = problem.sample_uniform(np.random.default_rng(PROBE_SEED), PROBES)
-    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes)])
+    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes).ravel()])
     return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

@@ -2,37 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, Literal, final
 
+from robolaser.benchmark.frames import FRAMES
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 from robolaser.results import Result
 
-
-@final
-@dataclass(frozen=True)
-class ProblemSummary:
-    """A problem, and the lowest cost that was ever found.
-
-    Attributes:
-        name: Name of the problem.
-        title: A description for a person.
-        family: See `BenchmarkProblem`.
-        dimension: Number of variables.
-        unit: Of the cost.
-        scale: Unit of the targets' tolerances: the lowest cost itself, unless it is close to zero.
-        best: The lowest cost known.
-        found_by: A solver's name, "theory", or "robolaser's own search".
-    """
-
-    name: str
-    title: str
-    family: str
-    dimension: int
-    unit: str
-    scale: float
-    best: float
-    found_by: str
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @final
@@ -103,6 +82,25 @@ class BenchmarkResult(Result):
     def of(self, family: str) -> tuple[ProblemSummary, ...]:
         """The problems of a family."""
         return tuple(problem for problem in self.problems if problem.family == family)
+
+    def to_frame(self, of: Literal["runs", "trajectory", "targets"] = "runs") -> "pd.DataFrame":
+        """The runs as a table.
+
+        Args:
+            of: Which table: of runs, of their improvements, or of runs and targets as in runs.csv.
+
+        Returns:
+            Rows in the order of problem, algorithm and seed. Of "runs" a row for each run: `problem`, `family`,
+            `dimension`, `algorithm`, `seed`, `state` ("done" or "failed"), `reason`, `evaluations`, `seconds`,
+            `processor_s`, `best` (lowest cost, infinite if none was found), `violation`, and of the problem `lowest`
+            (the lowest cost known), `scale`; `excess` is (best - lowest) / scale. Of "trajectory" a row for each
+            improvement: `problem`, `algorithm`, `seed`, `evaluations`, `seconds`, `cost`, `excess`. Of "targets" a row
+            for each run and target: `problem`, `algorithm`, `seed`, `state`, `reason`, `tolerance`, `target` (its
+            cost), `reached` ("yes" or "no"), `evaluations` and `seconds` to it (missing if it was not reached), and
+            `run_evaluations`, `run_seconds`, `run_processor_s`, `run_best`, `run_violation` of the whole run.
+        """
+        runs = sorted(self.runs, key=lambda run: run.key)
+        return FRAMES[of](runs, {problem.name: problem for problem in self.problems})
 
     def arrays(self, family: str) -> ResultArrays:
         """Runs on the problems of a family as arrays, without solvers that apply to none of them."""

@@ -1,26 +1,17 @@
-"""The files of a benchmark: comparison.json for programs, runs.csv for statistics of one's own."""
+"""The files of a benchmark: comparison.json for programs, runs.csv for statistics of one's own, and exports."""
 
-import csv
-import io
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
-from typing import Any
+from typing import Any, Literal
 
+from robolaser.benchmark.iohprofiler import iohprofiler_files
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.result_arrays import TOLERANCES, targets
-from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.standings import Standings
 
 FORMAT = "robolaser-comparison/1"
-COLUMNS = (
-    "problem", "algorithm", "seed", "state", "reason", "tolerance", "target", "reached", "evaluations", "seconds",
-    "run_evaluations", "run_seconds", "run_processor_s", "run_best",
-    "run_violation",
-)  # fmt: skip
-"""Columns of runs.csv. Empty cells: the target was not reached."""
 
 
 def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> str:
@@ -46,7 +37,7 @@ def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> 
         "runs": {"wanted": result.wanted, "made": len(result.runs), "failed": len(result.failures)},
         "failures": [
             {"problem": run.problem, "algorithm": run.algorithm, "seed": run.seed, "reason": run.reason}
-            for run in _in_order(result.failures)
+            for run in sorted(result.failures, key=lambda run: run.key)
         ],
         "standings": [asdict(one) for one in standings],
         "engine": {"name": effort.engine, "workers": effort.workers, "busy": effort.busy},
@@ -56,29 +47,26 @@ def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> 
 
 
 def runs_csv(result: BenchmarkResult) -> str:
-    """The text of runs.csv: a row for each run and target."""
-    text = io.StringIO(newline="")
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(COLUMNS)
-    rows.writerows(_rows(result))
-    return text.getvalue()
+    """The text of runs.csv: a row for each run and target; what was not reached is empty."""
+    text: str = result.to_frame("targets").to_csv(index=False, lineterminator="\n")
+    return text
 
 
-def _rows(result: BenchmarkResult) -> Iterator[tuple[object, ...]]:
-    costs = {problem.name: targets(problem.best, problem.scale) for problem in result.problems}
-    for run in _in_order(result.runs):
-        evaluations, seconds = run.trace.first_hits(costs[run.problem])
-        best = "" if math.isinf(run.trace.final) else repr(run.trace.final)
-        whole = (run.evaluations, f"{run.seconds:.6f}", f"{run.processor_s:.6f}", best, repr(run.violation))
-        for tolerance, target, at, by in zip(TOLERANCES, costs[run.problem], evaluations, seconds, strict=True):
-            reached = ("yes", int(at), f"{by:.6f}") if math.isfinite(at) else ("no", "", "")
-            named = (run.problem, run.algorithm, run.seed, run.state, run.reason)
-            yield (*named, f"{tolerance:.6g}", repr(float(target)), *reached, *whole)
+def exported(result: BenchmarkResult, *, iohprofiler: bool = False, parquet: bool = False) -> dict[str, str | bytes]:
+    """What the files for other programs hold, by their names.
 
-
-def _in_order(runs: Sequence[BenchmarkRun]) -> list[BenchmarkRun]:
-    """Sorted by what was planned, not by which run happened to be done first."""
-    return sorted(runs, key=lambda run: (run.problem, run.algorithm, run.seed))
+    Args:
+        result: The result.
+        iohprofiler: A folder that IOHanalyzer and iohinspector read.
+        parquet: The tables of runs and of their improvements.
+    """
+    files: dict[str, str | bytes] = {}
+    if iohprofiler:
+        files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
+    names: tuple[Literal["runs", "trajectory"], ...] = ("runs", "trajectory") if parquet else ()
+    for name in names:
+        files[f"{name}.parquet"] = result.to_frame(name).to_parquet(index=False)
+    return files
 
 
 def _finite(value: float) -> Any:

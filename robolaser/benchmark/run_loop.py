@@ -2,19 +2,22 @@
 
 import math
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import islice
 from queue import Empty, SimpleQueue
+from types import MappingProxyType
 from typing import final
 
 import cloudpickle
 
-from robolaser.benchmark.engines import Engine, Task, ThisMachine
-from robolaser.benchmark.plan import Key, RunPlan, key
-from robolaser.benchmark.result import BenchmarkResult, Effort
-from robolaser.benchmark.single_run import BenchmarkRun
+from robolaser.benchmark.engines import Engine, ThisMachine
+from robolaser.benchmark.plan import RunPlan
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.single_run import BenchmarkRun, Key
+from robolaser.benchmark.table import RunTable
+from robolaser.benchmark.task import Task
 
 AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
@@ -44,7 +47,7 @@ def run_all(
     plan: RunPlan,
     engine: Engine,
     *,
-    made: Collection[BenchmarkRun] = (),
+    made: Mapping[Key, float] = MappingProxyType({}),
     on_progress: Callable[[RunProgress], None] = lambda progress: None,
 ) -> Iterator[BenchmarkRun]:
     """Make all runs of a plan, and yield each as soon as it is done.
@@ -52,12 +55,13 @@ def run_all(
     Args:
         plan: Which runs.
         engine: Where they are made.
-        made: Runs that need not be made again.
+        made: How long runs took that need not be made again [s].
         on_progress: Called twice a second.
     """
     payloads = {spec.name: engine.share(cloudpickle.dumps(spec)) for spec in plan.specs}
-    done = {key(run): run for run in made}
-    waiting = iter([task for task in plan.tasks if key(task) not in done])
+    planned = {task.key for task in plan.tasks}
+    done = {key: seconds for key, seconds in made.items() if key in planned}
+    waiting = iter([task for task in plan.tasks if task.key not in done])
     pending: dict[Future[BenchmarkRun], Task] = {}
     completed: SimpleQueue[Future[BenchmarkRun]] = SimpleQueue()
     reported = -math.inf
@@ -75,7 +79,7 @@ def run_all(
         else:
             del pending[future]
             run = future.result()
-            done[key(run)] = run
+            done[run.key] = run.seconds
             yield run
         if time.monotonic() - reported > REPORT_S:
             running = () if engine.empty else tuple(islice(pending.values(), engine.workers))
@@ -90,23 +94,43 @@ def compare(plan: RunPlan, engine: Engine | None = None) -> BenchmarkResult:
         plan: Which solvers run on which problems, see `RunPlan.of`.
         engine: Where the runs are made; on all cores of this machine by default.
     """
+    with engine or ThisMachine() as used, RunTable() as table:
+        fill(table, plan, used)
+        return table.result(plan)
+
+
+def fill(
+    table: RunTable,
+    plan: RunPlan,
+    engine: Engine,
+    on_progress: Callable[[RunProgress], None] = lambda progress: None,
+) -> None:
+    """Make all runs of a plan that a table lacks.
+
+    Args:
+        table: Takes each run as soon as it is done.
+        plan: Which runs.
+        engine: Where they are made.
+        on_progress: Called twice a second.
+
+    Raises:
+        BenchmarkError: The runs in the table were made under other conditions, or the engine was lost.
+        OutputError: The table cannot be written.
+    """
+    table.begin(plan, engine=engine.label, workers=engine.workers)
     began = time.monotonic()
-    with engine or ThisMachine() as used:
-        workers = used.workers
-        runs = tuple(run_all(plan, used))
-        lasted_s = time.monotonic() - began
-        busy_s = sum(run.seconds for run in runs)
-        return plan.result(runs, Effort(used.label, workers, lasted_s, lasted_s * workers, busy_s))
+    for run in run_all(plan, engine, made=table.made(), on_progress=on_progress):
+        table.add(run, after_s=time.monotonic() - began)
 
 
-def _left_s(plan: RunPlan, done: Mapping[Key, BenchmarkRun], workers: int) -> float | None:
+def _left_s(plan: RunPlan, done: Mapping[Key, float], workers: int) -> float | None:
     """Time that the remaining runs will take, estimated from those of the same problem and solver."""
     if not done:
         return None
     taken: dict[tuple[str, str], list[float]] = {}
-    for run in done.values():
-        taken.setdefault((run.problem, run.algorithm), []).append(run.seconds)
+    for (problem, algorithm, _), seconds in done.items():
+        taken.setdefault((problem, algorithm), []).append(seconds)
     means = {pair: sum(times) / len(times) for pair, times in taken.items()}
     overall = sum(means.values()) / len(means)
-    left = (means.get((task.problem, task.algorithm), overall) for task in plan.tasks if key(task) not in done)
+    left = (means.get((task.problem, task.algorithm), overall) for task in plan.tasks if task.key not in done)
     return sum(left) / workers

@@ -31,7 +31,7 @@ DEGREE = np.pi / 180.0
 
 @final
 @dataclass(frozen=True)
-class Reading:
+class Misreading:
     """Another way to read the joints of `poses.csv`.
 
     Attributes:
@@ -78,7 +78,7 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
     )
 
 
-def _readings(dataset: Dataset) -> Iterator[Reading]:
+def _readings(dataset: Dataset) -> Iterator[Misreading]:
     """Hypotheses under which all joints stay near their limits."""
     robot, q = dataset.arm
     j, moves = len(robot.joints), np.ptp(q, axis=0) > 0
@@ -87,11 +87,11 @@ def _readings(dataset: Dataset) -> Iterator[Reading]:
     for reading in (
         *_exchanged(robot.joints, robot.prismatic, moves),
         *(
-            Reading(whole, _but(ones, i, -1.0), f"q_{robot.joints[i]} seems to have the wrong sign")
+            Misreading(whole, _but(ones, i, -1.0), f"q_{robot.joints[i]} seems to have the wrong sign")
             for i in np.flatnonzero(moves).tolist()
         ),
         *(
-            Reading(whole, _but(ones, i, DEGREE), f"q_{robot.joints[i]} seems to be in degrees")
+            Misreading(whole, _but(ones, i, DEGREE), f"q_{robot.joints[i]} seems to be in degrees")
             for i in turning.tolist()
         ),
         *_all_scaled(turning, ones, whole),
@@ -101,28 +101,28 @@ def _readings(dataset: Dataset) -> Iterator[Reading]:
             yield reading
 
 
-def _exchanged(joints: tuple[str, ...], prismatic: Bools, moves: Bools) -> Iterator[Reading]:
+def _exchanged(joints: tuple[str, ...], prismatic: Bools, moves: Bools) -> Iterator[Misreading]:
     for a, b in combinations(range(len(joints)), 2):
         if prismatic[a] == prismatic[b] and (moves[a] or moves[b]):
             columns = list(range(len(joints)))
             columns[a], columns[b] = b, a
             said = f"The columns q_{joints[a]} and q_{joints[b]} of poses.csv seem to be exchanged"
-            yield Reading(tuple(columns), (1.0,) * len(joints), said)
+            yield Misreading(tuple(columns), (1.0,) * len(joints), said)
 
 
-def _all_scaled(turning: Ints, ones: tuple[float, ...], whole: tuple[int, ...]) -> Iterator[Reading]:
+def _all_scaled(turning: Ints, ones: tuple[float, ...], whole: tuple[int, ...]) -> Iterator[Misreading]:
     for factor, said in (
         (DEGREE, "All angles of poses.csv seem to be in degrees"),
         (1 / DEGREE, "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"),
     ):
-        yield Reading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), said)
+        yield Misreading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), said)
 
 
 def _but(ones: tuple[float, ...], i: int, factor: float) -> tuple[float, ...]:
     return (*ones[:i], factor, *ones[i + 1 :])
 
 
-def _read_as(dataset: Dataset, reading: Reading) -> Dataset:
+def _read_as(dataset: Dataset, reading: Misreading) -> Dataset:
     poses = dataset.poses
     assert poses.q is not None
     qd = None if poses.qd is None else reading.of(poses.qd)

@@ -20,7 +20,7 @@ from robolaser.cell.camera import Image, Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
 from robolaser.cell.route import Waypoint, read_route, route_text
-from robolaser.data.atomic_write import finish_writing, write_together
+from robolaser.data.atomic_write import clear_staged, finish_writing, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
@@ -86,10 +86,10 @@ class RecordingWriter:
             force: Throw away a recording that is there.
 
         Raises:
-            OutputError: There is one, or what is there is a cell.
+            OutputError: There is one, or what is there is a cell, or lies in this one.
         """
-        if (folder / CELL).exists():
-            raise OutputError(f"{folder} is a cell: a recording there would overwrite it. Choose another --output.")
+        if (folder / CELL).exists() or folder.resolve().is_relative_to(cell.folder.resolve()):
+            raise OutputError(f"{folder} is a cell or lies in one, and is not changed. Choose another --output.")
         writer = cls(cell, robot, folder, waypoints, shots)
         there = [file for file in writer._files() if file.exists()]
         if there and not force:
@@ -245,8 +245,8 @@ class RecordingWriter:
         """Clear away what a power cut left of files."""
         with _writing(self.folder):
             (self.folder / IMAGES).mkdir(exist_ok=True)
-            for left in (*self.folder.glob(".*.csv.*"), *(self.folder / IMAGES).glob(".*.png.*")):
-                left.unlink(missing_ok=True)
+            clear_staged(self.folder)
+            clear_staged(self.folder / IMAGES)
         self._tidy = True
 
     def _stem(self, name: str) -> str:

@@ -8,9 +8,7 @@ from cyclopts import Parameter
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
-from robolaser.results import EXPORTED
-
-FILES = ("calibration.json", "report.html", *EXPORTED)
+from robolaser.results import CALIBRATION_FILES
 
 
 def calibrate(
@@ -83,7 +81,7 @@ def calibrate(
         generations=generations or GENERATIONS,
     )
     with results_in(
-        output, command="calibrate", files=FILES, state=(CHECKPOINT, COURSE), inputs=[dataset], force=force
+        output, command="calibrate", files=CALIBRATION_FILES, state=(CHECKPOINT, COURSE), inputs=[dataset], force=force
     ):
         try:
             with terminal.progress() as progress:

@@ -1,8 +1,7 @@
 """robolaser compare: algorithms side by side."""
 
-import time
-from collections.abc import Callable, Iterable
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,15 +11,12 @@ from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIM
 from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
 from robolaser.commands.signals import ended_as_by_hand
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import Interrupted, OutputError, UsageError
+from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.engines import Engine
-    from robolaser.benchmark.plan import RunPlan
-    from robolaser.benchmark.record import RunRecord
     from robolaser.benchmark.run_loop import RunProgress
 
-RESULT_FILE, RUNS, RECORD, PAGE, EXPORT = "comparison.json", "runs.csv", "runs.jsonl", "report.html", "iohprofiler"
+RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
 MOST_SHOWN = 4
 """Runs under way that a line has room for."""
@@ -30,6 +26,9 @@ def compare(
     *datasets: str,
     output: Annotated[Path, Parameter(metavar="DIR", group=RESULT)],
     algorithms: Annotated[str | None, Parameter(metavar="A,B")] = None,
+    stock: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    exchange: Annotated[tuple[str, ...], Parameter(metavar="SLOT=A,B")] = (),
+    factorial: Annotated[bool, Parameter(negative="")] = False,
     seeds: Count = SEEDS,
     budget: Annotated[Count, Parameter(metavar="EVALS")] = BUDGET,
     time_limit: Annotated[Positive, Parameter(metavar="S")] = TIME_LIMIT_S,
@@ -38,6 +37,7 @@ def compare(
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     seed: Count = 1,
     iohprofiler: Annotated[bool, Parameter(group=RESULT)] = False,
+    parquet: Annotated[bool, Parameter(group=RESULT)] = False,
     resume: Resume = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -49,12 +49,17 @@ def compare(
 
         robolaser compare paper --algorithms rcga,de --output comparison
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
+        robolaser compare paper --stock GA --exchange crossover=ArithmeticCrossover --output effect
 
     Args:
         datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
             bbob:NUMBER[-DIMENSION], or your own, package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; or package.module:attribute. Default: all.
+        stock: An algorithm of which parts are exchanged; beside ours, any class of pymoo's algorithms, as GA or NSGA2.
+        exchange: A slot and the operators that take their turn in it, as crossover=ArithmeticCrossover,SBX:eta=3 or
+            mutation=package.module:attribute; may be given again.
+        factorial: Combine exchanges in all ways, instead of one part at a time.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
         budget: Most evaluations of a run.
         time_limit: Most seconds of a run.
@@ -63,14 +68,21 @@ def compare(
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         seed: First seed.
         iohprofiler: Also write the runs in IOHprofiler's format.
+        parquet: Also write the tables of runs and of their improvements as Parquet files.
         resume: Continue a comparison that was stopped.
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
+    from robolaser.benchmark.exchange import effects
     from robolaser.benchmark.plan import RunPlan
-    from robolaser.benchmark.record import RunRecord
+    from robolaser.benchmark.result_files import comparison_json, exported, runs_csv
+    from robolaser.benchmark.run_loop import fill
     from robolaser.benchmark.solvers import DEFAULT
-    from robolaser.data.result_folder import results_in
+    from robolaser.benchmark.standings import standings
+    from robolaser.benchmark.table import FILES, NAME, RunTable
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.report.comparison import page, print_comparison
+    from robolaser.report.comparison.exchange import effect_lines
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -78,9 +90,11 @@ def compare(
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     if not (resume or force):
         _refuse_to_mix(output)
+    if parquet and find_spec("pyarrow") is None:
+        raise DependencyMissing("--parquet needs pyarrow, which is not installed: pip install 'robolaser[parquet]'.")
     plan = RunPlan.of(
         datasets,
-        DEFAULT if algorithms is None else [name.strip() for name in algorithms.split(",")],
+        _algorithms(algorithms, stock, exchange, factorial=factorial) or DEFAULT,
         seeds=seeds,
         first_seed=seed,
         budget=budget,
@@ -95,54 +109,67 @@ def compare(
             output,
             command="compare",
             files=files,
-            state=(RECORD,),
+            state=FILES,
             inputs=[Path(name) for name in datasets if Path(name).is_dir()],
             force=force or resume,
         ) as claim,
     ):
         if not resume:
-            (output / RECORD).unlink(missing_ok=True)
-        record = RunRecord(output / RECORD)
+            for name in FILES:
+                (output / name).unlink(missing_ok=True)
+        with RunTable(output / NAME) as table:
 
-        try:
-            record.begin(plan, engine=engine.label, workers=engine.workers)
-            _run(plan, engine, record, terminal)
-        except (KeyboardInterrupt, EngineLost) as stopped:
-            engine.close()
-            with suppress(KeyboardInterrupt):  # the record is there even without the report
-                _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
-            why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
-            raise Interrupted(
-                f"{why}, after {len(plan.select(record.runs))} of {len(plan.tasks)} runs. They are in"
-                f" {output / RECORD}: continue with --resume."
-            ) from None
-        _conclude(plan, record, output, claim if iohprofiler else None, terminal, typed)
+            def conclude() -> None:
+                result = table.result(plan)
+                ranked = tuple(standings(result, family) for family in result.families)
+                text = comparison_json(result, ranked)
+                exports = exported(result, iohprofiler=iohprofiler, parquet=parquet)
+                claim(exports)
+                html = page(result, ranked, command=typed)
+                write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
+                terminal.show(text, lambda: print_comparison(result, ranked, output))
+                for family in result.families if stock else ():
+                    for line in effect_lines(effects(result, family)):
+                        terminal.print(line)
+
+            try:
+                with terminal.progress() as progress:
+                    fill(table, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
+            except (KeyboardInterrupt, EngineLost) as stopped:
+                engine.close()
+                with suppress(KeyboardInterrupt):  # the runs are there even without the report
+                    if table.begun:
+                        conclude()
+                why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
+                raise Interrupted(
+                    f"{why}, after {len(table.result(plan).runs)} of {len(plan.tasks)} runs. They are in"
+                    f" {output / NAME}: continue with --resume."
+                ) from None
+            conclude()
 
 
 def _refuse_to_mix(output: Path) -> None:
     """Raise if runs or a result would be overwritten."""
-    from robolaser.benchmark.record import RunRecord
+    from robolaser.benchmark.table import NAME, RunTable
 
-    if runs := RunRecord(output / RECORD).runs:
+    if not (output / NAME).is_file():
+        return
+    with RunTable(output / NAME, readonly=True) as table:
+        runs = len(table)
+    if runs:
         raise OutputError(
-            f"{output} holds {len(runs)} runs of a comparison. Continue or extend it with --resume; start over"
-            " with --force."
+            f"{output} holds {runs} runs of a comparison. Continue or extend it with --resume; start over with --force."
         )
 
 
-def _run(plan: "RunPlan", engine: "Engine", record: "RunRecord", terminal: Terminal) -> None:
-    """Make the runs that are not in the record, and record each as it comes."""
-    from robolaser.benchmark.run_loop import run_all
+def _algorithms(typed: str | None, stock: str | None, exchanges: tuple[str, ...], *, factorial: bool) -> list[str]:
+    """Who takes part: those that are named, and those of a study of one algorithm's parts."""
+    from robolaser.benchmark.exchange import study
 
-    began = time.monotonic()
-    with terminal.progress() as progress:
-        for run in run_all(
-            plan,
-            engine,
-            made=plan.select(record.made),
-            on_progress=lambda state: progress(_words(state), state.done / max(1, state.wanted)),
-        ):
-            record.add(run, after_s=time.monotonic() - began)
+    if bool(stock) != bool(exchanges):
+        raise UsageError("--stock and --exchange belong together: name an algorithm, and what is exchanged in it.")
+    named = [] if typed is None else [name.strip() for name in typed.split(",")]
+    return named + (study(stock, exchanges, factorial=factorial) if stock else [])
 
 
 def _words(state: "RunProgress") -> str:
@@ -156,30 +183,3 @@ def _duration(seconds: float) -> str:
     """A time in hours and minutes, or minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
-
-
-def _conclude(
-    plan: "RunPlan",
-    record: "RunRecord",
-    output: Path,
-    export_claim: Callable[[Iterable[str]], None] | None,
-    terminal: Terminal,
-    typed: str,
-) -> None:
-    """Write and show the result."""
-    from robolaser.benchmark.iohprofiler import exported
-    from robolaser.benchmark.result_files import comparison_json, runs_csv
-    from robolaser.benchmark.standings import standings
-    from robolaser.data.result_folder import write_results
-    from robolaser.report.comparison import page, print_comparison
-
-    result = plan.result(plan.select(record.runs), record.effort)
-    ranked = tuple(standings(result, family) for family in result.families)
-    text = comparison_json(result, ranked)
-    texts = {RUNS: runs_csv(result), PAGE: page(result, ranked, command=typed), RESULT_FILE: text}
-    if export_claim is not None:
-        runs = {f"{EXPORT}/{name}": text for name, text in exported(result).items()}
-        export_claim(runs)
-        texts = runs | texts
-    write_results(output, texts)
-    terminal.show(text, lambda: print_comparison(result, ranked, output))

@@ -8,9 +8,7 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.results import EXPORTED
-
-FILES = ("diagnosis.json", "calibration.json", "report.html", *EXPORTED)
+from robolaser.results import DIAGNOSIS_FILES
 
 
 def diagnose(
@@ -50,7 +48,7 @@ def diagnose(
     from robolaser.report.diagnosis import page, print_diagnosis
 
     data, others = load(dataset), [load(other) for other in validate]
-    with results_in(output, command="diagnose", files=FILES, inputs=[dataset, *validate], force=force):
+    with results_in(output, command="diagnose", files=DIAGNOSIS_FILES, inputs=[dataset, *validate], force=force):
         with terminal.progress() as progress:
             found = examine(data, seed=seed, without=without, validate=others, progress=progress)
         for warning in data.warnings:

@@ -176,6 +176,7 @@ def _stripes(
     *,
     terminal: Terminal,
 ) -> None:
+    from robolaser.data.atomic_write import STAGED
     from robolaser.data.stripe_file import write_stripes
     from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
@@ -190,7 +191,7 @@ def _stripes(
             blank += not len(block)
             yield block
 
-    written = file if output is None else file.with_name(f".{STRIPES}")
+    written = file if output is None else file.with_name(f"{STAGED}{STRIPES}")
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, **seen, progress=progress)
         centres = write_stripes(written, counted(blocks))

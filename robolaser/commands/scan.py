@@ -94,6 +94,7 @@ def scan(
     """
     import numpy as np
 
+    from robolaser.data.atomic_write import STAGED
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.cloud import page, print_cloud
@@ -116,7 +117,7 @@ def scan(
     names = [file.name for file in files]
     with results_in(output.parent, command="scan", files=names, inputs=[calibration, recording, *more], force=force):
         subsample = Subsample()
-        cloud = output.with_name(f".{output.name}")
+        cloud = output.with_name(f"{STAGED}{output.name}")
         with terminal.progress() as progress:
             pieces: Iterable[Vertices] = made.cloud.pieces(progress)
             pieces = pieces if box is None else within(pieces, box)

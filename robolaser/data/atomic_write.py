@@ -4,6 +4,7 @@ Files that belong together are staged beside what they will replace; a journal t
 count. Whoever is killed while they are renamed leaves the journal, and whoever reads the folder next does the rest.
 """
 
+import fcntl
 import json
 import os
 import tempfile
@@ -17,6 +18,9 @@ from robolaser.errors import DataError, OutputError, unwritable
 
 JOURNAL = ".robolaser-writing.json"
 """{"rename": {temporary: name}, "delete": [name]}, below the folder that it lies in."""
+
+STAGED = ".robolaser~"
+"""How the names of files begin that are still being written: those of a process that was killed stay."""
 
 
 def write_text(path: Path, text: str) -> None:
@@ -69,6 +73,40 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
                 (folder / temporary).unlink(missing_ok=True)
         raise
     finish_writing(folder)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[bool]:
+    """Lock a folder, and say whether no other process has; the system lets go of it when this one ends, however."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        free = True
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            free = False
+        yield free
+    finally:
+        os.close(handle)
+
+
+def clear_staged(folder: Path) -> None:
+    """Remove what killed processes had begun to write into a folder that is locked, and finished writing."""
+    for left in folder.glob(f"{STAGED}*"):
+        with suppress(OSError):
+            left.unlink()
+
+
+def finish_for_the_dead(folder: Path) -> None:
+    """As `finish_writing`, unless who decided it is alive and still does it.
+
+    Raises:
+        OutputError: The disk or the rights say no.
+    """
+    if (folder / JOURNAL).is_file():
+        with locked(folder) as free:
+            if free:
+                finish_writing(folder)
 
 
 def finish_writing(folder: Path) -> None:
@@ -129,7 +167,7 @@ def _naming(path: Path) -> Iterator[None]:
 def _beside(path: Path, *, keep: bool = False) -> Iterator[BinaryIO]:
     """A file under a name of its own beside the one that it may become; gone afterwards unless renamed or kept."""
     with _naming(path):
-        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
         with open(name, "wb", opener=lambda *_: descriptor) as file:
             try:
                 yield file

@@ -1,6 +1,5 @@
 """A folder that a command writes its results to: locked meanwhile, and only its own earlier results are replaced."""
 
-import fcntl
 import json
 import os
 import tempfile
@@ -9,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from robolaser.bounded_reading import read_json
-from robolaser.data.atomic_write import Contents, finish_writing, write_text, write_together
+from robolaser.data.atomic_write import Contents, clear_staged, finish_writing, locked, write_text, write_together
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
 MANIFEST = ".robolaser.json"
@@ -49,12 +48,21 @@ def results_in(
     """
     _refuse_input(folder, files, inputs)
     make_folder(folder)
-    with _locked(folder):
+    with locked(folder) as free:
+        if not free:
+            raise OutputError(
+                f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
+            )
         finish_writing(folder)
         known, own = _manifest(folder), dict[str, str]()
+        cleared = set[Path]()
 
         def claim(names: Iterable[str]) -> None:
             new = dict.fromkeys(names, command)
+            homes = {folder, *((folder / name).parent for name in new)} - cleared
+            for home in homes:
+                clear_staged(home)
+            cleared.update(homes)
             for name in new:
                 if name not in own and os.path.lexists(folder / name):
                     _refuse_what_is_not_its_own(folder / name, known.get(name), (command, *over))
@@ -106,22 +114,6 @@ def make_folder(folder: Path) -> None:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise unwritable(folder, error.strerror or str(error)) from None
-
-
-@contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Lock a folder against other processes; the system lets go of it when this one ends, however it ends."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise OutputError(
-                f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
-            ) from None
-        yield
-    finally:
-        os.close(handle)
 
 
 def _refuse_what_is_not_its_own(path: Path, owner: str | None, commands: Sequence[str]) -> None:

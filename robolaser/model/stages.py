@@ -59,13 +59,21 @@ class Perturbation:
 
 
 def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> Callable[..., Array]:
-    """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are."""
+    """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are.
+
+    Values that are of no row, as an image's on a grid, pass as if they were of these rows, m at a time.
+    """
     if stage not in OF_ROWS:
         return act
     index_among_rows = np.zeros(count, dtype=np.int64)
     index_among_rows[rows] = np.arange(len(rows))
 
     def act_on_rows(value: Array, *more: Any) -> Array:
+        count, each = value.shape[1], len(rows)
+        if count not in (1, each):
+            starts = range(0, count, each)
+            pieces = [act_on_rows(value.take(range(at, at + each), axis=1, mode="wrap"), *more) for at in starts]
+            return np.concatenate(pieces, axis=1)[:, :count]
         out = act(value if value.shape[1] == 1 else value[:, index_among_rows], *more)
         return out if out.shape[1] == 1 else out[:, rows]
 

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.result import FORMAT
-from robolaser.data.atomic_write import finish_writing
+from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
 from robolaser.errors import DataError, ScanError
@@ -141,7 +141,7 @@ def read_calibration(path: Path, arm: Robot | None = None) -> Calibrated:
         what = f"has no {FILE}" if path.is_dir() else "does not exist"
         raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
     path = file_path
-    finish_writing(path.parent)
+    finish_for_the_dead(path.parent)
     file = JsonObject(path, "", read_json(path))
     check_format({"format": file.text("format")}, FORMAT, path.name)
     model, numbers = file.part("model"), file.part("parameters")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from robolaser.data.atomic_write import STAGED
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DependencyMissing, ScanError, unwritable
 from robolaser.scan.ply import Vertices, positions_of, write_ply
@@ -84,7 +85,7 @@ def _las(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments:
     header.add_extra_dims([laspy.ExtraBytesParams(name, dtype[name].str[1:]) for name in own])
     las = laspy.LasData(header)
     las.x, las.y, las.z = positions_of(cloud).T
-    las.intensity = np.clip(cloud["intensity"], 0, 255) * LAS_INTENSITY
+    las.intensity = np.clip(np.nan_to_num(cloud["intensity"]), 0, 255) * LAS_INTENSITY  # 0 where it is not known
     for name in own:
         las[name] = cloud[name]
     for name in {"red", "green", "blue"} & set(names):
@@ -114,7 +115,7 @@ def _e57(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments:
 
 def _whole(path: Path, write: Callable[[Path], None], count: int) -> int:
     """Let a library write a file beside the one that it becomes."""
-    part = path.with_name(f"{path.stem}.part{path.suffix}")
+    part = path.with_name(f"{STAGED}part.{path.name}")
     try:
         write(part)
         part.replace(path)

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from robolaser.benchmark.convergence import ConvergenceTrace
-from robolaser.benchmark.result import BenchmarkResult, Effort, ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
+from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 
 BUDGET = 10_000

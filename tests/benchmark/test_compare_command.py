@@ -11,10 +11,12 @@ from importlib.resources import files
 from pathlib import Path
 
 import jsonschema
+import pandas as pd
 import pytest
 
-from robolaser.benchmark.record import RunRecord
+from robolaser.benchmark import load
 from robolaser.cli import main
+from robolaser.errors import BenchmarkError, OutputError
 
 HERE = Path(__file__).parent
 ALGORITHMS = "rcga,random,mine:halving,mine:raising,mine:not_a_number,least-squares"
@@ -32,7 +34,7 @@ def at_home():
 @pytest.fixture(scope="module")
 def result(at_home, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("compared") / "result"
-    assert main([*ASKED, "--output", str(folder), "--jobs", "2", "--iohprofiler"]) == 0
+    assert main([*ASKED, "--output", str(folder), "--jobs", "2", "--iohprofiler", "--parquet"]) == 0
     return folder
 
 
@@ -44,7 +46,7 @@ def outcomes(folder: Path) -> dict:
             run.trace.evaluations.tolist(),
             run.trace.costs.tolist(),
         )
-        for run in RunRecord(folder / "runs.jsonl").runs
+        for run in load(folder).runs
     }
 
 
@@ -60,7 +62,7 @@ def test_the_result_is_what_its_schema_says(result):
 
 def test_every_run_and_target_has_a_row(result):
     rows = list(csv.DictReader((result / "runs.csv").read_text().splitlines()))
-    runs = RunRecord(result / "runs.jsonl").runs
+    runs = load(result).runs
     assert len(rows) == 21 * len(runs) == 21 * said(result)["runs"]["made"]
     for row in rows:
         assert (row["reached"] == "yes") == bool(row["evaluations"]) == bool(row["seconds"])
@@ -70,7 +72,7 @@ def test_every_run_and_target_has_a_row(result):
 
 def test_the_best_known_cost_is_nobodys_surpassed(result):
     best = {problem["name"]: problem["best"] for problem in said(result)["problems"]}
-    for run in RunRecord(result / "runs.jsonl").runs:
+    for run in load(result).runs:
         assert run.trace.final >= best[run.problem] * (1 - 1e-8)
 
 
@@ -91,6 +93,11 @@ def test_the_runs_are_written_for_iohprofiler_too(result):
     assert len(list((result / "iohprofiler").glob("*/*.json"))) == 9
 
 
+def test_the_tables_are_written_as_parquet_too(result):
+    assert pd.read_parquet(result / "runs.parquet").equals(load(result).to_frame())
+    assert len(pd.read_parquet(result / "trajectory.parquet")) == len(load(result).to_frame("trajectory"))
+
+
 def test_one_process_gives_what_two_give_to_the_last_bit(result, at_home, tmp_path):
     assert main([*ASKED, "--output", str(tmp_path), "--jobs", "1"]) == 0
     assert outcomes(tmp_path) == outcomes(result)
@@ -103,14 +110,20 @@ def test_a_result_is_not_overwritten_unasked(result, at_home, capsys):
     assert outcomes(result) == before
 
 
+def _has_runs(folder: Path) -> bool:
+    try:
+        return bool(load(folder).runs)
+    except (BenchmarkError, OutputError):  # not there yet
+        return False
+
+
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "a batch system"])
 def test_a_comparison_that_is_ended_leaves_a_report_and_the_rest_is_made_later(result, tmp_path, end):
     code = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, *ASKED, "--output", str(tmp_path), "--jobs", "1"]
     process = subprocess.Popen(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    record = tmp_path / "runs.jsonl"
     until = time.monotonic() + 60
-    while time.monotonic() < until and not (record.exists() and '"run"' in record.read_text()):
+    while time.monotonic() < until and not _has_runs(tmp_path):
         time.sleep(0.05)
     process.send_signal(end)
     shown, complaint = process.communicate(timeout=60)
@@ -128,11 +141,11 @@ def test_a_comparison_that_is_ended_leaves_a_report_and_the_rest_is_made_later(r
 
 
 def test_a_finished_comparison_is_only_shown_again(result, at_home):
-    before = (result / "runs.jsonl").read_bytes()
+    before = outcomes(result)
     good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "1000"]
     assert main([*good, "--output", str(result), "--resume"]) == 0
-    assert (result / "runs.jsonl").read_bytes().startswith(before)
-    assert len(RunRecord(result / "runs.jsonl").runs) == 22
+    assert outcomes(result) == before
+    assert len(load(result).runs) == 22
     assert said(result)["runs"] == {"wanted": 4, "made": 4, "failed": 0}
 
 

@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison, made_up_run
 
-from robolaser.benchmark.iohprofiler import export
+from robolaser.benchmark.result_files import exported
+from robolaser.data.result_folder import write_results
 
 iohinspector = pytest.importorskip("iohinspector")
+
+
+def export(result, folder):
+    write_results(folder, exported(result, iohprofiler=True))
 
 
 @pytest.fixture

@@ -7,11 +7,13 @@ from dataclasses import replace
 import pytest
 from made_up import made_up_run
 
-from robolaser.benchmark.engines import Engine, Payload, Task
-from robolaser.benchmark.plan import RunPlan, key
+from robolaser.benchmark.engines import Engine, Payload
+from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.run_loop import AHEAD, compare, run_all
 from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.table import RunTable
+from robolaser.benchmark.task import Task
 
 
 class Recorded(Engine):
@@ -53,7 +55,7 @@ def plan():
 
 
 def test_every_contestant_meets_every_question_with_every_seed_once(plan):
-    made = [key(run) for run in run_all(plan, Recorded())]
+    made = [run.key for run in run_all(plan, Recorded())]
     assert sorted(made) == sorted(
         (problem, algorithm, seed)
         for problem in ("pymoo:sphere-2", "pymoo:ackley-2")
@@ -82,9 +84,9 @@ def test_all_runs_with_a_seed_go_out_before_those_with_the_next(plan):
 
 
 def test_runs_that_are_there_are_not_made_again(plan):
-    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in plan.tasks[:8]]
-    made = [key(run) for run in run_all(plan, Recorded(), made=there)]
-    assert sorted(made) == sorted(key(task) for task in plan.tasks[8:])
+    there = {task.key: 1.0 for task in plan.tasks[:8]} | {("another plan's", "random", 1): 1.0}
+    made = [run.key for run in run_all(plan, Recorded(), made=there)]
+    assert sorted(made) == sorted(task.key for task in plan.tasks[8:])
 
 
 def test_no_more_runs_are_handed_out_than_keep_the_workers_busy(plan):
@@ -95,13 +97,13 @@ def test_no_more_runs_are_handed_out_than_keep_the_workers_busy(plan):
 
 def test_whoever_watches_is_told_what_is_done_what_runs_and_how_long_it_will_take(plan):
     reports = []
-    there = [made_up_run(task.algorithm, task.seed, problem=task.problem) for task in plan.tasks[:8]]
+    each_s = made_up_run("random", 1).seconds
+    there = {task.key: each_s for task in plan.tasks[:8]}
     runs = run_all(plan, Recorded(workers=2), made=there, on_progress=reports.append)
     next(runs)
     next(runs)
     first = reports[0]
     assert (first.done, first.wanted, len(first.running)) == (9, 16, 2)
-    each_s = made_up_run("random", 1).seconds
     assert first.left_s == pytest.approx(7 * each_s / 2)
 
 
@@ -121,7 +123,9 @@ def test_a_question_whose_lowest_cost_theory_knows_is_measured_from_there(plan):
 
 def test_the_best_known_calibration_is_the_lowest_of_our_own_search_and_all_runs():
     plan = RunPlan.of(["paper"], ["random"], seeds=4, budget=100)
-    (before,) = plan.result((), compare(plan, Recorded()).effort).problems
+    with RunTable() as table:
+        table.begin(plan, engine="", workers=1)
+        (before,) = table.result(plan).problems
     (after,) = compare(plan, Recorded()).problems  # made-up runs come below what is possible
     assert before.found_by == "robolaser's own search"
     assert after.found_by == "random"

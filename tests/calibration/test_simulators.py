@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +14,7 @@ from robolaser import find_robot
 from robolaser.calibration.simulators.mjcf import mjcf
 from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.calibration.simulators.sdf import sdf
+from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -97,6 +99,19 @@ def test_what_cannot_be_contained_is_said():
     calibration = bent({"thermal_drift:elbow_joint.growth": 1e-3})
     assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
     assert "Not contained: the link before elbow_joint grows" in corrected_module(calibration)
+
+
+def test_what_stands_between_joints_has_names_that_the_urdf_does_not_have():
+    robot = made().robot
+    text = robot.urdf.replace("tool0", "payload").replace("wrist_3_joint", "elbow_joint_play")
+    renamed = replace(made(), robot=Robot.from_urdf(text, flange="payload", gravity=robot.gravity))
+    model = Model(renamed, candidate_effects(["backlash:elbow_joint"], renamed))
+    x = model.parameters.nominal.copy()
+    x[model.parameters.names.index("backlash.elbow_joint.lost_motion")] = 3e-3
+    root = ET.fromstring(mjcf(finished(model, x)))
+    joints = [joint.get("name") for joint in root.iter("joint") if joint.get("name")]
+    assert len(joints) == len(set(joints))
+    assert {"elbow_joint_play", "elbow_joint_play_"} < set(joints)
 
 
 def numbers(text):

@@ -12,10 +12,12 @@ import bench
 import cv2
 import numpy as np
 import pytest
+from failing_disk import contents, restore, watched
 
 import robolaser
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
+from robolaser.data.atomic_write import STAGED
 from robolaser.data.cell_config import Cell
 from robolaser.errors import DataError, OutputError, PlanError
 from robolaser.geometry.kinematics import Robot
@@ -125,6 +127,22 @@ def test_going_on_begins_at_the_next_pose(cell: Cell, tmp_path: Path) -> None:
     assert again.unused("resumed") == "resumed_2"
 
 
+def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cell: Cell, tmp_path: Path) -> None:
+    folder, left = tmp_path / "out", tmp_path / "left"
+    writer = with_two_poses(cell, folder)
+    moments: list[dict[str, bytes]] = []
+    with watched(folder, lambda _: moments.append(contents(folder))):
+        writer.add([sample(writer.waypoints[2], 3.0)])
+    for moment in moments:
+        restore(left, moment)
+        again = bench.resumed(cell, left)
+        assert again.done in (2, 3)
+        for waypoint in again.remaining:
+            again.add([sample(waypoint, 4.0)])
+        assert len(robolaser.load(left).poses) == 1 + len(Q)
+        assert not [name for name in contents(left) if STAGED in name]
+
+
 @pytest.mark.parametrize("cut", [1, 20, 90, 150])
 def test_a_table_cut_off_by_a_power_cut_is_healed(cell: Cell, tmp_path: Path, cut: int) -> None:
     with_two_poses(cell, tmp_path / "out")
@@ -150,7 +168,7 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
         image.unlink()
     else:
         image.write_bytes(data[:-9] if damage == "torn" else b"")
-    (tmp_path / "out" / "images" / ".p001_up.png.xyz").write_bytes(b"half")
+    (tmp_path / "out" / "images" / ".robolaser~xyz.p001_up.png").write_bytes(b"half")
     writer = bench.resumed(cell, tmp_path / "out")
     assert [waypoint.name for waypoint in writer.remaining] == ["p001_down", "p002_up", "p002_down"]
     again = writer.remaining[0]

@@ -56,6 +56,13 @@ def test_a_name_in_a_data_set_commands_no_terminal_and_no_page(hostile, tmp_path
     assert "\\u001b]0;OWNED" in said.out
 
 
+def test_a_key_of_a_megabyte_is_shown_in_a_line(hostile, capsys):
+    toml = hostile / "dataset.toml"
+    toml.write_text(f"{'a' * 1_000_000} = 1\n{toml.read_text()}")
+    assert main(["check", str(hostile)]) == 1
+    assert len(capsys.readouterr().err) < 1000
+
+
 def test_what_is_checked_commands_no_terminal(hostile, capsys):
     assert main(["check", str(hostile)]) == 0
     said = capsys.readouterr()

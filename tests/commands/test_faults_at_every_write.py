@@ -9,10 +9,16 @@ import pytest
 from failing_disk import contents, failing, restore, watched
 
 from robolaser.cli import main
-from robolaser.data.atomic_write import finish_writing
+from robolaser.data.atomic_write import STAGED, finish_writing
 from robolaser.trials.sealed_truth import key_beside, unseal
 
-STATE = ("runs.jsonl", "search.npz", "trial.key")  # of what is stopped, to be gone on with; a key opens both trials
+STATE = (
+    "runs.sqlite",
+    "runs.sqlite-wal",
+    "runs.sqlite-shm",
+    "search.npz",
+    "trial.key",
+)  # of what is stopped, to be gone on with; a key opens both trials
 
 
 def result(folder):
@@ -63,9 +69,11 @@ def typed(inputs, command, out):
             "--path unknown",
         ),
         "calibrate": (f"{stripe} --output {out}", "--weights noise"),
+        "plan": (f"{stripe} --output {out}", "--points 3"),
         "diagnose": (f"{stripe} --output {out}", "--without backlash"),
         "extract": (f"{recording} --output {out}", "--centre gravity"),
         "scan": (f"{calibration} {stripe} --output {out}/c.ply --report", "--nominal"),
+        "scan las": (f"{calibration} {stripe} --output {out}/c.las", "--nominal"),
         "compare": (
             f"pymoo:sphere-2 --algorithms ga --seeds 1 --budget 200 --jobs 1 --iohprofiler --output {out}",
             "--seed 7",
@@ -80,9 +88,11 @@ COMMANDS = (
     "simulate two",
     "import",
     "calibrate",
+    "plan",
     "diagnose",
     "extract",
     "scan",
+    "scan las",
     "compare",
     "challenge",
 )
@@ -121,6 +131,8 @@ def _once(module, name):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_what_is_left_is_the_old_result_or_the_new_one(inputs, command, tmp_path, capsys):
+    if command.endswith("las"):
+        pytest.importorskip("laspy")
     folder, left = tmp_path / "out", tmp_path / "left"
     folder.mkdir()
     left.mkdir()
@@ -144,5 +156,7 @@ def test_what_is_left_is_the_old_result_or_the_new_one(inputs, command, tmp_path
             assert main(again) == 1
         assert capsys.readouterr().err.startswith("robolaser: Cannot write")
         assert result(folder) == old
-    assert main(again) == 0  # nothing that was left stands in the way
+    restore(folder, max(moments, key=lambda moment: sum(STAGED in name for name in moment)))
+    assert main(again) == 0  # nothing that was left stands in the way, or stays
     assert result(folder) != old
+    assert not [name for name in contents(folder) if STAGED in name]

@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 from failing_disk import contents, failing, restore, watched
 
-from robolaser.data.atomic_write import JOURNAL, finish_writing, write_together
+from robolaser.data.atomic_write import JOURNAL, finish_for_the_dead, finish_writing, locked, write_together
 from robolaser.errors import OutputError
 
 OLD = {"a": b"old", "b": b"old", "deep/c": b"old", "gone": b"old"}
@@ -83,3 +83,14 @@ def test_what_was_renamed_before_the_kill_is_not_missed(folder):
     (folder / ".b").write_bytes(b"new")
     (folder / JOURNAL).write_text(json.dumps({"rename": {".a": "a", ".b": "b"}, "delete": ["gone"]}))
     assert visible(folder) == {"a": b"old", "b": b"new", "deep/c": b"old"}
+
+
+def test_a_reader_leaves_the_journal_of_a_living_writer_alone(folder):
+    (folder / ".a").write_bytes(b"new")
+    (folder / JOURNAL).write_text(json.dumps({"rename": {".a": "a"}, "delete": []}))
+    with locked(folder) as free:
+        assert free
+        finish_for_the_dead(folder)
+        assert (folder / "a").read_bytes() == b"old"
+    finish_for_the_dead(folder)
+    assert (folder / "a").read_bytes() == b"new"

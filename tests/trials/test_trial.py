@@ -15,6 +15,7 @@ from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.errors import TrialError
+from robolaser.trials.making import make
 from robolaser.trials.sealed_truth import TRUTH, key_beside, unseal
 from robolaser.trials.trial import DIAGNOSIS
 
@@ -153,6 +154,16 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
             assert (again / path.relative_to(made)).read_bytes() == path.read_bytes()
 
 
+def test_while_worlds_are_made_others_may_write_beside_the_key(tmp_path, monkeypatch):
+    def made_beside(*args, **more):
+        with results_in(tmp_path, command="calibrate", files=["another"]):
+            return make(*args, **more)
+
+    monkeypatch.setattr("robolaser.trials.trial.make", made_beside)
+    assert main(["challenge", "new", str(tmp_path / "new"), *NEW]) == 0
+    assert key_beside(tmp_path / "new").is_file()
+
+
 def test_neither_names_nor_sealed_files_speak(made):
     for path in made.rglob("*"):
         if path.is_file() and path.suffix != ".urdf":
@@ -168,6 +179,7 @@ def test_neither_names_nor_sealed_files_speak(made):
         (("new", "{new}", "--kinds", "outliers", "--tracked"), 1, "none of its faults applies to it"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
+        (("new", "{new}", "--key", "{new}/key"), 2, "given away with it"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
         (("score", "{new}"), 1, "not a blind trial"),
     ],

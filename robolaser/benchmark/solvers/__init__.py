@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec, malformed
+from robolaser.algorithms.exchanged import make_exchanged, parted, stock_class
 from robolaser.algorithms.registry import ALGORITHMS, algorithms, unknown_algorithm
 from robolaser.algorithms.settings import check
 from robolaser.benchmark.solvers.least_squares import ScipyLeastSquares
@@ -40,7 +41,12 @@ def find(text: str) -> Solver:
     Raises:
         UsageError: There is no such solver, it cannot search, or it cannot be made with these settings.
     """
-    spec = AlgorithmSpec.of(text)
+    stock, parts = parted(text)
+    spec = AlgorithmSpec.of(stock)
+    if parts or (spec.attribute is None and spec.name not in solver_titles() and stock_class(spec.name)):
+        title = solver_titles().get(spec.name) or f"pymoo's {spec.name}" if spec.attribute is None else stock
+        with_ = f" with {' and '.join(f'{operator} as {slot}' for slot, operator in parts.items())}" if parts else ""
+        return PymooAlgorithm(text, title + with_, make_exchanged(text))
     if spec.attribute is not None:
         if spec.name in solver_titles():
             raise malformed(text, f"'{spec.attribute}' is not a setting")

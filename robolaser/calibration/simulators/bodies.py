@@ -17,7 +17,7 @@ RADIUS_M = 0.05
 
 @final
 @dataclass(frozen=True, eq=False)
-class Body:
+class RigidBody:
     """A rigid body.
 
     Attributes:
@@ -39,7 +39,7 @@ class Body:
     inertia: Array
 
 
-def bodies(text: str, moving: Collection[str]) -> Iterator[Body]:
+def bodies(text: str, moving: Collection[str]) -> Iterator[RigidBody]:
     """Each link of a URDF after the one that carries it; joints that are not listed are held at neutral."""
     tree = parse(text)
     described = {
@@ -53,7 +53,7 @@ def bodies(text: str, moving: Collection[str]) -> Iterator[Body]:
         name, above = waiting.pop(0)
         waiting += [(joint.child, joint) for joint in children.get(name, [])]
         link = tree.links[name]
-        yield Body(
+        yield RigidBody(
             name=name,
             parent=above.parent if above else None,
             T=above.origin if above else np.eye(4),

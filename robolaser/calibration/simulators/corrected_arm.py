@@ -11,6 +11,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.export import corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
 from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.urdf.parsing import parse
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
 
@@ -45,6 +46,17 @@ class CorrectedArm:
     def urdf(self) -> str:
         """With the sensor's frames, and offsets and placements of joints as they are."""
         return corrected_urdf(self.calibration) or robot_urdf(self.calibration)
+
+    @cached_property
+    def _taken(self) -> frozenset[str]:
+        tree = parse(self.urdf)
+        return frozenset((*tree.links, *tree.joints))
+
+    def unused_name(self, name: str) -> str:
+        """The name, or one like it that no link and no joint of the URDF has."""
+        while name in self._taken:
+            name += "_"
+        return name
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.calibration.simulators.bodies import RADIUS_M, Body, bodies
+from robolaser.calibration.simulators.bodies import RADIUS_M, RigidBody, bodies
 from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment, digits
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
@@ -23,10 +23,11 @@ HARD = {"solref": "0.004 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 def mjcf(calibration: Calibration) -> str | None:
     """The robot with offsets and placements as they are, and parts for what MuJoCo can move; None without a robot.
 
-    Behind a joint `X` on its axis sit `X_play`, `X_spring` and `X_follower` as far as the model has them: the joint is
-    what the encoder reads, the link is where their sum is. Backlash is a range that friction holds on the side it came
-    from; coupling an equality; compliance a spring; payload a body. What is left out is said in a comment. Joints
-    that are no columns of q are held at neutral, meshes and actuators are left out. The sensor's frames are bodies.
+    Behind a joint `X` on its axis sit `X_play`, `X_spring` and `X_follower` as far as the model has them, with a `_`
+    behind a name that the URDF has: the joint is what the encoder reads, the link is where their sum is. Backlash is a
+    range that friction holds on the side it came from; coupling an equality; compliance a spring; payload a body. What
+    is left out is said in a comment. Joints that are no columns of q are held at neutral, meshes and actuators are left
+    out. The sensor's frames are bodies.
     """
     if calibration.model.dataset.robot is None:
         return None
@@ -52,7 +53,7 @@ def mjcf(calibration: Calibration) -> str | None:
                 _joints(elements[body.name], body, arm)
         _mass(elements[body.name], body)
     if arm.payload_kg > 0:
-        payload = ET.SubElement(elements[arm.robot.flange], "body", name="payload")
+        payload = ET.SubElement(elements[arm.robot.flange], "body", name=arm.unused_name("payload"))
         ball = digits(np.full(3, 0.4 * arm.payload_kg * RADIUS_M**2))
         ET.SubElement(payload, "inertial", pos="0 0 0", mass=repr(arm.payload_kg), diaginertia=ball)
     _constraints(root, arm)
@@ -60,18 +61,20 @@ def mjcf(calibration: Calibration) -> str | None:
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _root(world: ET.Element, arm: CorrectedArm, body: Body) -> ET.Element:
+def _root(world: ET.Element, arm: CorrectedArm, body: RigidBody) -> ET.Element:
     """The body of the root link: MuJoCo's world, where it is called so and stands on nothing that gives way."""
     footing = next((part for part in arm.parts if isinstance(part, Footing)), None)
     if body.name == "world" and footing is None:
         return world
-    element = ET.SubElement(world, "body", name="footing" if body.name == "world" else body.name)
+    element = ET.SubElement(world, "body", name=arm.unused_name("footing") if body.name == "world" else body.name)
     for number, (axis, stiffness) in enumerate(zip(footing.axes, footing.stiffness, strict=True) if footing else ()):
-        ET.SubElement(element, "joint", _spring(f"footing_{number}", {"axis": digits(axis)}, float(stiffness)))
+        ET.SubElement(
+            element, "joint", _spring(arm.unused_name(f"footing_{number}"), {"axis": digits(axis)}, float(stiffness))
+        )
     return element
 
 
-def _joints(element: ET.Element, body: Body, arm: CorrectedArm) -> None:
+def _joints(element: ET.Element, body: RigidBody, arm: CorrectedArm) -> None:
     joint = body.joint
     assert joint is not None  # who calls this has looked
     line = {"axis": digits(joint.axis), "type": "slide" if joint.kind == "prismatic" else "hinge"}
@@ -82,12 +85,12 @@ def _joints(element: ET.Element, body: Body, arm: CorrectedArm) -> None:
         if isinstance(part, Footing) or part.joint != joint.name:
             continue
         if isinstance(part, Spring):
-            behind = _spring(f"{joint.name}_spring", line, arm.stiffness(part))
+            behind = _spring(arm.unused_name(f"{joint.name}_spring"), line, arm.stiffness(part))
         elif isinstance(part, Play):
             width = {"range": digits(np.array([-0.5, 0.5]) * part.width), **_hard("limit")}
-            behind = {"name": f"{joint.name}_play", **line, "armature": repr(ROTOR), **width}
+            behind = {"name": arm.unused_name(f"{joint.name}_play"), **line, "armature": repr(ROTOR), **width}
         else:
-            behind = {"name": f"{joint.name}_follower", **line, "armature": repr(ROTOR)}
+            behind = {"name": arm.unused_name(f"{joint.name}_follower"), **line, "armature": repr(ROTOR)}
         ET.SubElement(element, "joint", behind)
 
 
@@ -107,18 +110,18 @@ def _constraints(root: ET.Element, arm: CorrectedArm) -> None:
     if followers:
         equality = ET.SubElement(root, "equality")
         for part in followers:
-            tied = {"joint1": f"{part.joint}_follower", "joint2": part.other}
+            tied = {"joint1": arm.unused_name(f"{part.joint}_follower"), "joint2": part.other}
             ET.SubElement(equality, "joint", {**tied, "polycoef": f"{part.offset!r} {part.ratio!r} 0 0 0", **_hard()})
     if plays:
         tendon = ET.SubElement(root, "tendon")
         for play in plays:
             rubs = {"name": f"{play.joint}_friction", "frictionloss": repr(play.friction), **_hard("friction")}
             fixed = ET.SubElement(tendon, "fixed", rubs)
-            for joint in (play.joint, f"{play.joint}_play"):
+            for joint in (play.joint, arm.unused_name(f"{play.joint}_play")):
                 ET.SubElement(fixed, "joint", joint=joint, coef="1")
 
 
-def _mass(element: ET.Element, body: Body) -> None:
+def _mass(element: ET.Element, body: RigidBody) -> None:
     if body.mass > 0 and element.tag == "body":
         terms = body.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
         inertial = ET.Element("inertial", pos=digits(body.com), mass=repr(body.mass), fullinertia=digits(terms))

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.calibration.simulators.bodies import Body, bodies
+from robolaser.calibration.simulators.bodies import RigidBody, bodies
 from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.urdf.writing import origin_attributes
 
@@ -40,7 +40,7 @@ def _name(link: str | None) -> str:
     return "world" if link is None else "world_link" if link == "world" else link
 
 
-def _link(model: ET.Element, body: Body) -> None:
+def _link(model: ET.Element, body: RigidBody) -> None:
     link = ET.SubElement(model, "link", name=_name(body.name))
     if body.parent is not None:
         placed = origin_attributes(body.T)
@@ -55,7 +55,7 @@ def _link(model: ET.Element, body: Body) -> None:
         ET.SubElement(inertia, key).text = repr(float(tensor[i, j]))
 
 
-def _joint(model: ET.Element, body: Body) -> None:
+def _joint(model: ET.Element, body: RigidBody) -> None:
     moves = body.joint
     kind = "fixed" if moves is None else "prismatic" if moves.kind == "prismatic" else "revolute"
     joint = ET.SubElement(model, "joint", name=moves.name if moves else f"{_name(body.name)}_fixed", type=kind)

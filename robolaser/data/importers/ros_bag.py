@@ -36,7 +36,7 @@ MOST_IMAGES = 5000
 
 @final
 @dataclass(frozen=True)
-class Readings:
+class MatchedReadings:
     """The arm at the times of m measurements.
 
     Attributes:
@@ -162,7 +162,7 @@ def _images(bag: Bag, options: ImportOptions) -> Imported:
     return Imported(dataset, tuple(shown), (*readings.left_out, *words), files.contents)
 
 
-def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> Readings:
+def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> MatchedReadings:
     """The arm at times, from joint states where there is a robot, else from tf.
 
     Raises:
@@ -192,7 +192,7 @@ def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, w
     def some(values: Array | None) -> Array | None:
         return None if values is None else values[kept]
 
-    return Readings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
+    return MatchedReadings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
 
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:

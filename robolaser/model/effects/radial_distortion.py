@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from robolaser.arrays import Array
 from robolaser.model.effects.compiled_terms import RADIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
@@ -38,7 +40,7 @@ class RadialDistortion(Effect):
     def apply(self, image: Array, run: Run, /) -> Array:
         """Stretch the image, most at its corners: 0.3 px at 3 mm for the typical size and pixels of 7.4 µm."""
         r2 = image[..., :1] ** 2 + image[..., 1:] ** 2
-        higher = r2 / CORNER_M**2 if run.fitted_k2 else 1.0
+        higher = np.where(run.fitted_k2[:, None], r2 / CORNER_M**2, 1.0)
         return image * (1.0 + self.k_2[:, None, None] * r2**2 * higher)
 
     def compiled_terms(self, run: Run) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
@@ -121,9 +121,12 @@ class Run:
         return progress
 
     @cached_property
-    def fitted_k2(self) -> bool:
-        """Whether the sensor's own parameters have a second radial term."""
-        return any("k2" in sensor_class(part.kind).lens_terms(part) for part in parts_with_lens(self.dataset))
+    def fitted_k2(self) -> Bools:
+        """Whether the own parameters of each row's sensor have a second radial term, (m,); (1,) for all rows alike."""
+        parts = parts_with_lens(self.dataset)
+        fitted = np.array(["k2" in sensor_class(part.kind).lens_terms(part) for part in parts])
+        seeing = fitted[["pixel" in part.format.columns for part in parts]]
+        return seeing[:1] if seeing.all() or not seeing.any() else fitted[self.points.sensor]
 
     @cached_property
     def rise(self) -> Array | None:

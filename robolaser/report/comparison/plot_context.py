@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.result import BenchmarkResult, ProblemSummary
+from robolaser.benchmark.problem import CALIBRATION, ProblemSummary
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands

@@ -21,6 +21,7 @@ from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
+from robolaser.model.effects.radial_distortion import CORNER_M, RadialDistortion
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
 from robolaser.simulation import simulate
@@ -109,6 +110,20 @@ def test_derivatives_are_those_of_the_residuals(trackers: Dataset, effect: str) 
     x, steps = model.parameters.nominal, 1e-6 * np.ones(len(model.parameters))
     numerical = central_differences(lambda shifts: model.residuals(x + shifts), steps)
     assert np.moveaxis(jacobian(model, x[None])[0], 0, -1) == pytest.approx(numerical, abs=1e-6)
+
+
+def test_a_higher_radial_term_is_of_the_order_that_each_sensors_own_lens_lacks() -> None:
+    scanner, camera = (
+        simulate(find_robot("ur10"), kind=kind, poses=8, seed=1).dataset for kind in ("stripe", "camera")
+    )
+    both = together(scanner, {"scanner": (scanner, scanner.points), "eye": (camera, camera.points)})
+    both = replace(both, members=(replace(both.members[0], camera="scanner"), replace(both.members[1], camera="eye")))
+    run = Model(both).run
+    image, r = np.full((1, len(both.points), 2), 1e-3), np.sqrt(2e-6)
+    stretched = RadialDistortion("camera", k_2=np.array([1e7])).apply(image, run)[0, :, 0] / 1e-3 - 1.0
+    eyes = both.points.sensor == 1
+    np.testing.assert_allclose(stretched[~eyes], 1e7 * r**4)
+    np.testing.assert_allclose(stretched[eyes], 1e7 * r**6 / CORNER_M**2)
 
 
 def test_a_joint_that_is_off_is_found_by_all_sensors_together() -> None:

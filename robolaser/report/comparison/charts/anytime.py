@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.benchmark.result import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
 from robolaser.report.comparison.plot_context import PlotContext
 

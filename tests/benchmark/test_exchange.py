@@ -1,0 +1,128 @@
+"""One part of an algorithm is exchanged, and what that does is measured against all that is else alike."""
+
+import numpy as np
+import pytest
+from made_up import made_up_comparison
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.operators.crossover.sbx import SBX
+
+from robolaser.algorithms.exchanged import joined, make_exchanged, parted
+from robolaser.benchmark.exchange import effects, study
+from robolaser.benchmark.problem_specs import spec_of
+from robolaser.benchmark.single_run import run
+from robolaser.benchmark.solvers import find
+from robolaser.cli import main
+from robolaser.errors import UsageError
+from robolaser.operators import ArithmeticCrossover
+
+MINE = ArithmeticCrossover(prob=0.5)
+EXCHANGES = ["crossover=robolaser.operators:ArithmeticCrossover,SBX:eta=3", "mutation=non-uniform"]
+
+
+def test_one_part_at_a_time_or_all_combinations():
+    assert study("GA", EXCHANGES) == [
+        "GA",
+        "GA+mutation=non-uniform",
+        "GA+crossover=ArithmeticCrossover",
+        "GA+crossover=SBX:eta=3",
+    ]
+    assert len(study("GA", EXCHANGES, factorial=True)) == 6
+
+
+@pytest.mark.parametrize(
+    "exchanges", [["crossover"], ["crossover=SBX,"], ["colour=SBX"], ["crossover=SBX", "crossover=UX"]]
+)
+def test_an_exchange_that_cannot_be_read_is_answered_by_what_was_expected(exchanges):
+    with pytest.raises(UsageError, match="expected a slot"):
+        study("GA", exchanges)
+
+
+@pytest.mark.parametrize(
+    ("operator", "kind"),
+    [
+        ("SBX:eta=3", SBX),
+        ("sbx", SBX),
+        ("ArithmeticCrossover", ArithmeticCrossover),
+        (f"{__name__}:MINE", ArithmeticCrossover),
+    ],
+)
+def test_an_operator_is_found_by_any_of_its_names(operator, kind):
+    algorithm = make_exchanged(f"GA:pop_size=30+crossover={operator}")()
+    assert isinstance(algorithm, GA)
+    assert isinstance(algorithm.mating.crossover, kind)
+    assert algorithm.pop_size == 30
+
+
+def test_names_part_and_join_again():
+    parts = {"crossover": "SBX:eta=3", "mutation": "PM"}
+    assert parted(joined("ga:pop_size=30", parts)) == ("ga:pop_size=30", parts)
+
+
+@pytest.mark.parametrize(
+    "slot", ["sampling=LHS", "selection=roulette", "crossover=SBX", "mutation=PM", "survival=elitist"]
+)
+@pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "NSGA2"])
+def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
+    make_exchanged(f"{stock}+{slot}")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("GA+crossover=SBY", "No crossover 'SBY'"),
+        ("GA+crossover=SBX:colour=1", "unexpected keyword argument 'colour'"),
+        ("GA+crossover=SBX+crossover=UX", "exchanged twice"),
+        ("GB+crossover=SBX", "cannot be exchanged"),
+        ("ga:bb=2+crossover=SBX", "bb"),
+        ("cmaes+crossover=SBX", "cmaes has no place for another crossover"),
+    ],
+)
+def test_what_cannot_be_exchanged_is_said(text, said):
+    with pytest.raises(UsageError, match=said):
+        find(text)
+
+
+def test_stock_algorithms_take_part_by_their_own_names():
+    assert isinstance(find("NSGA2")._make(), NSGA2)
+    with pytest.raises(UsageError, match="Did you mean 'rcga'"):
+        find("rgca")
+
+
+def test_an_exchanged_algorithm_runs_and_repeats_itself():
+    sphere, text = spec_of("pymoo:sphere-3").problem(), "GA+crossover=ArithmeticCrossover+mutation=non-uniform"
+    one, again = (run(sphere, find(text), seed=1, budget=500, time_limit_s=60.0) for _ in range(2))
+    assert one.evaluations == 500
+    assert one.trace.costs.tolist() == again.trace.costs.tolist()
+    assert find(text).title == "pymoo's GA with ArithmeticCrossover as crossover and non-uniform as mutation"
+
+
+def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
+    speeds = {"GA": 1.0, "GA+crossover=X": 3.0, "GA+mutation=M": 1.0, "GA+crossover=X+mutation=M": 3.0, "other": 9.0}
+    result = made_up_comparison(speeds, seeds=12)
+    frame = effects(result, "calibration").set_index("operator")
+    assert list(frame.index) == ["X", "M"]
+    assert frame.strata.tolist() == [4, 4]
+    assert frame.loc["X", "superiority_lower"] > 0.9
+    assert frame.loc["X", "ratio_upper"] < 1.0
+    assert frame.loc["X", "ratio"] == pytest.approx(1 / 3, rel=0.25)
+    assert frame.loc["X", "p_adjusted"] < 1e-6
+    assert frame.loc["M", "superiority_lower"] < 0.5 < frame.loc["M", "superiority_upper"]
+    assert frame.loc["M", "p"] > 0.05
+    assert (frame.p_adjusted >= frame.p).all()
+    assert len(effects(made_up_comparison({"GA": 1.0, "de": 2.0}), "calibration")) == 0
+
+
+def test_a_part_without_effect_is_hardly_ever_called_one():
+    speeds = {"GA": 1.0, "GA+crossover=X": 1.0}
+    results = [made_up_comparison(speeds, seeds=6, problems=(f"p{i}", f"q{i}")) for i in range(40)]
+    p = [effects(result, "calibration").p[0] for result in results]
+    assert np.mean(np.array(p) < 0.05) <= 0.15
+
+
+def test_a_study_is_one_line(tmp_path, capsys):
+    typed = ["--stock", "GA:pop_size=20", "--exchange", "crossover=ArithmeticCrossover,SBX", "--seeds", "2"]
+    assert main(["compare", "pymoo:sphere-2", *typed, "--budget", "200", "--output", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert "GA:pop_size=20 with ArithmeticCrossover as crossover: better in" in shown
+    assert main(["compare", "paper", "--stock", "GA", "--output", str(tmp_path / "new")]) == 2
