@@ -34,9 +34,9 @@ NUMBER = r"(-?\d{1,9})"
 PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
-PITCH_OFF = np.deg2rad(2.0)
+PITCH_OFF = float(np.deg2rad(2.0))
 """Largest difference of two pitches that are the same: signs and what counts as upside down differ."""
-PITCH_CHANGED = np.deg2rad(6.0)
+PITCH_CHANGED = float(np.deg2rad(6.0))
 """Change of a pitch from which on it is no chance that it follows from the counts as on an ER V plus."""
 SPOILT = 4
 """A disturbed line seldom spoils the pitch so often in a row."""
