@@ -119,10 +119,7 @@ _ALL = (
     ),
     NamedAlgorithm("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
     NamedAlgorithm(
-        "isres",
-        "pymoo's improved stochastic ranking strategy",
-        _stock("isres", "ISRES"),
-        (*_ES, share("alpha")),
+        "isres", "pymoo's improved stochastic ranking strategy", _stock("isres", "ISRES"), (*_ES, share("alpha"))
     ),
     NamedAlgorithm(
         "g3pcx",

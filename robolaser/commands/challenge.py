@@ -93,10 +93,7 @@ def new(
     keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
     with keeping():
         pass  # it may be written there; until it is, the folder is anybody's
-    with (
-        results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim,
-        terminal.progress() as tell,
-    ):
+    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
         names = make(
             folder,
             sources,

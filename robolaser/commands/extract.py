@@ -89,13 +89,7 @@ def extract(
 
 
 def _points(
-    recording: "Dataset",
-    source: Path,
-    output: Path | None,
-    copied: Sequence[str],
-    seen: Light,
-    *,
-    terminal: Terminal,
+    recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], seen: Light, *, terminal: Terminal
 ) -> None:
     from robolaser.data.result_folder import write_results
     from robolaser.data.writing import point_texts, texts_of
@@ -168,13 +162,7 @@ def _corners(
 
 
 def _stripes(
-    recording: "Dataset",
-    source: Path,
-    output: Path | None,
-    copied: Sequence[str],
-    seen: Light,
-    *,
-    terminal: Terminal,
+    recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], seen: Light, *, terminal: Terminal
 ) -> None:
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.stripe_file import write_stripes

@@ -25,12 +25,7 @@ CROWDED = 1e-11
 
 
 def fit(
-    model: Model,
-    start: Array,
-    *,
-    weights: str = "plain",
-    loss: str = "square",
-    solver: LeastSquaresSolver = DEFAULT,
+    model: Model, start: Array, *, weights: str = "plain", loss: str = "square", solver: LeastSquaresSolver = DEFAULT
 ) -> tuple[Problem, Array, int]:
     """Fit all rows from a good start.
 

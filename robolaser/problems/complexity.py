@@ -181,10 +181,7 @@ def _folds(model: Neighbourhood, additions: Sequence[Addition], fold: Ints, reac
         missed = (plain[fold == k] - turned[fold == k] @ moves).reshape(-1, plain.shape[-1])
         gaps.append(missed.T @ missed)
     gap, normal = np.stack(gaps), np.stack(normals)
-    return _Folds(
-        (gap[:, :-1, :-1], gap[:, :-1, -1], gap[:, -1, -1]),
-        (normal[:, :-1, :-1], normal[:, :-1, -1]),
-    )
+    return _Folds((gap[:, :-1, :-1], gap[:, :-1, -1], gap[:, -1, -1]), (normal[:, :-1, :-1], normal[:, :-1, -1]))
 
 
 def _solve(square: Array, right: Array, inside: Bools) -> Array:

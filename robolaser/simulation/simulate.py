@@ -165,14 +165,7 @@ def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
     """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated."""
     return simulate(
-        robot,
-        poses=5,
-        points=5,
-        noise=Noise(target_m=3e-4),
-        stated=Noise(),
-        effects=effects,
-        name="paper",
-        seed=seed,
+        robot, poses=5, points=5, noise=Noise(target_m=3e-4), stated=Noise(), effects=effects, name="paper", seed=seed
     )
 
 

@@ -70,11 +70,7 @@ class NoiseModel:
     def of_rows(self, rows: Ints) -> "NoiseModel":
         """The noise of some rows, whole poses of them."""
         sources = (
-            replace(
-                source,
-                effect=source.effect[rows],
-                group=np.unique(source.group[rows], return_inverse=True)[1],
-            )
+            replace(source, effect=source.effect[rows], group=np.unique(source.group[rows], return_inverse=True)[1])
             for source in self.sources
         )
         return replace(self, sources=tuple(sources))

@@ -66,15 +66,7 @@ def measure(runs: Runs) -> Profiles:
     return Profiles(centre, std, width, foot, light, peak, ground, full.astype(np.int64), low - centre)
 
 
-def _measured(
-    across: Image,
-    line: Ints,
-    first: Ints,
-    last: Ints,
-    ground: Array,
-    reach: int,
-    moments: Array,
-) -> None:
+def _measured(across: Image, line: Ints, first: Ints, last: Ints, ground: Array, reach: int, moments: Array) -> None:
     """The twin of `profile_loops.measured`, which says what it takes."""
     length = across.shape[1]
     mid_column = (first + last) // 2
