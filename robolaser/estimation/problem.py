@@ -32,6 +32,7 @@ class Problem:
             may differ freely. None: all may.
         row_size: Standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and
             known distances bind as their noise says; None: as at the nominal values.
+        shift: A constant that is added to the residuals, (K,).
     """
 
     model: Model
@@ -40,6 +41,7 @@ class Problem:
     loss: Loss = SQUARE
     prior: Array | None = None
     row_size: float | None = None
+    shift: Array | None = None
 
     @classmethod
     def of(
@@ -114,7 +116,8 @@ class Problem:
 
     def residuals(self, x: Array) -> Array:
         """Whitened residuals, (c, d) -> (c, K)."""
-        return self.whitened(self.plain(x))
+        white = self.whitened(self.plain(x))
+        return white if self.shift is None else white + self.shift
 
     def whitened(self, plain: Array) -> Array:
         """Plain residuals (c, m, k) as the problem weighs them, (c, K)."""
@@ -184,11 +187,11 @@ class Problem:
     def blocks(self) -> tuple[tuple[Ints, "Problem"], ...]:
         """The rows in blocks of whole poses, so that little is kept of large data: row numbers (m,), and their problem.
 
-        Extra rows belong to the whole alone.
+        Extra rows belong to the whole alone; shifted rows are one block.
         """
-        parts = blocks_of(self.model)
-        if len(parts) == 1:
-            return ((parts[0].rows, self),)
+        parts = blocks_of(self.model) if self.shift is None else ()
+        if len(parts) <= 1:
+            return ((np.arange(self.rows, dtype=np.int64), self),)
         return tuple(
             (
                 part.rows,
