@@ -75,10 +75,10 @@ def find_start(
     try:
         return _start(model, plan, state=state, resume=resume, tell=progress or (lambda what, share: None))
     except EstimationError as error:
-        said = misread_joints(model, np.inf)
-        if said is None:
+        sentence = misread_joints(model, np.inf)
+        if sentence is None:
             raise
-        raise EstimationError(f"{said} As it is: {error}") from None
+        raise EstimationError(f"{sentence} As it is: {error}") from None
 
 
 def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:

@@ -150,8 +150,8 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(_kind(read))
     _check(read, declared)
-    said = {key: value for key, value in read.sensor.items() if key != "kind"}
-    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",))
+    own_keys = {key: value for key, value in read.sensor.items() if key != "kind"}
+    options: Any = typed(own_keys, declared.options or SensorTable, file=FILE, at=("sensor",))
     image = read.image if "image" in declared.tables else None
     return Dataset(
         name=read.name or folder.resolve().name,

@@ -67,15 +67,15 @@ def _member(
 ) -> Member:
     tables = {key: value for key, value in entry.items() if key in TABLES and isinstance(value, dict)}
     own = {key: value for key, value in entry.items() if key in SensorEntry.__annotations__ and key not in tables}
-    said = typed(own, SensorEntry, file=FILE, at=("sensors", number))
+    read = typed(own, SensorEntry, file=FILE, at=("sensors", number))
     kind = {key: value for key, value in entry.items() if key not in own and key not in tables}
     shared = {key: value for key, value in contents.items() if key not in ("sensors", "parameters", *tables)}
     try:
-        one = described({**shared, **tables, "sensor": {"kind": said.kind, **kind}})
+        one = described({**shared, **tables, "sensor": {"kind": read.kind, **kind}})
     except DataError as error:
-        raise DataError(f"{error} (sensor {said.name})", file=FILE, column=f"[[sensors]] {said.name}") from None
-    camera = said.camera or (said.name if one.kind == "camera" else "camera")
-    return Member(said.name, one, said.points, camera, said.target or "target")
+        raise DataError(f"{error} (sensor {read.name})", file=FILE, column=f"[[sensors]] {read.name}") from None
+    camera = read.camera or (read.name if one.kind == "camera" else "camera")
+    return Member(read.name, one, read.points, camera, read.target or "target")
 
 
 def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:

@@ -132,7 +132,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
         unmoved = np.zeros((folds.count, len(x)))
         fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough, slopes)
         if len(going):
-            kept, hopeless = folds.of_row != going[:, None], _in_a_valley if enough else None
+            kept, hopeless = folds.of_row != going[:, None], _many_steps if enough else None
             ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough, hopeless=hopeless)
             fits[going], evaluations = ends.x, evaluations + ends.evaluations
     else:
@@ -143,7 +143,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
     return FoldFits(errors, fits, evaluations + folds.count)
 
 
-def _in_a_valley(cost: Array, converged: Bools, steps: Ints) -> Bools:
+def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
     return np.asarray(steps >= MOST_STEPS)
 
 

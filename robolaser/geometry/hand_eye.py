@@ -109,7 +109,7 @@ def _mean(R: Array) -> Array:
     return nearest
 
 
-def too_few_turns(T_base_flange: Array) -> str:
+def undetermined_reason(T_base_flange: Array) -> str:
     """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
     about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
     if about_second >= LEAST_TURN:

@@ -32,8 +32,8 @@ def progress(algorithm: Any, last_generation: float | None = None) -> float:
     budgets = [leaf for leaf in leaves if _limits([leaf], "n_max_evals") or _limits([leaf], "max_time")]
     if budgets:
         return _share(max(leaf.perc for leaf in budgets))
-    said = [getattr(leaf, "perc", 0.0) for leaf in leaves if not isinstance(leaf, _CONVERGENCE)]
-    return _share(max([k / HORIZON, *said]))
+    shares = [getattr(leaf, "perc", 0.0) for leaf in leaves if not isinstance(leaf, _CONVERGENCE)]
+    return _share(max([k / HORIZON, *shares]))
 
 
 def _leaves(termination: Any) -> Iterator[Any]:

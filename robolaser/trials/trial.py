@@ -180,15 +180,15 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         TrialError: It is none.
     """
     try:
-        said = read_json(path)
+        contents = read_json(path)
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
-    if not isinstance(said, dict) or said.get("format") != _FORMAT:
+    if not isinstance(contents, dict) or contents.get("format") != _FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
-    missing = [key for key in _NEEDED if key not in said]
+    missing = [key for key in _NEEDED if key not in contents]
     if missing:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
-    return said
+    return contents
 
 
 def _no_diagnosis(path: Path, why: str) -> TrialError:

@@ -159,9 +159,9 @@ def _as_points(
         pixel=np.concatenate([grid[one] for grid, one in zip(grids, there, strict=True)]),
         xyz=np.concatenate([place[one] for one in there]),
     )
-    told = {id(one): SeenTarget(one.pose, counts[i], rms[i]) for i, one in enumerate(seen)}
-    words = [told.get(id(one), SeenTarget(one.pose, 0, float("nan"))) for one in found]
-    return words, replace(recording, points=points)
+    seen_by_id = {id(one): SeenTarget(one.pose, counts[i], rms[i]) for i, one in enumerate(seen)}
+    per_image = [seen_by_id.get(id(one), SeenTarget(one.pose, 0, float("nan"))) for one in found]
+    return per_image, replace(recording, points=points)
 
 
 def _settled(recording: Dataset, board: Board, seen: Sequence[_Found], *, staggered: bool) -> list[Array]:

@@ -135,18 +135,18 @@ def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
     return found
 
 
-def pose_readings(dataset: Dataset, file: str, said: str, named: str) -> list[Reading]:
+def pose_readings(dataset: Dataset, file: str, origin: str, named: str) -> list[Reading]:
     """How the columns of poses.csv came about, of readings that are all from one field."""
     poses, found = dataset.poses, [Reading("poses.csv", "pose", file, f"({named})")]
     if poses.time_s is not None:
         found.append(Reading("poses.csv", "time_s", file, "time", "s"))
     if dataset.robot is None:
-        return found + [Reading("poses.csv", column, file, said, _unit(column)) for column in FLANGE_COLUMNS]
+        return found + [Reading("poses.csv", column, file, origin, _unit(column)) for column in FLANGE_COLUMNS]
     units = ["m" if slides else "rad" for slides in dataset.robot.prismatic]
     for prefix, values, per in (("q", poses.q, ""), ("qd", poses.qd, "/s")):
         if values is not None:
             found += [
-                Reading("poses.csv", f"{prefix}_{joint}", file, said, unit + per)
+                Reading("poses.csv", f"{prefix}_{joint}", file, origin, unit + per)
                 for joint, unit in zip(dataset.robot.joints, units, strict=True)
             ]
     return found

@@ -86,7 +86,7 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
 
 
 def with_readings(
-    known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, said: str = ""
+    known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, source: str = ""
 ) -> tuple[Ints, tuple[str, ...]]:
     """Numbers of the measurements that have readings of the arm, and what to say of the others.
 
@@ -96,12 +96,12 @@ def with_readings(
         tolerance_s: How far readings may be.
         file: Where measurements are from.
         what: What is measured, in the singular.
-        said: Where readings are from.
+        source: Where readings are from.
 
     Raises:
         DataError: None has any.
     """
-    of = f" ({said})" if said else ""
+    of = f" ({source})" if source else ""
     if not known.any():
         nearest = f"{away_s.min():.3g} s away" if len(away_s) else f"none: there is no {what}"
         raise DataError(

@@ -159,11 +159,11 @@ def _makers() -> list[str]:
 
 @lru_cache
 def _entry(file: Path) -> RobotEntry:
-    said = tomllib.loads(file.read_text(encoding="utf-8"))
-    rows = tuple(said.pop("rows", ()))
-    joints = said.pop("joints", [row["joint"] for row in rows if "joint" in row])
-    aliases = tuple(said.pop("aliases", ()))
-    return RobotEntry(name=file.stem, joints=tuple(joints), aliases=aliases, rows=rows, **said)
+    contents = tomllib.loads(file.read_text(encoding="utf-8"))
+    rows = tuple(contents.pop("rows", ()))
+    joints = contents.pop("joints", [row["joint"] for row in rows if "joint" in row])
+    aliases = tuple(contents.pop("aliases", ()))
+    return RobotEntry(name=file.stem, joints=tuple(joints), aliases=aliases, rows=rows, **contents)
 
 
 def _folders(package: str) -> list[Path]:

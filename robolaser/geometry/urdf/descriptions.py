@@ -37,12 +37,12 @@ def load_description(path: Path, options: DescriptionOptions | None = None) -> s
         DataError: It cannot be read.
         DependencyMissing: A package that reads it is not installed.
     """
-    said = options or DescriptionOptions()
+    stated = options or DescriptionOptions()
     if path.suffix in (".csv", ".toml"):
-        return read_dh_table(path, said.dh)
+        return read_dh_table(path, stated.dh)
     text = load_text(path)
     if "<mujoco" in text[:_BEGINNING]:
         return mjcf_urdf(path)
     if path.suffix == ".xacro" or "<xacro:" in text:
-        return expanded(path, said.xacro)
+        return expanded(path, stated.xacro)
     return text

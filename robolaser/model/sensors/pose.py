@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
-from robolaser.geometry.hand_eye import robot_world_hand_eye, too_few_turns
+from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
 from robolaser.geometry.rigid_motion import (
     angle_axes,
     common_length,
@@ -76,7 +76,7 @@ class Pose(Sensor):
 
     def undetermined(self, T_base_flange: Array) -> str:
         """The flange must turn about two axes."""
-        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
-from robolaser.geometry.hand_eye import too_few_turns
+from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import angle_axes, apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
@@ -88,7 +88,7 @@ class Profile(Sensor):
 
     def undetermined(self, T_base_flange: Array) -> str:
         """The flange must turn about two axes."""
-        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls."""
