@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.errors import PlanError
-from robolaser.estimation.board_views import BoardView, board_view
+from robolaser.estimation.board_visibility import BoardView, board_view
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
