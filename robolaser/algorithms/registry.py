@@ -159,8 +159,7 @@ POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
 
 
-GROUP = "robolaser.algorithms"
-"""Entry points under which installed packages announce pymoo algorithms."""
+GROUP = "robolaser.algorithms"  # entry points under which installed packages announce pymoo algorithms
 
 
 @cache

@@ -7,8 +7,7 @@ from typing import final
 
 from robolaser.errors import RobolaserError, UsageError, near
 
-Value = int | float | bool | str | None
-"""A setting's value."""
+Value = int | float | bool | str | None  # a setting's value
 
 _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 

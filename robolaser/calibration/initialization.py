@@ -24,8 +24,7 @@ from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
-AT_ONCE = 4
-"""Members of a population that descend together."""
+AT_ONCE = 4  # members of a population that descend together
 
 
 def no_finite_residuals() -> EstimationError:

@@ -19,12 +19,9 @@ from robolaser.model.forward_model import Model
 FALLS = 5.0
 """Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
 leave centimetres or more, the largest effects of the library millimetres."""
-BEST = 3.0
-"""Factor by which the error of any other hypothesis must be larger: else it is not known what is wrong."""
-FAR_OUTSIDE = 1.0
-"""How far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`."""
-STEPS = 12
-"""Of each descent; an error that has not fallen by then is no sign."""
+BEST = 3.0  # factor by which the error of any other hypothesis must be larger: else it is not known what is wrong
+FAR_OUTSIDE = 1.0  # how far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`
+STEPS = 12  # of each descent; an error that has not fallen by then is no sign
 COARSE = 1e-6
 DEGREE = np.pi / 180.0
 

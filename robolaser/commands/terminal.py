@@ -12,8 +12,7 @@ from cyclopts import Group, Parameter
 
 from robolaser.report.printable import printable
 
-PATIENCE_S = 2.0
-"""What takes longer shows its progress."""
+PATIENCE_S = 2.0  # what takes longer shows its progress
 
 
 def say(text: str) -> None:
@@ -86,5 +85,4 @@ class Terminal:
             bar.stop()
 
 
-TERMINAL = Terminal()
-"""Text on standard output, progress on a terminal."""
+TERMINAL = Terminal()  # text on standard output, progress on a terminal

@@ -9,12 +9,9 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
 from robolaser.errors import DataError
 
-LIT = "image"
-"""Column of poses.csv with the first image taken with the laser on."""
-UNLIT = "image_off"
-"""Column with the image taken with the laser off."""
-REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")
-"""Columns with further images of the unmoved arm, laser on."""
+LIT = "image"  # column of poses.csv with the first image taken with the laser on
+UNLIT = "image_off"  # column with the image taken with the laser off
+REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")  # columns with further images of the unmoved arm, laser on
 
 
 @final

@@ -20,8 +20,7 @@ FILE = "poses.csv"
 FLANGE_COLUMNS = (*XYZ, "qx", "qy", "qz", "qw")
 OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
 FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
-IMAGES = "image"
-"""Columns whose names begin so hold paths of images."""
+IMAGES = "image"  # columns whose names begin so hold paths of images
 MOST_NAMED = 5
 
 

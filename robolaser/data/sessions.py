@@ -9,8 +9,7 @@ T = TypeVar("T")
 
 OWN = ("base.*", "target.*", "socket.*", "ball.*")
 """Parameters that are each session's own unless `[sessions] own` says otherwise: where things were put."""
-FEWEST_POSES = 3
-"""Poses with points that each session must have: fewer leave the place of its base or target open."""
+FEWEST_POSES = 3  # poses with points that each session must have: fewer leave the place of its base or target open
 
 
 @final

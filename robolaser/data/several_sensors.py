@@ -15,10 +15,8 @@ from robolaser.errors import DataError
 FILE = "dataset.toml"
 TABLES = ("scanner", "image", "board", "target", "noise")
 """Tables of dataset.toml that a sensor may have for itself, as `[sensors.noise]`; else it has those of all."""
-CORNERS = "corners.csv"
-"""Where `extract` writes the corners that a stripe scanner's images show."""
-USUAL_M_PER_PX = 1e-4
-"""What a pixel shows where the points of no pose tell."""
+CORNERS = "corners.csv"  # where `extract` writes the corners that a stripe scanner's images show
+USUAL_M_PER_PX = 1e-4  # what a pixel shows where the points of no pose tell
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
 

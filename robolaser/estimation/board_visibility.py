@@ -20,8 +20,7 @@ from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
 
-NEAR, FAR = 1.3, 2.5
-"""Distances of the board, in distances at which it would just fill the image."""
+NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would just fill the image
 MARGIN = 0.04  # of the image, left free around the board
 ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
 ALONG = 7  # points of the stripe that stand for all of them
@@ -34,8 +33,7 @@ class BoardView(ABC):
     robot: Robot
     board: Board
 
-    error: ClassVar[float]
-    """Usual error of a row [its unit]."""
+    error: ClassVar[float]  # usual error of a row [its unit]
 
     @abstractmethod
     def tried(self, count: int, rng: np.random.Generator) -> Array:

@@ -21,8 +21,7 @@ that of a uniform distribution between them."""
 WEAK_LOADING = 0.2
 """Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
 
-UNIFORM = 12**-0.5
-"""Standard deviation of a number that lies anywhere in an interval, as a share of its width."""
+UNIFORM = 12**-0.5  # standard deviation of a number that lies anywhere in an interval, as a share of its width
 
 
 @final

@@ -13,8 +13,7 @@ from robolaser.estimation.least_squares import LeastSquares
 from robolaser.estimation.solver import solve
 from robolaser.plugins import announced
 
-GROUP: Final = "robolaser.solvers"
-"""Entry points under which installed packages announce solvers."""
+GROUP: Final = "robolaser.solvers"  # entry points under which installed packages announce solvers
 
 
 class LeastSquaresSolver(ABC):

@@ -12,12 +12,9 @@ from robolaser.estimation.r_factor import triangle
 from robolaser.finite_differences import differences
 from robolaser.model.effects.effect import CandidateEffect
 
-STEP = 1e-3
-"""Of a derivative by an effect's parameter, in units of its prior scale."""
-TOUCH = 1e-6
-"""Distance from a bound, as a share of the range, up to which a parameter stands on it."""
-RANK = 1e-12
-"""Singular values below this share of the largest belong to directions that move no row."""
+STEP = 1e-3  # of a derivative by an effect's parameter, in units of its prior scale
+TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter stands on it
+RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
 
 
 @final

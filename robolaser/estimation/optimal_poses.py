@@ -20,8 +20,7 @@ BATCHES = 60  # for so many candidates as usual, and more in proportion
 UNSURE_M = 0.03  # distance, in each direction, by which the board may lie elsewhere than it is stated to
 SHIFTS_M = UNSURE_M * np.concatenate([np.eye(3), -np.eye(3)])
 MOST_TRIED = 1800  # candidates, after which no more are sought that leave so much room
-Allowed = Callable[[Array], Bools]
-"""Postures (n, j) to whether the arm may stand there, (n,)."""
+Allowed = Callable[[Array], Bools]  # postures (n, j) to whether the arm may stand there, (n,)
 MOST_SWAPS = 200
 
 

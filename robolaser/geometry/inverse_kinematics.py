@@ -11,8 +11,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
 
-Forward = Callable[[Array], Array]
-"""Joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm."""
+Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
 
 NEWTON_STEPS = 40
 NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]

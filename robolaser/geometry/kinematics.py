@@ -16,8 +16,7 @@ from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
 
-DOWN = (0.0, 0.0, -9.81)
-"""Gravity in the frame of a base that stands upright [m/s²]."""
+DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
 
 
 @final
@@ -29,28 +28,17 @@ class Robot:
     """
 
     name: str
-    joints: tuple[str, ...]
-    """The moving joints, in the order of the columns of q."""
-    flange: str
-    """The link that carries the sensor."""
-    gravity: tuple[float, float, float]
-    """In the base frame [m/s²]."""
-    urdf: str
-    """The URDF as it was read."""
-    lower: Array
-    """(j,) [rad] or [m]; -inf for continuous joints."""
-    upper: Array
-    """(j,) [rad] or [m]; inf for continuous joints."""
-    placements: Array
-    """Each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral."""
-    axes: Array
-    """Unit axis in the joint frame, (j, 3)."""
-    prismatic: Bools
-    """(j,)"""
-    end: Array
-    """Last joint of the chain to flange, (4, 4)."""
-    chain: tuple[int, ...]
-    """Indices into `joints` of those that move the flange, from base to flange."""
+    joints: tuple[str, ...]  # the moving joints, in the order of the columns of q
+    flange: str  # the link that carries the sensor
+    gravity: tuple[float, float, float]  # in the base frame [m/s²]
+    urdf: str  # the URDF as it was read
+    lower: Array  # (j,) [rad] or [m]; -inf for continuous joints
+    upper: Array  # (j,) [rad] or [m]; inf for continuous joints
+    placements: Array  # each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral
+    axes: Array  # unit axis in the joint frame, (j, 3)
+    prismatic: Bools  # (j,)
+    end: Array  # last joint of the chain to flange, (4, 4)
+    chain: tuple[int, ...]  # indices into `joints` of those that move the flange, from base to flange
 
     @classmethod
     def from_urdf(

@@ -9,8 +9,7 @@ from pymoo.termination.delta import DeltaToleranceTermination
 from pymoo.termination.fmin import MinimumFunctionValueTermination
 from pymoo.termination.indicator import IndicatorTermination
 
-HORIZON = 10_000
-"""Generations that a run is taken to last where nothing says so: Lee et al.'s stop."""
+HORIZON = 10_000  # generations that a run is taken to last where nothing says so: Lee et al.'s stop
 
 _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunctionValueTermination)
 """Their share says how little still changes, which is no clock: it starts near 1 where costs are small."""

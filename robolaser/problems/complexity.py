@@ -11,10 +11,8 @@ from pymoo.core.repair import Repair
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import AlgorithmError
 
-IN_THE_MODEL = 0.5
-"""Inclusion number above which an effect is in the model."""
-SEEN = 1e-9
-"""Share of the largest singular value, or eigenvalue, below which the data see nothing of a combination."""
+IN_THE_MODEL = 0.5  # inclusion number above which an effect is in the model
+SEEN = 1e-9  # share of the largest singular value, or eigenvalue, below which the data see nothing of a combination
 
 
 @final

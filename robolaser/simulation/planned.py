@@ -15,14 +15,11 @@ from robolaser.parameters import Values
 from robolaser.simulation.sensors import simulated_sensor
 from robolaser.simulation.setup import Mount, RandomStreams, SensorSetup
 
-DRAWN = 8
-"""Sensors that are drawn, at most: how one is mounted decides what it sees."""
-TRIED = 4
-"""Planned poses, and poses that see a target, by pairs of which it is placed."""
+DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
+TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
 MOVED = 1e-6
 """Change of a joint [rad or m], from which on something else is measured: an arm in a socket stands as that has it."""
-ENOUGH = 0.9
-"""Share of the poses that see the target, from which on no other place is tried."""
+ENOUGH = 0.9  # share of the poses that see the target, from which on no other place is tried
 
 
 @final

@@ -67,10 +67,8 @@ KINDS: dict[str, Kind] = {
 }
 """By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
 share."""
-USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}
-"""Share of each kind where none is asked for."""
-IN_IMAGES = ("outliers", "shared_noise")
-"""Kinds that a tracker knows nothing of."""
+USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}  # share of each kind where none is asked for
+IN_IMAGES = ("outliers", "shared_noise")  # kinds that a tracker knows nothing of
 TRACKED = ("none", "single", "several", "repeatability", "growing_noise", "small_errors", "unknown")
 """What may be wrong with an arm that a tracker sees."""
 

@@ -13,8 +13,7 @@ FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
 SURE = 0.9  # a probability by which people act
 LIKELY = 0.5
 NORMAL_95 = 1.959964
-UNKNOWN = "unknown"
-"""The class of causes that no effect of the library describes."""
+UNKNOWN = "unknown"  # the class of causes that no effect of the library describes
 
 _CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
 _AMPLITUDES = {effect.name: {each.name for each in effect.amplitudes()} for effect in EFFECTS}

@@ -12,8 +12,7 @@ from robolaser.trials.outcome import FLOOR, Outcome
 FORMAT = "robolaser-score/1"
 TARGETS = {"one": 0.97, "confusable": 0.98, "none": 0.98, "outliers": 0.98, "several": 0.9, "unknown": 0.9}
 """What one may ask for in each group of worlds."""
-BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
-"""Edges of the reliability curve."""
+BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
 
 
 def share(hits: Sequence[bool]) -> dict[str, Any]:

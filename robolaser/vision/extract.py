@@ -22,10 +22,8 @@ POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
-MUCH = 0.05
-"""Share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much."""
-SQUARES_BEYOND = 0.9
-"""Squares beyond the inner corners that surely are the board: it has a whole one there."""
+MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
+SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
 
 
 @final

@@ -9,21 +9,17 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-FEWEST_VIEWS = 3
-"""Boards from which focal length and distortion are told apart at all."""
-MOST_VIEWS = 40
-"""Boards, spread over the recording, that the lens is found from; more cost much and add little."""
+FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
+MOST_VIEWS = 40  # boards, spread over the recording, that the lens is found from; more cost much and add little
 FREED_SIGMAS = 5.0
 """Standard deviations by which what a freer lens frees must leave the place where a stiffer one holds it.
 
 That many, since a print's errors are alike in all views and look surer than chance would let them.
 """
-FOCAL_RANGE = (0.3, 30.0)
-"""Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
+FOCAL_RANGE = (0.3, 30.0)  # focal lengths [image widths] that lenses have; a fit outside them saw too little tilt
 STRAY_MEDIANS = 5.0
 """Distance of a corner from where the plane puts it, in medians of all, beyond which the stripe has dragged it off."""
-STRAY_LEAST_PX = 0.3
-"""The same at least [px]."""
+STRAY_LEAST_PX = 0.3  # the same at least [px]
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 _CENTRE, _K2 = (2, 3), (5,)  # among OpenCV's intrinsics: fx fy cx cy k1 k2 ...
 MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (

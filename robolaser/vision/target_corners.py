@@ -17,12 +17,9 @@ from robolaser.vision.circle_grid import find_circles, lattice
 from robolaser.vision.images import read_grey
 from robolaser.vision.lens import find_lens, view_board
 
-FEWEST = 4
-"""Corners of which an image must show at least so many: fewer say nothing of where the board stands."""
-ENOUGH = 8
-"""Corners from which an image helps to find the lens, and is told how well it fits the pattern."""
-MOST_TURNS = 2
-"""Ways to lay the frame on a target: of more it is not known which is the same from image to image."""
+FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
+ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
+MOST_TURNS = 2  # ways to lay the frame on a target: of more it is not known which is the same from image to image
 
 
 @final

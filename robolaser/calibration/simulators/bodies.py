@@ -11,8 +11,7 @@ from robolaser.arrays import Array
 from robolaser.geometry.urdf.parsing import origin_of, parse, read_xml
 from robolaser.geometry.urdf.tree import Joint
 
-RADIUS_M = 0.05
-"""Of the ball that stands for a body whose inertia no body can have."""
+RADIUS_M = 0.05  # of the ball that stands for a body whose inertia no body can have
 
 
 @final

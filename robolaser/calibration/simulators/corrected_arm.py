@@ -16,8 +16,7 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
 
 SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
-SOFTEST = 1e-12
-"""Least compliance [rad/Nm] that is a spring at all."""
+SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all
 
 
 @final

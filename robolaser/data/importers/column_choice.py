@@ -15,14 +15,11 @@ POINTS: Final = "points"
 QUATERNION = ("qx", "qy", "qz", "qw")
 EULER = ("euler_1", "euler_2", "euler_3")
 ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
-ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)
-"""Ways to state how the flange is turned, any one of them."""
-TEXT: Final = None
-"""In place of a quantity: the column holds texts."""
+ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the flange is turned, any one of them
+TEXT: Final = None  # in place of a quantity: the column holds texts
 
 Quantities = Mapping[str, str | None]
-Chosen = Mapping[str, str]
-"""Column of a file by the column of the data set."""
+Chosen = Mapping[str, str]  # column of a file by the column of the data set
 
 
 def pose_quantities(options: ImportOptions) -> Quantities:

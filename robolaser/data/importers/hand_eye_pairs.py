@@ -17,13 +17,11 @@ from robolaser.parameters import Parameter
 
 Mount = Literal["flange", "base"]
 MOUNTS: tuple[Mount, ...] = ("flange", "base")
-MOUNT: Final = "mount"
-"""Option that says what carries the camera."""
+MOUNT: Final = "mount"  # option that says what carries the camera
 BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}
 """What the flange carries: the body whose poses are measured."""
 SIX = ("x", "y", "z", "w", "phi", "psi")
-SPAN = (1.0, np.pi)
-"""How far a start value may be off, m and rad."""
+SPAN = (1.0, np.pi)  # how far a start value may be off, m and rad
 
 
 @final

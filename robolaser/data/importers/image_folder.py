@@ -22,8 +22,7 @@ from robolaser.data.pose_table import poses_of
 from robolaser.errors import DataError, UsageError, near
 
 IMAGE: Final = "image"
-ORDER: Final = "order"
-"""Option that says that images belong to rows in the order of their names."""
+ORDER: Final = "order"  # option that says that images belong to rows in the order of their names
 
 
 @final

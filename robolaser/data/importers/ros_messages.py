@@ -19,8 +19,7 @@ CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 POSES = tuple(f"geometry_msgs/msg/{kind}" for kind in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 ODOMETRY = "nav_msgs/msg/Odometry"
 STATIC = "/tf_static"
-STAMPS: Final = "stamps"
-"""Option that says which of a message's two times counts."""
+STAMPS: Final = "stamps"  # option that says which of a message's two times counts
 RECEIVED: Final = "received"
 
 

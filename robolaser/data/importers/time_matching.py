@@ -11,8 +11,7 @@ from robolaser.data.csv_tables import finite
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, log_so3, pose
 
-TOLERANCE: Final = "tolerance_s"
-"""Option that says how far in time a reading may be from a measurement."""
+TOLERANCE: Final = "tolerance_s"  # option that says how far in time a reading may be from a measurement
 LONGEST_S = 10.0
 
 

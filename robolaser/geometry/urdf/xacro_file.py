@@ -11,8 +11,7 @@ from robolaser.errors import DependencyMissing, RobotError, UsageError
 
 _UNDEFINED = re.compile(r"Undefined substitution argument (?P<name>\S+)")
 _NAME = re.compile(r"<name>\s*(\S+?)\s*</name>")
-MOST_PARENTS = 4
-"""Folders above the file in which a package is sought that the file names by `$(find ...)`."""
+MOST_PARENTS = 4  # folders above the file in which a package is sought that the file names by `$(find ...)`
 
 
 def expanded(path: Path, arguments: Mapping[str, str]) -> str:

@@ -15,8 +15,7 @@ class Play:
 
     joint: str
     width: float
-    friction: float
-    """[Nm or N]: more than the link's weight, else it would always rest on the same side."""
+    friction: float  # [Nm or N]: more than the link's weight, else it would always rest on the same side
 
 
 @final
@@ -53,10 +52,8 @@ class Follower:
 class Footing:
     """What the robot stands on, turning about the base's origin on springs."""
 
-    axes: Array
-    """Unit vectors in the base frame, (a, 3)."""
-    stiffness: Array
-    """About each, (a,) [Nm/rad]."""
+    axes: Array  # unit vectors in the base frame, (a, 3)
+    stiffness: Array  # about each, (a,) [Nm/rad]
 
 
 Part = Play | Spring | Follower | Footing

@@ -28,8 +28,7 @@ MOST_POSES = 2000
 MOST_NAMES = 30  # reflectors or sockets
 
 Origin = Literal["stated", "repeats", "estimated"]
-Known = Mapping[str, tuple[float, Origin]]
-"""Sizes of sources, and where they come from, by name."""
+Known = Mapping[str, tuple[float, Origin]]  # sizes of sources, and where they come from, by name
 
 
 @final

@@ -9,12 +9,9 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.model.noise.whitening import group_sums
 
-LEAST_REPEATS = 10
-"""Differences between repeats, below which the residuals know more."""
-GROSS = 5.0
-"""Standard deviations beyond which a repeat is a gross error, not noise."""
-NORMAL_MEDIAN = 0.6745
-"""Median of |N(0, 1)|."""
+LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
+NORMAL_MEDIAN = 0.6745  # median of |N(0, 1)|
 
 
 @final

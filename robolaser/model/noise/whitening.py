@@ -15,8 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.model.grouped_rows import GroupedRows
 
-MOTIONLESS = 1e-12
-"""Variance over that of a white row, up to which a group's shared errors do not move a direction."""
+MOTIONLESS = 1e-12  # variance over that of a white row, up to which a group's shared errors do not move a direction
 
 
 def group_sums(rows: Array, group: Ints) -> Array:

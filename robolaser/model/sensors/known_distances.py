@@ -10,8 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.parameters import Values
 
-USUAL_M = 5e-5
-"""Standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine."""
+USUAL_M = 5e-5  # standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine
 
 
 @final

@@ -28,8 +28,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
-ENOUGH_ROWS = 3000
-"""Rows that start values are found from, each body's alike."""
+ENOUGH_ROWS = 3000  # rows that start values are found from, each body's alike
 ANGLES = ("w", "phi", "psi")
 
 

@@ -20,14 +20,11 @@ from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
-ENOUGH_PROFILES = 600
-"""Profiles that start values are found from."""
-ARC = np.radians(60.0)
-"""Half the arc of a ball that a sensor sees."""
+ENOUGH_PROFILES = 600  # profiles that start values are found from
+ARC = np.radians(60.0)  # half the arc of a ball that a sensor sees
 MOST_CUT = 0.75
 """Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
-ROWS = 24
-"""Of a profile that would be seen."""
+ROWS = 24  # of a profile that would be seen
 
 
 @final

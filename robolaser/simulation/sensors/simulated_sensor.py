@@ -14,8 +14,7 @@ from robolaser.parameters import Values
 from robolaser.simulation.outliers import impossible
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
-REGISTERED: dict[str, "type[SimulatedSensor]"] = {}
-"""Simulated sensors by kind; a subclass enters itself."""
+REGISTERED: dict[str, "type[SimulatedSensor]"] = {}  # simulated sensors by kind; a subclass enters itself
 
 
 @dataclass(frozen=True)

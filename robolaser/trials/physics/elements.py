@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from typing import Final, final
 
-FOOT: Final = "(foot)"
-"""Under the root link."""
-BRACKET: Final = "(bracket)"
-"""Between the flange and what it carries."""
+FOOT: Final = "(foot)"  # under the root link
+BRACKET: Final = "(bracket)"  # between the flange and what it carries
 
 
 @final

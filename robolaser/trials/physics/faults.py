@@ -23,8 +23,7 @@ LEAST_LENGTH_M = 0.05
 class PhysicalFault(FaultModel):
     """Something that gives way, by `size` [rad] at most over the run."""
 
-    form: ClassVar[str]
-    """What the kinds of worlds call it."""
+    form: ClassVar[str]  # what the kinds of worlds call it
 
     @abstractmethod
     def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
@@ -219,8 +218,7 @@ class BendingLink(PhysicalFault):
         return MujocoArm(run.arm.robot, hinges=springs, load=scanner(run))
 
 
-PHYSICAL: dict[str, type[PhysicalFault]] = {fault.form: fault for fault in PhysicalFault.__subclasses__()}
-"""By form."""
+PHYSICAL: dict[str, type[PhysicalFault]] = {fault.form: fault for fault in PhysicalFault.__subclasses__()}  # by form
 
 
 def scanner(run: SyntheticRun) -> Load:
