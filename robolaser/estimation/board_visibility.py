@@ -129,8 +129,7 @@ class CameraBoard(BoardView):
     def _board_in_camera(self, q: Array) -> Array:
         """T_camera_board, (n, 4, 4); z is into the board as the camera sees it."""
         hand_eye, target, flange = self._motion("hand_eye"), self._motion("target"), self.robot.forward(q[None])[0]
-        T: Array = inverse(flange @ hand_eye) @ target if self.rides else inverse(hand_eye) @ flange @ target
-        return T
+        return inverse(flange @ hand_eye) @ target if self.rides else inverse(hand_eye) @ flange @ target
 
     def _pixels(self, T_camera_board: Array) -> Array:
         seen = apply(T_camera_board[:, None], self.corners)

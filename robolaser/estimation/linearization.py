@@ -102,8 +102,7 @@ class Linearization:
     def Q(self) -> Array:  # noqa: N802 - likewise
         """Orthonormal basis of what the parameters can do to `r`, (K + e, n)."""
         s, Vt = self._svd
-        Q: Array = np.linalg.qr(self.J @ (Vt.T / s))[0]
-        return Q
+        return np.linalg.qr(self.J @ (Vt.T / s))[0]
 
     def step(self, r: Array | None = None) -> Array:
         """The undamped step against `r`, or against other residuals (K + e,), as changes of the parameters, (d,)."""
@@ -157,8 +156,7 @@ class Linearization:
         """
         s, Vt = self._svd
         inverse = Vt.T / s
-        found: Array = self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
-        return found
+        return self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
 
 
 def _nominal_shapes(effect: CandidateEffect) -> Array:

@@ -99,5 +99,4 @@ def _basis(columns: Array) -> Array:
     """Orthonormal basis of what columns (K, d) reach, (K, n)."""
     length = np.linalg.norm(columns, axis=0)
     U, s, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
-    reached: Array = U[:, s > NULL * s.max(initial=0.0)]
-    return reached
+    return U[:, s > NULL * s.max(initial=0.0)]

@@ -148,8 +148,7 @@ class Loss:
         return np.asarray(J * _of_numbers(factor, residuals, starts)[:, None] + turned)
 
     def _z(self, residuals: Array, starts: Ints) -> Array:
-        z: Array = np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
-        return z
+        return np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
 
 
 def _of_numbers(of_rows: Array, residuals: Array, starts: Ints) -> Array:

@@ -53,8 +53,7 @@ def _slopes(robot: Robot, tool: Array, q: Array) -> Array:
     """Derivatives of a point on the flange by the joint values (n, j), (n, 3, j); one-sided, enough for Newton."""
 
     def moved(shifts: Array) -> Array:
-        place: Array = apply(robot.forward(q + shifts[:, None]), tool)
-        return place
+        return apply(robot.forward(q + shifts[:, None]), tool)
 
     return forward_differences(moved, np.full(q.shape[1], JOINT_STEP), apply(robot.forward(q[None]), tool)[0])
 

@@ -104,8 +104,7 @@ def limits(robot: Robot) -> tuple[Array, Array]:
 def random_configurations(robot: Robot, count: int, rng: np.random.Generator) -> Array:
     """Configurations drawn uniformly within the limits, (count, j)."""
     lower, upper = limits(robot)
-    q: Array = rng.uniform(lower, upper, (count, len(lower)))
-    return q
+    return rng.uniform(lower, upper, (count, len(lower)))
 
 
 def configurations_looking_down(

@@ -110,8 +110,7 @@ class GapAgainstComplexity(Problem):
 
     def chosen(self, x: Array) -> Bools:
         """The effects in the model, (c, n_var) -> (c, n)."""
-        found: Bools = x[:, : len(self.names)] > IN_THE_MODEL
-        return found
+        return x[:, : len(self.names)] > IN_THE_MODEL
 
     def settled(self, x: Array) -> Array:
         """The same choices with the amplitudes that make their gap smallest, (c, n_var) -> (c, n_var).
@@ -187,5 +186,4 @@ def _solve(square: Array, right: Array, inside: Bools) -> Array:
     size = 1.0 / np.sqrt(np.diag(square))
     both = inside[:, :, None] & inside[:, None, :]
     scaled = np.where(both, size[:, None] * square * size, np.eye(len(size)))
-    found: Array = size * np.linalg.solve(scaled, np.where(inside, size * right, 0.0)[..., None])[..., 0]
-    return found
+    return size * np.linalg.solve(scaled, np.where(inside, size * right, 0.0)[..., None])[..., 0]

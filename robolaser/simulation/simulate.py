@@ -212,8 +212,7 @@ def _measure(
 
 def _times(q: Array, pause_s: float) -> Array:
     travel = np.abs(np.diff(q, axis=0)).max(axis=1) / TRAVEL
-    times: Array = np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
-    return times
+    return np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
 
 
 def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:

@@ -155,8 +155,7 @@ def _steps(height: Array) -> Ints:
 
 
 def _ranks(order: Array | None, n: int) -> Array:
-    ranks: Array = np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
-    return ranks
+    return np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
 
 
 def _near(model: ReferenceCell, rng: np.random.Generator) -> dict[str, float]:

@@ -169,8 +169,7 @@ def _diagnose(world: Path, path: Path, seed: int) -> None:
 
 def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
     """The diagnosis of a data set, as diagnosis.json has it."""
-    found: dict[str, Any] = diagnose(dataset, seed=seed)
-    return found
+    return diagnose(dataset, seed=seed)
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:

@@ -37,8 +37,7 @@ class Match:
     def values(self, readings: Array) -> Array:
         """Readings (n, ...) at the times, linearly between the two, (m, ...)."""
         share = self.share.reshape(-1, *[1] * (readings.ndim - 1))
-        found: Array = (1 - share) * readings[self.before] + share * readings[self.after]
-        return found
+        return (1 - share) * readings[self.before] + share * readings[self.after]
 
     def motions(self, T: Array) -> Array:
         """Rigid motions (n, 4, 4) at the times: places between, turns along the shortest way, (m, 4, 4)."""

@@ -68,8 +68,7 @@ class GroupStage:
         """K of each group, (largest number + 1, q, q)."""
         s2, V = self._spectrum
         root = np.sqrt(1.0 + s2)
-        kernel: Array = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
-        return kernel
+        return (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
 
     @cached_property
     def _grouped(self) -> GroupedRows:

@@ -110,8 +110,7 @@ class Pose(Sensor):
             T_first_body[:, 0] = np.eye(4)
             T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
             tools = T_first_body
-        predicted: Array = T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
-        return predicted
+        return T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
 
     def _tools(self, values: Values) -> Array:
         """T_flange_body of each body, (c, b, 4, 4)."""

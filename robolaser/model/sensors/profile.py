@@ -147,8 +147,7 @@ class Profile(Sensor):
         """T_base_sensor of each row, (c, m, 4, 4)."""
         if self._stands:
             return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
-        T: Array = (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
-        return T
+        return (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
 
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by the sensor's place and the balls, (c, m, 1, 6 + 3b)."""

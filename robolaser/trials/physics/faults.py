@@ -43,16 +43,14 @@ class PhysicalFault(FaultModel):
         if not self.size:
             return T_base_flange
         at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
-        moved: Array = at_rest @ np.linalg.inv(run.arm.forward(run.q)) @ T_base_flange
-        return moved
+        return at_rest @ np.linalg.inv(run.arm.forward(run.q)) @ T_base_flange
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """With the bracket where it comes to rest."""
         if not self.size:
             return T_flange_camera
         flange, bracket = self.arm(run, self.stiffness(run)).at_rest(run.q)
-        moved: Array = np.linalg.inv(flange) @ bracket @ T_flange_camera
-        return moved
+        return np.linalg.inv(flange) @ bracket @ T_flange_camera
 
 
 @final

@@ -27,13 +27,11 @@ class Target:
 
     def inside(self, point: Array) -> Array:
         """Points of the base frame as two coordinates in the steps and a height, (m, 3)."""
-        inside: Array = (point - self.middle) @ self.axes.T
-        return inside
+        return (point - self.middle) @ self.axes.T
 
     def outside(self, inside: Array) -> Array:
         """And back."""
-        point: Array = inside @ self.axes + self.middle
-        return point
+        return inside @ self.axes + self.middle
 
 
 @final
@@ -95,13 +93,11 @@ class SyntheticCell:
             return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
 
         def height(along: Array) -> Array:
-            total: Array = sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
-            return total
+            return sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
 
         def above(point: Array) -> Array:
             place = inside(point)
-            free: Array = place[:, 2] - self.level - height(place[:, :2])
-            return free
+            return place[:, 2] - self.level - height(place[:, :2])
 
         lit = light.of_rows(self.pose)
         point, pixel = self.eye.meet(self.at, lit, lens, above, self._guess(lit.normals, R, t))
@@ -125,5 +121,4 @@ class SyntheticCell:
         planes = np.stack([column, normals, facing], axis=1)
         level = self.level - (t - self.target.middle) @ self.target.axes[2]
         sheet = truth["b"] * np.cos(truth["theta"]) * one
-        point: Array = np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
-        return point
+        return np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]

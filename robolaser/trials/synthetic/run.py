@@ -49,5 +49,4 @@ class SyntheticRun:
 
     def warmed(self, tau: float) -> Array:
         """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
-        warmed: Array = 1.0 - np.exp(-self.share / tau)
-        return warmed
+        return 1.0 - np.exp(-self.share / tau)

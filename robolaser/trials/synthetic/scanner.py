@@ -61,8 +61,7 @@ class ScannerOptics:
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
         shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
-        pixels: Array = np.asarray(shown, dtype=np.float64).reshape(-1, 2)
-        return pixels
+        return np.asarray(shown, dtype=np.float64).reshape(-1, 2)
 
     def meet(
         self, at: Array, light: Light, lens: Array, surface: Callable[[Array], Array], start: Array
