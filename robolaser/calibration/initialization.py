@@ -38,21 +38,13 @@ def no_finite_residuals() -> EstimationError:
 @final
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The end of the search, where the fit starts.
+    """The end of the search, where the fit starts."""
 
-    Attributes:
-        algorithm: Name of the search.
-        x: The parameters, (d,).
-        evaluations: Candidates evaluated.
-        warnings: What the user should know.
-        history: The course of the search, where it has generations.
-    """
-
-    algorithm: str
-    x: Array
-    evaluations: int
-    warnings: tuple[str, ...] = ()
-    history: History | None = None
+    algorithm: str  # name of the search
+    x: Array  # the parameters, (d,)
+    evaluations: int  # candidates evaluated
+    warnings: tuple[str, ...] = ()  # what the user should know
+    history: History | None = None  # the course of the search, where it has generations
 
 
 def find_start(

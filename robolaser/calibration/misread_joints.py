@@ -29,17 +29,11 @@ DEGREE = np.pi / 180.0
 @final
 @dataclass(frozen=True)
 class Misreading:
-    """Another way to read the joints of `poses.csv`.
+    """Another way to read the joints of `poses.csv`."""
 
-    Attributes:
-        columns: Which column each joint's reading is from, (j,).
-        factors: What it is multiplied by, (j,).
-        fault: What is then wrong with the file: the beginning of a sentence.
-    """
-
-    columns: tuple[int, ...]
-    factors: tuple[float, ...]
-    fault: str
+    columns: tuple[int, ...]  # which column each joint's reading is from, (j,)
+    factors: tuple[float, ...]  # what it is multiplied by, (j,)
+    fault: str  # what is then wrong with the file: the beginning of a sentence
 
     def of(self, values: Array) -> Array:
         """Readings or velocities (n, j) as they are meant."""

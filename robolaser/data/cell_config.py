@@ -107,33 +107,21 @@ class Limits:
 @final
 @dataclass(frozen=True)
 class Box:
-    """Something in the cell, or on a link of the arm, that nothing may hit.
+    """Something in the cell, or on a link of the arm, that nothing may hit."""
 
-    Attributes:
-        name: For people.
-        centre_m: In the frame of its link, (3,) [m].
-        size_m: Edges along its own x, y and z, (3,) [m].
-        quat: Its rotation there, (x, y, z, w).
-        link: The link that carries it; None: it stands in the base frame.
-    """
-
-    name: Text
-    centre_m: tuple[float, float, float]
-    size_m: tuple[Positive, Positive, Positive]
-    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
-    link: Text | None = None
+    name: Text  # for people
+    centre_m: tuple[float, float, float]  # in the frame of its link, (3,) [m]
+    size_m: tuple[Positive, Positive, Positive]  # edges along its own x, y and z, (3,) [m]
+    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)  # its rotation there, (x, y, z, w)
+    link: Text | None = None  # the link that carries it; None: it stands in the base frame
 
 
 @final
 @dataclass(frozen=True)
 class LaserLine:
-    """The laser.
+    """The laser."""
 
-    Attributes:
-        output: The controller's output that switches it; None: it is always on.
-    """
-
-    output: Annotated[int, Meta(ge=1)] | None = None
+    output: Annotated[int, Meta(ge=1)] | None = None  # the controller's output that switches it; None: it is always on
 
 
 @final
@@ -152,25 +140,15 @@ class CellFile:
 @final
 @dataclass(frozen=True)
 class Cell:
-    """A folder with dataset.toml, as its recordings will have it, and cell.toml.
+    """A folder with dataset.toml, as its recordings will have it, and cell.toml."""
 
-    Attributes:
-        description: Robot, sensor and target, without a pose.
-        arm: The arm's controller.
-        camera: The camera.
-        laser_output: The controller's output that switches the laser; None: it is always on.
-        limits: What no pose may break.
-        boxes: What stands in the cell, or is carried, and must not be hit.
-        warnings: What is odd, but no error.
-    """
-
-    description: Dataset
-    arm: ArmLine
-    camera: CameraLine
-    laser_output: int | None
-    limits: Limits
-    boxes: tuple[Box, ...] = ()
-    warnings: tuple[str, ...] = ()
+    description: Dataset  # robot, sensor and target, without a pose
+    arm: ArmLine  # the arm's controller
+    camera: CameraLine  # the camera
+    laser_output: int | None  # the controller's output that switches the laser; None: it is always on
+    limits: Limits  # what no pose may break
+    boxes: tuple[Box, ...] = ()  # what stands in the cell, or is carried, and must not be hit
+    warnings: tuple[str, ...] = ()  # what is odd, but no error
 
     @property
     def robot(self) -> Robot:

@@ -64,17 +64,11 @@ class BoardView(ABC):
 @final
 @dataclass(frozen=True)
 class CameraBoard(BoardView):
-    """A camera and its board.
+    """A camera and its board."""
 
-    Attributes:
-        values: Intrinsics, `hand_eye.*` and `target.*`, one candidate.
-        image_px: Width and height.
-        rides: Whether the flange carries the camera.
-    """
-
-    values: Values
-    image_px: tuple[int, int]
-    rides: bool
+    values: Values  # intrinsics, `hand_eye.*` and `target.*`, one candidate
+    image_px: tuple[int, int]  # width and height
+    rides: bool  # whether the flange carries the camera
 
     error = 0.2
 

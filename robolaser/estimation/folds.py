@@ -97,17 +97,11 @@ def _configurations(dataset: Dataset) -> tuple[Ints, int]:
 @final
 @dataclass(frozen=True, eq=False)
 class FoldFits:
-    """What fits without each fold say.
+    """What fits without each fold say."""
 
-    Attributes:
-        errors: Residuals of each row by the fit without its fold, in the sensor's unit, (m, k).
-        x: The parameters of each of these fits, (f, d).
-        evaluations: Residual vectors evaluated.
-    """
-
-    errors: Array
-    x: Array
-    evaluations: int
+    errors: Array  # residuals of each row by the fit without its fold, in the sensor's unit, (m, k)
+    x: Array  # the parameters of each of these fits, (f, d)
+    evaluations: int  # residual vectors evaluated
 
 
 def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:

@@ -27,15 +27,10 @@ UNIFORM = 12**-0.5  # standard deviation of a number that lies anywhere in an in
 @final
 @dataclass(frozen=True)
 class Unidentifiable:
-    """Parameters that these data cannot identify, alone or together.
+    """Parameters that these data cannot identify, alone or together."""
 
-    Attributes:
-        parameters: Their names, in the model's order.
-        reason: A sentence for the user.
-    """
-
-    parameters: tuple[str, ...]
-    reason: str
+    parameters: tuple[str, ...]  # their names, in the model's order
+    reason: str  # a sentence for the user
 
 
 def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:

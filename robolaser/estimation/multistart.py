@@ -31,21 +31,13 @@ TOLERANCE = 1e-10
 @final
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The lowest cost that was found.
+    """The lowest cost that was found."""
 
-    Attributes:
-        x: Where, (d,).
-        cost: J of all rows there [m²]; infinite where all candidates lie at poles.
-        evaluations: Candidates evaluated.
-        descents: How many went downhill.
-        agreeing: How many of them ended there.
-    """
-
-    x: Array
-    cost: float
-    evaluations: int
-    descents: int
-    agreeing: int
+    x: Array  # where, (d,)
+    cost: float  # J of all rows there [m²]; infinite where all candidates lie at poles
+    evaluations: int  # candidates evaluated
+    descents: int  # how many went downhill
+    agreeing: int  # how many of them ended there
 
 
 @final

@@ -25,19 +25,12 @@ CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 @final
 @dataclass(frozen=True, eq=False)
 class GridPoint:
-    """A value of an effect's nonlinear parameters, and what the effect does with it.
+    """A value of an effect's nonlinear parameters, and what the effect does with it."""
 
-    Attributes:
-        nonlinear: The nonlinear parameters, (s,).
-        amplitudes: The linear parameters that go with it, (q,).
-        columns: Residuals by its amplitudes, (K, q).
-        gain: By how much the cost shrinks, as far as the model is linear.
-    """
-
-    nonlinear: Array
-    amplitudes: Array
-    columns: Array
-    gain: float
+    nonlinear: Array  # the nonlinear parameters, (s,)
+    amplitudes: Array  # the linear parameters that go with it, (q,)
+    columns: Array  # residuals by its amplitudes, (K, q)
+    gain: float  # by how much the cost shrinks, as far as the model is linear
 
 
 def with_nonlinear_grid(model: Model) -> tuple[CandidateEffect, ...]:

@@ -25,15 +25,10 @@ STRAY_LEAST_PX = 2.0  # the same at least [px]
 @final
 @dataclass(frozen=True)
 class BoardView:
-    """A board in one image.
+    """A board in one image."""
 
-    Attributes:
-        points: In the board's frame, (k, 3) [m].
-        pixels: Where they are seen, (k, 2) [px].
-    """
-
-    points: Array
-    pixels: Array
+    points: Array  # in the board's frame, (k, 3) [m]
+    pixels: Array  # where they are seen, (k, 2) [px]
 
     @property
     def is_telling(self) -> bool:

@@ -18,39 +18,24 @@ SEEN = 1e-9  # share of the largest singular value, or eigenvalue, below which t
 @final
 @dataclass(frozen=True)
 class Neighbourhood:
-    """A fitted model, and how its residuals change near the optimum, as far as that is linear.
+    """A fitted model, and how its residuals change near the optimum, as far as that is linear."""
 
-    Attributes:
-        white: Whitened residuals, the distances from the priors beneath, (k,).
-        white_slopes: The same by the ordinary parameters, (k, d).
-        plain: Residuals, (m, 3) [m].
-        plain_slopes: The same by the ordinary parameters, in the same units, (m, 3, d) [m].
-        row: To which plain row each whitened one belongs, (k,); -1 for priors, which are never held out.
-    """
-
-    white: Array
-    white_slopes: Array
-    plain: Array
-    plain_slopes: Array
-    row: Ints
+    white: Array  # whitened residuals, the distances from the priors beneath, (k,)
+    white_slopes: Array  # the same by the ordinary parameters, (k, d)
+    plain: Array  # residuals, (m, 3) [m]
+    plain_slopes: Array  # the same by the ordinary parameters, in the same units, (m, 3, d) [m]
+    row: Ints  # to which plain row each whitened one belongs, (k,); -1 for priors, which are never held out
 
 
 @final
 @dataclass(frozen=True)
 class Addition:
-    """An effect that may be in the model.
+    """An effect that may be in the model."""
 
-    Attributes:
-        name: For people.
-        white: Whitened residuals by its amplitudes, (k, a).
-        plain: Residuals by its amplitudes, (m, 3, a) [m].
-        reach: Largest amplitudes either way, (a,); also how large they are thought to be beforehand.
-    """
-
-    name: str
-    white: Array
-    plain: Array
-    reach: Array
+    name: str  # for people
+    white: Array  # whitened residuals by its amplitudes, (k, a)
+    plain: Array  # residuals by its amplitudes, (m, 3, a) [m]
+    reach: Array  # largest amplitudes either way, (a,); also how large they are thought to be beforehand
 
 
 @final
@@ -147,15 +132,10 @@ class BestAmplitudes(Repair):
 @final
 @dataclass(frozen=True)
 class _Folds:
-    """What is left of all rows once the ordinary parameters are gone: quadratic forms of the amplitudes, for each fold.
+    """What is left of all rows without the ordinary parameters: quadratic forms of the amplitudes, for each fold."""
 
-    Attributes:
-        gap: Squared error of the fold as seen from the others: (f, a, a), (f, a), (f,) [m²].
-        normal: Squared whitened misfit of the others: (f, a, a), (f, a).
-    """
-
-    gap: tuple[Array, Array, Array]
-    normal: tuple[Array, Array]
+    gap: tuple[Array, Array, Array]  # squared error of the fold as seen from the others: (f, a, a), (f, a), (f,) [m²]
+    normal: tuple[Array, Array]  # squared whitened misfit of the others: (f, a, a), (f, a)
 
 
 def _folds(model: Neighbourhood, additions: Sequence[Addition], fold: Ints, reach: Array) -> _Folds:

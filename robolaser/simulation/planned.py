@@ -25,17 +25,11 @@ ENOUGH = 0.9  # share of the poses that see the target, from which on no other p
 @final
 @dataclass(frozen=True)
 class Planned:
-    """A planned run as the sensor would see it.
+    """A planned run as the sensor would see it."""
 
-    Attributes:
-        dataset: All poses, and the points of those that see the target.
-        truth: Every parameter of the sensor by name.
-        seeing: How many poses see it.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
-    seeing: int
+    dataset: Dataset  # all poses, and the points of those that see the target
+    truth: Mapping[str, float]  # every parameter of the sensor by name
+    seeing: int  # how many poses see it
 
 
 def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flange", seed: int = 0) -> Planned:

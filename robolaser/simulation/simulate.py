@@ -28,19 +28,12 @@ EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the ti
 @final
 @dataclass(frozen=True)
 class Simulated:
-    """A simulated data set and what no cell would tell.
+    """A simulated data set and what no cell would tell."""
 
-    Attributes:
-        dataset: As the cell would give it.
-        truth: Every parameter of the sensor, and the numbers of the effects, by name.
-        effects: The effects that are in it.
-        gross: Rows with gross errors.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
-    effects: tuple[CandidateEffect, ...] = ()
-    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    dataset: Dataset  # as the cell would give it
+    truth: Mapping[str, float]  # every parameter of the sensor, and the numbers of the effects, by name
+    effects: tuple[CandidateEffect, ...] = ()  # the effects that are in it
+    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  # rows with gross errors
 
 
 def simulate(

@@ -38,15 +38,10 @@ _LIBRARY = {effect.name: effect for effect in EFFECTS}
 @final
 @dataclass(frozen=True)
 class BlindDataset:
-    """A blind data set and its truth.
+    """A blind data set and its truth."""
 
-    Attributes:
-        dataset: As the cell gives it.
-        truth: What the seal hides, as plain numbers and texts.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, Any]
+    dataset: Dataset  # as the cell gives it
+    truth: Mapping[str, Any]  # what the seal hides, as plain numbers and texts
 
 
 def make(

@@ -34,17 +34,11 @@ way by a part in some hundreds."""
 @final
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole and its radial distortion, as OpenCV writes them.
+    """A pinhole and its radial distortion, as OpenCV writes them."""
 
-    Attributes:
-        matrix: Camera matrix, (3, 3) [px].
-        distortion: k1, k2, p1, p2, k3; all zero for a lens that nothing is known of.
-        known: Whether it was found from the boards.
-    """
-
-    matrix: Array
-    distortion: Array
-    known: bool
+    matrix: Array  # camera matrix, (3, 3) [px]
+    distortion: Array  # k1, k2, p1, p2, k3; all zero for a lens that nothing is known of
+    known: bool  # whether it was found from the boards
 
     def undistort(self, pixel: Array) -> Array:
         """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
@@ -58,17 +52,11 @@ class Lens:
 @final
 @dataclass(frozen=True)
 class BoardPlane:
-    """The board's plane as one image shows it.
+    """The board's plane as one image shows it."""
 
-    Attributes:
-        H_board_pixel: Homography from straightened pixels to the board's x and y, (3, 3) [m].
-        R_camera_board: Turn of the board in the camera, (3, 3); NaN where the lens is not known.
-        corner_rms_px: Corners against the board's pattern [px].
-    """
-
-    H_board_pixel: Array
-    R_camera_board: Array
-    corner_rms_px: float
+    H_board_pixel: Array  # homography from straightened pixels to the board's x and y, (3, 3) [m]
+    R_camera_board: Array  # turn of the board in the camera, (3, 3); NaN where the lens is not known
+    corner_rms_px: float  # corners against the board's pattern [px]
 
     def intersect(self, straight: Array) -> Array:
         """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""

@@ -25,21 +25,13 @@ ONE_SIGMA = 0.6827  # share of a Gaussian within one standard deviation
 @final
 @dataclass(frozen=True)
 class Runs:
-    """Runs in an image's lines.
+    """Runs in an image's lines."""
 
-    Attributes:
-        across: The image, turned so that the lines that cross the stripe are its rows, (lines, length).
-        line: Line of each run, ascending, (n,).
-        first: Its first pixel, ascending within a line, (n,).
-        last: Its last pixel, (n,).
-        noise: Standard deviation of a pixel [grey].
-    """
-
-    across: Image
-    line: Ints
-    first: Ints
-    last: Ints
-    noise: float
+    across: Image  # the image, turned so that the lines that cross the stripe are its rows, (lines, length)
+    line: Ints  # line of each run, ascending, (n,)
+    first: Ints  # its first pixel, ascending within a line, (n,)
+    last: Ints  # its last pixel, (n,)
+    noise: float  # standard deviation of a pixel [grey]
 
     def __len__(self) -> int:
         return len(self.line)

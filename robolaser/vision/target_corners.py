@@ -25,17 +25,11 @@ MOST_TURNS = 2  # ways to lay the frame on a target: of more it is not known whi
 @final
 @dataclass(frozen=True)
 class SeenTarget:
-    """What became of one image.
+    """What became of one image."""
 
-    Attributes:
-        pose: The pose it was taken at.
-        points: Corners or circles that were found.
-        rms_px: Of these against the target's pattern; NaN where that was not looked at.
-    """
-
-    pose: str
-    points: int
-    rms_px: float
+    pose: str  # the pose it was taken at
+    points: int  # corners or circles that were found
+    rms_px: float  # of these against the target's pattern; NaN where that was not looked at
 
 
 @final

@@ -22,13 +22,9 @@ SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all
 @final
 @dataclass(frozen=True)
 class CorrectedArm:
-    """A calibration of an arm.
+    """A calibration of an arm."""
 
-    Attributes:
-        calibration: Of a data set with a robot.
-    """
-
-    calibration: Calibration
+    calibration: Calibration  # of a data set with a robot
 
     @cached_property
     def robot(self) -> Robot:

@@ -47,17 +47,11 @@ def _by_suffix(column: str) -> str:
 @final
 @dataclass(frozen=True)
 class Choice:
-    """What is read from where.
+    """What is read from where."""
 
-    Attributes:
-        poses: Of the columns of poses.csv.
-        points: Of those of points.csv.
-        left_out: Columns of the files that are not read.
-    """
-
-    poses: Chosen
-    points: Chosen
-    left_out: tuple[str, ...]
+    poses: Chosen  # of the columns of poses.csv
+    points: Chosen  # of those of points.csv
+    left_out: tuple[str, ...]  # columns of the files that are not read
 
 
 def choose(poses: Table, points: Table, options: ImportOptions, declared: SensorFormat) -> Choice:

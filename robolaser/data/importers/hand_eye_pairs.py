@@ -27,31 +27,18 @@ SPAN = (1.0, np.pi)  # how far a start value may be off, m and rad
 @final
 @dataclass(frozen=True)
 class Pairs:
-    """What was read, one entry a pose (n).
+    """What was read, one entry a pose (n)."""
 
-    Attributes:
-        file: Where from.
-        names: Of the poses.
-        T_base_flange: (n, 4, 4), or None: `q` is there.
-        T_camera_target: The target as the camera saw it, (n, 4, 4).
-        flange_from: The field that the flange's pose or the joint readings are from.
-        target_from: The field that the target's pose is from.
-        q: Joint readings in the order of the robot's, (n, j).
-        qd: Joint velocities, (n, j).
-        time_s: (n,) [s].
-        guess: T_flange_camera or T_base_camera as another tool found it, (4, 4).
-    """
-
-    file: str
-    names: tuple[str, ...]
-    T_base_flange: Array | None
-    T_camera_target: Array
-    flange_from: str
-    target_from: str
-    q: Array | None = None
-    qd: Array | None = None
-    time_s: Array | None = None
-    guess: Array | None = None
+    file: str  # where from
+    names: tuple[str, ...]  # of the poses
+    T_base_flange: Array | None  # (n, 4, 4), or None: `q` is there
+    T_camera_target: Array  # the target as the camera saw it, (n, 4, 4)
+    flange_from: str  # the field that the flange's pose or the joint readings are from
+    target_from: str  # the field that the target's pose is from
+    q: Array | None = None  # joint readings in the order of the robot's, (n, j)
+    qd: Array | None = None  # joint velocities, (n, j)
+    time_s: Array | None = None  # (n,) [s]
+    guess: Array | None = None  # T_flange_camera or T_base_camera as another tool found it, (4, 4)
 
 
 def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:

@@ -37,19 +37,12 @@ MOST_IMAGES = 5000
 @final
 @dataclass(frozen=True)
 class MatchedReadings:
-    """The arm at the times of m measurements.
+    """The arm at the times of m measurements."""
 
-    Attributes:
-        origin: Topic or frames that they are from.
-        kept: Numbers of the measurements that have readings within the tolerance, (k,).
-        poses: Times and joint readings or flange poses, (k,).
-        left_out: What to say of the others.
-    """
-
-    origin: str
-    kept: Ints
-    poses: Poses
-    left_out: tuple[str, ...]
+    origin: str  # topic or frames that they are from
+    kept: Ints  # numbers of the measurements that have readings within the tolerance, (k,)
+    poses: Poses  # times and joint readings or flange poses, (k,)
+    left_out: tuple[str, ...]  # what to say of the others
 
 
 @final

@@ -18,21 +18,13 @@ LONGEST_S = 10.0
 @final
 @dataclass(frozen=True)
 class Match:
-    """Where each of m times lies among the times of readings.
+    """Where each of m times lies among the times of readings."""
 
-    Attributes:
-        before: Number of the reading before, (m,).
-        after: Number of the reading after, (m,); the same at the readings' own time.
-        share: Of the way from the one to the other, (m,).
-        near: Whether both are within the tolerance, (m,).
-        away_s: How far the nearest reading is, (m,) [s].
-    """
-
-    before: Ints
-    after: Ints
-    share: Array
-    near: Bools
-    away_s: Array
+    before: Ints  # number of the reading before, (m,)
+    after: Ints  # number of the reading after, (m,); the same at the readings' own time
+    share: Array  # of the way from the one to the other, (m,)
+    near: Bools  # whether both are within the tolerance, (m,)
+    away_s: Array  # how far the nearest reading is, (m,) [s]
 
     def values(self, readings: Array) -> Array:
         """Readings (n, ...) at the times, linearly between the two, (m, ...)."""

@@ -26,15 +26,10 @@ SETTINGS = ("convention", "units")
 @final
 @dataclass(frozen=True)
 class DHStatement:
-    """What a person says of a table that its file does not say.
+    """What a person says of a table that its file does not say."""
 
-    Attributes:
-        convention: "standard" or "modified"; None: not stated.
-        units: Of lengths and angles, as far as they are stated.
-    """
-
-    convention: str | None = None
-    units: tuple[str, ...] = ()
+    convention: str | None = None  # "standard" or "modified"; None: not stated
+    units: tuple[str, ...] = ()  # of lengths and angles, as far as they are stated
 
 
 def read_dh_table(path: Path, stated: DHStatement) -> str:

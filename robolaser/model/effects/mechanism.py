@@ -21,19 +21,12 @@ class Play:
 @final
 @dataclass(frozen=True)
 class Spring:
-    """A joint behind whose encoder a spring gives way.
+    """A joint behind whose encoder a spring gives way."""
 
-    Attributes:
-        joint: Its name.
-        sunk: How far it gave way in each pose, (n,) [rad or m].
-        borne: What it bore there by the masses that are stated, (n,) [Nm or N].
-        of_one_kg: And what of each further kilogram at the flange, (n,).
-    """
-
-    joint: str
-    sunk: Array
-    borne: Array
-    of_one_kg: Array
+    joint: str  # its name
+    sunk: Array  # how far it gave way in each pose, (n,) [rad or m]
+    borne: Array  # what it bore there by the masses that are stated, (n,) [Nm or N]
+    of_one_kg: Array  # and what of each further kilogram at the flange, (n,)
 
 
 @final

@@ -39,14 +39,10 @@ class Run:
     """A data set as effects see it. What takes time is worked out when it is first needed, and kept.
 
     What the data set lacks must not be read: `Effect.missing` says what that is.
-
-    Attributes:
-        dataset: What was measured.
-        course: How far it had come, where that is not counted from its own beginning.
     """
 
-    dataset: Dataset
-    course: Course | None = None
+    dataset: Dataset  # what was measured
+    course: Course | None = None  # how far it had come, where that is not counted from its own beginning
 
     @cached_property
     def _kept(self) -> dict[tuple[str, Hashable], Any]:

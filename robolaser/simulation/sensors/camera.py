@@ -40,16 +40,12 @@ GROSS_PX = (5.0, 60.0)  # a corner of another square is taken for it
 @final
 @dataclass(frozen=True)
 class SimulatedCamera(SimulatedSensor):
-    """A camera that sees every corner of its board in every pose.
-
-    Attributes:
-        corners: Of the board, (k, 3) [m].
-    """
+    """A camera that sees every corner of its board in every pose."""
 
     kind: ClassVar[str] = "camera"
     default_points: ClassVar[int] = 35
 
-    corners: Array
+    corners: Array  # of the board, (k, 3) [m]
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:

@@ -29,19 +29,12 @@ class SpringHinge:
 @final
 @dataclass(frozen=True)
 class Gear:
-    """What drives a joint that does not stand where its encoder says.
+    """What drives a joint that does not stand where its encoder says."""
 
-    Attributes:
-        stiffness: Of its spring, or the gain of its servo [Nm/rad or N/m].
-        play: Whole width of the range within which next to nothing holds it [rad or m].
-        centring: Stiffness within the play.
-        servo: Whether a position servo of that gain holds it instead of a spring.
-    """
-
-    stiffness: float
-    play: float = 0.0
-    centring: float = 0.0
-    servo: bool = False
+    stiffness: float  # of its spring, or the gain of its servo [Nm/rad or N/m]
+    play: float = 0.0  # whole width of the range within which next to nothing holds it [rad or m]
+    centring: float = 0.0  # stiffness within the play
+    servo: bool = False  # whether a position servo of that gain holds it instead of a spring
 
     def torque(self, away: float) -> tuple[float, float]:
         """What a gear with play answers to a deflection [Nm or N], and the slope: little within it, a spring beyond."""

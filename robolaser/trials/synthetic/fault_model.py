@@ -13,12 +13,7 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 @dataclass(frozen=True)
 class FaultModel(ABC):
-    """One fault of one cell. A stage that a subclass does not override keeps its value.
-
-    Attributes:
-        where: The location that the truth names.
-        size: Its principal number in SI units; its other numbers are its form.
-    """
+    """One fault of one cell. A stage that a subclass does not override keeps its value."""
 
     effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
     sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
@@ -27,8 +22,8 @@ class FaultModel(ABC):
     classes: ClassVar[tuple[str, ...]] = ()
     """Classes of causes that are right for an effect that the library lacks, beside `unknown`."""
 
-    where: str
-    size: float
+    where: str  # the location that the truth names
+    size: float  # its principal number in SI units; its other numbers are its form
 
     @classmethod
     def sample(cls, where: str, size: float, run: SyntheticRun, rng: np.random.Generator) -> Self:
