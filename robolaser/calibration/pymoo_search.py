@@ -30,18 +30,13 @@ class History:
 @final
 @dataclass(frozen=True)
 class Found:
-    """The candidates at the end of a search.
+    """The candidates at the end of a search."""
 
-    Attributes:
-        candidates: The best, those that were the best in earlier generations, then the last members, (k, d). The last
-            members resemble each other; earlier ones lie elsewhere.
-        history: The course of the search.
-        evaluations: Candidates evaluated.
-    """
-
+    # The best, those that were the best in earlier generations, then the last members, (k, d). The last members
+    # resemble each other; earlier ones lie elsewhere.
     candidates: Array
-    history: History
-    evaluations: int
+    history: History  # the course of the search
+    evaluations: int  # candidates evaluated
 
 
 def search(

@@ -30,54 +30,35 @@ USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach 
 @final
 @dataclass(frozen=True)
 class ArmLine:
-    """The arm's controller and the line to it.
+    """The arm's controller and the line to it."""
 
-    Attributes:
-        kind: Name of its language, see `robolaser.cell.arms.ARMS`.
-        port: A device or any URL that pyserial opens.
-        baud: Bits a second.
-        flow: "none" or "xonxoff".
-        ids: Addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
-        reference_rad: Joint angles at the controller's reference posture; empty: all zero.
-        direction: +1 or -1 for each joint: which way it counts; empty: all +1.
-        home: Whether it searches its home before it measures.
-        unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
-            computer dies [s].
-        axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`.
-    """
-
-    kind: Text
-    port: Text
-    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD
-    flow: Literal["none", "xonxoff"] = "none"
+    kind: Text  # name of its language, see `robolaser.cell.arms.ARMS`
+    port: Text  # a device or any URL that pyserial opens
+    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD  # bits a second
+    flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
+    # addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
     ids: tuple[Address, ...] = ()
-    reference_rad: tuple[float, ...] = ()
-    direction: tuple[float, ...] = ()
-    home: bool = False
+    reference_rad: tuple[float, ...] = ()  # joint angles at the controller's reference posture; empty: all zero
+    direction: tuple[float, ...] = ()  # +1 or -1 for each joint: which way it counts; empty: all +1
+    home: bool = False  # whether it searches its home before it measures
+    # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
-    axes: Axes = "er7"
+    axes: Axes = "er7"  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`
 
 
 @final
 @dataclass(frozen=True)
 class CameraLine:
-    """The camera.
+    """The camera."""
 
-    Attributes:
-        kind: Name under which an installed package announces it; empty: the source decides.
-        source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
-        exposure: In the driver's own unit; None: as it is.
-        gain: Likewise.
-        channel: What is kept of a colour camera: grey, or the one of its colours that shows both board and laser.
-        settle_s: Wait between the arm's rest, or the laser's switching, and the shot [s].
-    """
-
+    # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
-    exposure: float | None = None
-    gain: float | None = None
+    exposure: float | None = None  # in the driver's own unit; None: as it is
+    gain: float | None = None  # likewise
+    # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
     channel: Literal["grey", "red", "green", "blue"] = "grey"
-    settle_s: Positive = USUAL_SETTLE_S
-    kind: str = ""
+    settle_s: Positive = USUAL_SETTLE_S  # wait between the arm's rest, or the laser's switching, and the shot [s]
+    kind: str = ""  # name under which an installed package announces it; empty: the source decides
 
 
 @final
@@ -87,20 +68,16 @@ class Limits:
 
     Links are straight lines between their joints here, as thick as nothing, so the ends of each say how low it reaches:
     state a floor higher than the real one by half of what the thickest link measures. Only the flange's reach counts.
-
-    Attributes:
-        floor_m: Height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no
-            floor.
-        reach_m: Farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes.
-        speed_rad_s: Fastest that any joint turns [rad/s or m/s].
-        margin_m: Least distance between links, scanner and boxes that could hit each other [m].
-        link_radius_m: Of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length.
     """
 
+    # height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no floor
     floor_m: float | None = None
+    # farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes
     reach_m: float | None = None
-    speed_rad_s: Positive = USUAL_SPEED_RAD_S
+    speed_rad_s: Positive = USUAL_SPEED_RAD_S  # fastest that any joint turns [rad/s or m/s]
+    # least distance between links, scanner and boxes that could hit each other [m]
     margin_m: NotNegative = USUAL_MARGIN_M
+    # of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length
     link_radius_m: Positive | None = None
 
 

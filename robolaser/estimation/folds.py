@@ -33,17 +33,12 @@ does not lower the cost is tried again, shorter."""
 @final
 @dataclass(frozen=True, eq=False)
 class Folds:
-    """Which rows are held out together.
+    """Which rows are held out together."""
 
-    Attributes:
-        of_row: Number of each row's fold, (m,).
-        whole: Whether folds are the sensor's groups of rows: whatever only these rows locate is located from them.
-        copies: How many poses repeat another pose's configuration.
-    """
-
-    of_row: Ints
+    of_row: Ints  # number of each row's fold, (m,)
+    # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
     whole: bool = False
-    copies: int = 0
+    copies: int = 0  # how many poses repeat another pose's configuration
 
     @property
     def count(self) -> int:

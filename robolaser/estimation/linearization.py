@@ -20,16 +20,11 @@ RANK = 1e-12  # singular values below this share of the largest belong to direct
 @final
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's.
+    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's."""
 
-    Attributes:
-        problem: Of which.
-        x: Where, (d,).
-        known: Derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known.
-    """
-
-    problem: Problem
-    x: Array
+    problem: Problem  # of which
+    x: Array  # where, (d,)
+    # derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known
     known: Array | None = None
 
     @cached_property

@@ -43,17 +43,12 @@ class Optimum:
 @final
 @dataclass(frozen=True, eq=False)
 class SoFar:
-    """How far the search has come.
+    """How far the search has come."""
 
-    Attributes:
-        share: Of the rounds that it may take.
-        evaluations: Candidates evaluated.
-        x: The best of the round's candidates, then of all that have gone downhill, (d,), by the cost of the rows that
-            are searched on.
-    """
-
-    share: float
-    evaluations: int
+    share: float  # of the rounds that it may take
+    evaluations: int  # candidates evaluated
+    # the best of the round's candidates, then of all that have gone downhill, (d,), by the cost of the rows that are
+    # searched on
     x: Array
 
 

@@ -35,25 +35,16 @@ KEPT = 4_000_000
 @final
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where the solver ended, for each of c candidates.
+    """Where the solver ended, for each of c candidates."""
 
-    Attributes:
-        x: The parameters, (c, d).
-        cost: Their cost, (c,); infinite where it is not finite at the start, which is then x.
-        to_go: By how much the best undamped step would lower the cost, (c,); at least by so much where it has not
-            converged.
-        converged: Whether that is no more than the tolerance, or the rounding error, (c,).
-        iterations: Steps taken, (c,).
-        evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
-        slopes: Derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known.
-    """
-
-    x: Array
-    cost: Array
+    x: Array  # the parameters, (c, d)
+    cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
+    # by how much the best undamped step would lower the cost, (c,); at least by so much where it has not converged
     to_go: Array
-    converged: Bools
-    iterations: Ints
-    evaluations: int
+    converged: Bools  # whether that is no more than the tolerance, or the rounding error, (c,)
+    iterations: Ints  # steps taken, (c,)
+    evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
+    # derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known
     slopes: Array | None = None
 
     @property

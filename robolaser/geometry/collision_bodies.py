@@ -22,22 +22,15 @@ USUAL_ARM_M = 0.6
 @final
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A rigid body on a link.
+    """A rigid body on a link."""
 
-    Attributes:
-        name: For people.
-        link: The link that carries it.
-        kind: "box", "sphere", "cylinder" or "capsule"; round ones have their axis along z.
-        size: A box's edges (x, y, z), a sphere's (radius,), of the others (radius, length); a capsule's caps come on
-            top of its length [m].
-        T_link_body: Its centre, (4, 4).
-    """
-
-    name: str
-    link: str
-    kind: str
+    name: str  # for people
+    link: str  # the link that carries it
+    kind: str  # "box", "sphere", "cylinder" or "capsule"; round ones have their axis along z
+    # a box's edges (x, y, z), a sphere's (radius,), of the others (radius, length); a capsule's caps come on top of
+    # its length [m]
     size: tuple[float, ...]
-    T_link_body: Array
+    T_link_body: Array  # its centre, (4, 4)
 
 
 def arm_length(robot: Robot | None) -> float:

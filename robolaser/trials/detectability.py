@@ -28,16 +28,11 @@ AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
 @final
 @dataclass(frozen=True)
 class Detectability:
-    """One fault's noise-free data, and the fit of the ordinary parameters to it.
+    """One fault's noise-free data, and the fit of the ordinary parameters to it."""
 
-    Attributes:
-        dataset: One row a point, without noise.
-        truth: The ordinary parameters; those that follow from the data may be left out.
-        sigmas: Standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
+    dataset: Dataset  # one row a point, without noise
+    truth: Mapping[str, float]  # the ordinary parameters; those that follow from the data may be left out
+    # standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero
     sigmas: Mapping[str, float]
 
     @cached_property

@@ -34,16 +34,12 @@ _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 @final
 @dataclass(frozen=True)
 class BoardCorners:
-    """A checkerboard as one image shows it.
+    """A checkerboard as one image shows it."""
 
-    Attributes:
-        orientations: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px]
-            as (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
-        white_level: Grey of the light squares where no stripe falls on them.
-    """
-
+    # One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as (u, v), the
+    # first with its x nearest to image u. Corners that something hides are NaN.
     orientations: tuple[Array, ...]
-    white_level: float
+    white_level: float  # grey of the light squares where no stripe falls on them
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:

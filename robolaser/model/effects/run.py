@@ -20,17 +20,12 @@ from robolaser.model.sensors import parts_with_lens, sensor_class
 @final
 @dataclass(frozen=True)
 class Course:
-    """How far a run had come at each pose.
+    """How far a run had come at each pose."""
 
-    Attributes:
-        progress: Share of the run that had passed, (n,), from 0 to 1.
-        rise: Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant.
-        by_thermometer: Whether temperatures of this very run say so.
-    """
-
-    progress: Array
+    progress: Array  # share of the run that had passed, (n,), from 0 to 1
+    # temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant
     rise: Array | None
-    by_thermometer: bool
+    by_thermometer: bool  # whether temperatures of this very run say so
 
 
 @final

@@ -34,19 +34,13 @@ Known = Mapping[str, tuple[float, Origin]]  # sizes of sources, and where they c
 @final
 @dataclass(frozen=True)
 class NoiseModel:
-    """The errors of a data set's rows: independent between poses, correlated within.
+    """The errors of a data set's rows: independent between poses, correlated within."""
 
-    Attributes:
-        sources: What may shake the rows, see `robolaser.model.noise.sources`.
-        sigmas: Standard deviation of each source, by name, in its unit.
-        origin: Where each size comes from: "stated", "repeats", or "estimated" from the residuals.
-        relative: Whether whitened rows are of unit variance only up to a common factor.
-    """
-
-    sources: tuple[ErrorSource, ...]
-    sigmas: Mapping[str, float]
+    sources: tuple[ErrorSource, ...]  # what may shake the rows, see `robolaser.model.noise.sources`
+    sigmas: Mapping[str, float]  # standard deviation of each source, by name, in its unit
+    # where each size comes from: "stated", "repeats", or "estimated" from the residuals
     origin: Mapping[str, Origin] = field(default_factory=dict)
-    relative: bool = False
+    relative: bool = False  # whether whitened rows are of unit variance only up to a common factor
 
     @property
     def estimated(self) -> tuple[str, ...]:

@@ -10,20 +10,14 @@ BRACKET: Final = "(bracket)"  # between the flange and what it carries
 @final
 @dataclass(frozen=True)
 class SpringHinge:
-    """A hinge that no encoder sees.
+    """A hinge that no encoder sees."""
 
-    Attributes:
-        before: The joint before which it lies, whose frame it is given in before the joint turns; or `FOOT` or
-            `BRACKET`, whose frames are those of the base and of the flange.
-        axis: (3,)
-        at: A point on it, (3,) [m].
-        stiffness: [Nm/rad]
-    """
-
+    # the joint before which it lies, whose frame it is given in before the joint turns; or `FOOT` or `BRACKET`, whose
+    # frames are those of the base and of the flange
     before: str
-    axis: tuple[float, float, float]
-    at: tuple[float, float, float]
-    stiffness: float
+    axis: tuple[float, float, float]  # (3,)
+    at: tuple[float, float, float]  # a point on it, (3,) [m]
+    stiffness: float  # [Nm/rad]
 
 
 @final

@@ -19,19 +19,13 @@ STEPS = 9
 @final
 @dataclass(frozen=True)
 class ScannerOptics:
-    """A stripe scanner as it was built.
+    """A stripe scanner as it was built."""
 
-    Attributes:
-        truth: The paper's fourteen numbers, SI.
-        bracket_quat: Turn of the camera on the flange (x, y, z, w), before the small angles.
-        angles: "xyz" or "zyz".
-        stripe_axis: "u" or "v".
-    """
-
-    truth: Mapping[str, float]
+    truth: Mapping[str, float]  # the paper's fourteen numbers, SI
+    # turn of the camera on the flange (x, y, z, w), before the small angles
     bracket_quat: tuple[float, float, float, float]
-    angles: str
-    stripe_axis: str
+    angles: str  # "xyz" or "zyz"
+    stripe_axis: str  # "u" or "v"
 
     @property
     def mount(self) -> Array:
