@@ -49,8 +49,8 @@ t_y = { nominal = -0.005, lower = -0.01, upper = 0 }
 t_z = { nominal = -0.065, lower = -0.1, upper = -0.05 }
 """
 ARMS = {
-    "acl": 'kind = "acl"\nport = "/dev/ttyUSB0"\nbaud = 9600\nreference_rad = [0, 0, 0, -1.5707963267948966, 0]\n'
-    "direction = [1, -1, 1, 1, -1]",
+    "acl": 'kind = "acl"\naxes = "er7"\nport = "/dev/ttyUSB0"\nbaud = 9600\n'
+    "reference_rad = [0, 0, 0, -1.5707963267948966, 0]\ndirection = [1, -1, 1, 1, -1]",
     "er5plus": 'kind = "acl"\naxes = "er5plus"\nport = "/dev/ttyUSB0"\n'
     "reference_rad = [0, 0, 0, -1.5707963267948966, 0]\ndirection = [-1, 1, 1, 1, -1]",
     "dynamixel": 'kind = "dynamixel"\nport = "/dev/ttyUSB0"\nbaud = 57600\nreference_rad = [0, 0, 0.2, 0, 0]\n'

@@ -25,7 +25,8 @@ class BudgetedEvaluator:
         problem: The problem.
         budget: Candidates that may be evaluated.
         evaluations: Candidates evaluated so far.
-        best: Lowest cost of a feasible candidate so far.
+        best: Lowest cost of a feasible candidate so far; of several objectives, what the front so far misses.
+        front: What is not dominated so far, if the problem has several objectives.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
     """
@@ -35,6 +36,7 @@ class BudgetedEvaluator:
         self.budget = budget
         self.evaluations = 0
         self.best = self.violation = np.inf
+        self.front = problem.front
         self.out_of_time = False
         self._time_limit_s = time_limit_s
         self._improvements: list[tuple[int, float, float]] = []
@@ -56,8 +58,28 @@ class BudgetedEvaluator:
             BudgetExhausted: The budget or the time is used up; candidates beyond the budget do not count.
             BenchmarkError: The array is not (c, d), or a candidate is not a number.
         """
+        if self.front is not None:
+            raise BenchmarkError(
+                f"{self.problem.name} has {len(self.front.ideal)} objectives: evaluate them with `objectives(x)`."
+            )
         x = self._checked(x)
         return self._recorded(x, self.problem.cost(x))
+
+    def objectives(self, x: Array) -> Array:
+        """Objectives of candidates, (c, d) -> (c, m); the front counts as improved by all of them at once.
+
+        Raises:
+            BudgetExhausted, BenchmarkError: As `cost` does.
+        """
+        if self.front is None:
+            return self.cost(x)[:, None]
+        x = self._checked(x)
+        values = self._allowed(x, self.problem.cost(x))
+        counted = values[: self.left]
+        self.violation = self._lowest_violation(counted[:, 0])
+        self.front = self.front.extended(counted[(counted < INFEASIBLE).all(axis=1)])
+        self.record(min(len(x), self.left), self.front.missing if len(self.front.points) else np.inf)
+        return values
 
     def residuals(self, x: Array) -> Array:
         """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation.
@@ -101,11 +123,10 @@ class BudgetedEvaluator:
         return x
 
     def _recorded(self, x: Array, costs: Array) -> Array:
-        outside = ((x < self.problem.lower) | (x > self.problem.upper)).any(axis=1)
-        costs = np.where(np.isnan(costs) | outside, np.inf, costs)
+        costs = self._allowed(x, costs)
         allowed = costs[: self.left]
         if self.problem.constraints:
-            self.violation = float(np.maximum(allowed / INFEASIBLE - 1.0, 0.0).min(initial=self.violation))
+            self.violation = self._lowest_violation(allowed)
             allowed = np.where(allowed >= INFEASIBLE, np.inf, allowed)
         lowest = np.minimum.accumulate(np.append(self.best, allowed))
         for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
@@ -113,6 +134,16 @@ class BudgetedEvaluator:
         self.evaluations += len(allowed)
         self._end_if_exhausted()
         return costs
+
+    def _allowed(self, x: Array, costs: Array) -> Array:
+        """Costs of candidates, infinite outside the bounds and where they are not numbers."""
+        outside = ((x < self.problem.lower) | (x > self.problem.upper)).any(axis=1)
+        costs = np.where(np.isnan(costs), np.inf, costs)
+        costs[outside] = np.inf
+        return costs
+
+    def _lowest_violation(self, costs: Array) -> float:
+        return float(np.maximum(costs / INFEASIBLE - 1.0, 0.0).min(initial=self.violation))
 
     def _improve(self, evaluations: int, cost: float) -> None:
         self.best = cost

@@ -151,5 +151,5 @@ def best_known(problem: BenchmarkProblem) -> tuple[float, str]:
 def fingerprint(problem: BenchmarkProblem) -> str:
     """What identifies a problem besides its name: its bounds, and the costs of some candidates."""
     probes = problem.sample_uniform(np.random.default_rng(PROBE_SEED), PROBES)
-    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes)])
+    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes).ravel()])
     return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

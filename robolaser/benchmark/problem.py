@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 
 if TYPE_CHECKING:
+    from robolaser.benchmark.front import Front
     from robolaser.model.forward_model import Model
 
 CALIBRATION, TEST_FUNCTION, OWN = "calibration", "test function", "own problem"
@@ -31,13 +32,14 @@ class BenchmarkProblem:
         variables: Their names, d of them.
         lower: Lower bounds, (d,).
         upper: Upper bounds, (d,).
-        cost: Of candidates (c, d) -> (c,); infinite or not a number at poles.
+        cost: Of candidates (c, d) -> (c,), of several objectives (c, m); infinite or not a number at poles.
         unit: Of the cost.
         scale: A difference in cost that can be neglected where the lowest cost is zero, in `unit`.
         residuals: Candidates (c, d) -> (c, r), whose squares add up to the cost; None if it is not a sum of squares.
         model: The forward model of a calibration.
         lowest: The lowest cost, where theory knows it.
         constraints: Their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates.
+        front: An empty one, if the problem has several objectives.
     """
 
     name: str
@@ -53,6 +55,7 @@ class BenchmarkProblem:
     model: "Model | None" = None
     lowest: float | None = None
     constraints: int = 0
+    front: "Front | None" = None
 
     def __post_init__(self) -> None:
         """Make the bounds read-only: what one run wrote into them would change the problem of the next."""

@@ -61,7 +61,7 @@ def spec_of(problem: object) -> ProblemSpec:
         problem: A folder or `paper`, with or without `reduced:`; see `pymoo_specs` for the others.
 
     Raises:
-        UsageError: There is no such problem, it lacks bounds or has several objectives, or no closed form reduces it.
+        UsageError: There is no such problem, it lacks bounds, or no closed form reduces it.
         BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
         DataError: The data set cannot be read.
     """

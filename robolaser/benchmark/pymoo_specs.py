@@ -11,6 +11,7 @@ import numpy as np
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made_with
 from robolaser.arrays import Array
+from robolaser.benchmark.front import Front
 from robolaser.benchmark.problem import INFEASIBLE, OWN, PROBE_SEED, PROBES, TEST_FUNCTION, BenchmarkProblem
 from robolaser.benchmark.problem_spec import ProblemSpec
 from robolaser.errors import DependencyMissing, UsageError, near
@@ -20,6 +21,8 @@ TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "
 """pymoo's test functions of any dimension whose lowest cost is known."""
 DIMENSION = 10
 """Variables of a test function, unless the name says otherwise."""
+FRONT_PROBES = 1000
+"""Random candidates whose objectives say how far each of them ranges."""
 NEGLIGIBLE = 1e-6
 """Share of a random candidate's cost that can be neglected in a user's problem."""
 
@@ -27,17 +30,17 @@ NEGLIGIBLE = 1e-6
 @final
 @dataclass(frozen=True, eq=False)
 class PymooSpec(ProblemSpec):
-    """A pymoo problem of one objective, with or without constraints."""
+    """A pymoo problem of one objective or several, with or without constraints."""
 
     name: str
     make: Callable[[], Any]
     family: str
 
     def problem(self) -> BenchmarkProblem:
-        """Minimise the objective; a candidate that violates constraints costs more than any that does not.
+        """Minimise the objectives; a candidate that violates constraints costs more than any that does not.
 
         Raises:
-            UsageError: It is no pymoo problem of real variables, with bounds and one objective.
+            UsageError: It is no pymoo problem of real variables, with bounds.
         """
         from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
 
@@ -49,34 +52,36 @@ class PymooSpec(ProblemSpec):
                 f"{self.name} is {problem!r:.80}, expected a pymoo problem: its class, an instance, or a function that"
                 " returns one."
             )
-        if problem.n_obj != 1:
-            raise UsageError(f"{self.name} has {problem.n_obj} objectives. Only problems with one can be compared on.")
         if isinstance(problem.xl, dict) or not problem.has_bounds():
             raise UsageError(f"{self.name} needs real variables, each with a lower and an upper bound (xl and xu).")
         constraints = problem.n_ieq_constr + problem.n_eq_constr
-        title = f"{_title(problem, self.name)}, {problem.n_var} variables"
+        counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
+        many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
+        title = ", ".join([_title(problem, self.name), *many])
         lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
 
         def cost(x: Array) -> Array:
             values = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-            f: Array = np.asarray(values["F"], np.float64)[:, 0]
-            if not constraints:
-                return f
-            violation, tolerated = violation_of(values)
-            return np.where(tolerated, f, INFEASIBLE * (1.0 + violation[:, 0]))
+            f: Array = np.asarray(values["F"], np.float64)
+            if constraints:
+                violation, tolerated = violation_of(values)
+                f = np.where(tolerated[:, None], f, INFEASIBLE * (1.0 + violation))
+            return f[:, 0] if problem.n_obj == 1 else f
 
+        front = None if problem.n_obj == 1 else _front(problem, lower, upper)
         return BenchmarkProblem(
             self.name,
-            f"{title}, {constraints} constraints" if constraints else title,
+            title,
             self.family,
             tuple(f"x{i}" for i in range(problem.n_var)),
             lower,
             upper,
             cost=cost,
-            unit="",
-            scale=1.0 if self.family == TEST_FUNCTION else _negligible(problem, lower, upper),
-            lowest=_lowest(problem),
+            unit="" if front is None else "hypervolume",
+            scale=1.0 if front or self.family == TEST_FUNCTION else _negligible(problem, lower, upper),
+            lowest=_lowest(problem) if front is None else None,
             constraints=constraints,
+            front=front,
         )
 
 
@@ -193,6 +198,20 @@ def _lowest(problem: Any) -> float | None:
         return float(stated)
     front = problem.pareto_front()
     return None if front is None else float(np.min(front))
+
+
+def _front(problem: Any, lower: Array, upper: Array) -> Front:
+    """An empty one; it is measured by the problem's own front or, where that is not known, by random candidates."""
+    try:
+        known = problem.pareto_front()
+    except Exception:  # some want to be told how many points, or in which directions
+        known = None
+    if known is not None:
+        return Front.empty(known.min(axis=0), known.max(axis=0), known)
+    probes = np.random.default_rng(PROBE_SEED).uniform(lower, upper, (FRONT_PROBES, len(lower)))
+    values = np.asarray(problem.evaluate(probes, return_values_of=["F"]), np.float64)
+    values = values[np.isfinite(values).all(axis=1)]
+    return Front.empty(values.min(axis=0), values.max(axis=0))
 
 
 def _negligible(problem: Any, lower: Array, upper: Array) -> float:

@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted
 from robolaser.benchmark.problem import BenchmarkProblem
@@ -36,6 +37,7 @@ class BenchmarkRun:
         processor_s: Processor time.
         trace: Every improvement; of failed runs as far as it is known.
         violation: The lowest violation of the constraints; 0 with a feasible candidate, or if nothing is known.
+        front: Objective values that it found and nothing dominates, (n, m), if there are several objectives.
     """
 
     problem: str
@@ -48,6 +50,7 @@ class BenchmarkRun:
     processor_s: float
     trace: ConvergenceTrace
     violation: float = 0.0
+    front: Array | None = None
 
     @property
     def key(self) -> Key:
@@ -85,4 +88,5 @@ def run(problem: BenchmarkProblem, solver: Solver, *, seed: int, budget: int, ti
         processor_s=time.process_time() - began,
         trace=evaluator.trace(),
         violation=evaluator.violation if np.isfinite(evaluator.violation) else 0.0,
+        front=None if evaluator.front is None else evaluator.front.points,
     )

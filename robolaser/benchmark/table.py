@@ -1,7 +1,8 @@
 """The table of a benchmark: a run is a row, and is on disk as soon as it is done.
 
 A SQLite database in WAL mode: several processes may add runs to it at the same time, and whoever is killed loses no run
-that was added. A row of `runs` is a run, a row of `trajectory` an improvement of it; `problems`, `solvers`, `refused`,
+that was added. A row of `runs` is a run, a row of `trajectory` an improvement of it,
+a row of `fronts` its objective values that nothing dominates (JSON); `problems`, `solvers`, `refused`,
 `sessions` and `conditions` say what was run and where.
 """
 
@@ -43,6 +44,7 @@ create table sessions (id integer primary key, engine text, workers integer, las
 create table runs (id integer primary key, problem text, algorithm text, seed integer, state text, reason text,
                    evaluations integer, seconds real, processor_s real, best real, violation real,
                    unique (problem, algorithm, seed));
+create table fronts (run integer primary key, points text);
 create table trajectory (run integer, evaluations integer, seconds real, cost real,
                          primary key (run, evaluations)) without rowid;
 pragma application_id = {APPLICATION};
@@ -148,14 +150,15 @@ class RunTable:
         """
         trace, best = run.trace, run.trace.final if len(run.trace.costs) else None
         with self._written():
-            self._db.execute(
-                "delete from trajectory where run = (select id from runs where (problem, algorithm, seed) = (?, ?, ?))",
-                run.key,
-            )
+            for table in ("trajectory", "fronts"):
+                which = "(select id from runs where (problem, algorithm, seed) = (?, ?, ?))"
+                self._db.execute(f"delete from {table} where run = {which}", run.key)
             told = (run.state, run.reason, run.evaluations, run.seconds, run.processor_s, best, run.violation)
             at = self._insert("runs", [(None, *run.key, *told)], "replace")
             rows = zip(trace.evaluations.tolist(), trace.seconds.tolist(), trace.costs.tolist(), strict=True)
             self._insert("trajectory", ((at, *row) for row in rows))
+            if run.front is not None:
+                self._insert("fronts", [(at, json.dumps(run.front.tolist()))])
             self._db.execute(
                 "update sessions set lasted_s = max(lasted_s, ?), busy_s = busy_s + ? where id = ?",
                 (after_s, run.seconds, self._session),
@@ -216,12 +219,14 @@ class RunTable:
         improvements = np.array(
             self._rows("select run, evaluations, seconds, cost from trajectory order by run, evaluations"), float
         ).reshape(-1, 4)
+        fronts = dict(self._rows("select * from fronts"))
         for at, problem, algorithm, seed, state, reason, evaluations, seconds, processor_s, _, violation in rows:
             if problem in problems and algorithm in solvers and seed in seeds:
                 of_run = improvements[slice(*np.searchsorted(improvements[:, 0], [at, at + 1]))]
                 trace = ConvergenceTrace(of_run[:, 1].astype(np.int64), of_run[:, 2], of_run[:, 3])
                 told = (state, reason, evaluations, seconds, processor_s)
-                yield BenchmarkRun(problem, algorithm, seed, *told, trace, violation)
+                front = np.array(json.loads(fronts[at]), float) if at in fronts else None
+                yield BenchmarkRun(problem, algorithm, seed, *told, trace, violation, front)
 
     def _is_empty(self) -> bool:
         return not self._rows("select count(*) from sqlite_master")[0][0]

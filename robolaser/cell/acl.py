@@ -1,13 +1,12 @@
 """The ACL controllers of SCORBOT arms, over RS-232."""
 
 import re
-from collections.abc import Sequence
 from typing import ClassVar, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.acl_axes import AXES, pitch_in_world, radians_per_count
+from robolaser.cell.acl_axes import AXES, pitch_by_joints, pitch_in_world, radians_per_count
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
@@ -15,6 +14,7 @@ from robolaser.cell.failures import joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError, DataError
+from robolaser.geometry.kinematics import Robot
 
 PER_QUARTER = 33
 """PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's."""
@@ -29,11 +29,15 @@ SEARCH = "HOME"
 HOMING_S = 300.0
 """Homing takes one to three minutes."""
 HOMING_QUIET_S = 1.5
-PAIRS = re.compile(r"([1-8])\s*:\s*(-?\d+)(?=\s)")
+NUMBER = r"(-?\d{1,9})"
+"""What a disturbed line makes longer is none."""
+PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
-PITCH = re.compile(r"P\s*:\s*(-?\d+)(?=\s)")
+PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
 PITCH_OFF = 0.03
 """Largest difference of the sines of two pitches that are the same."""
+SPOILT = 4
+"""A disturbed line seldom spoils the pitch so often in a row."""
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)
 HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
@@ -50,7 +54,9 @@ class AclArm(Arm):
     synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = False
 
-    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
+    def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
+        joints = robot.joints
+        assert arm.axes is not None  # a cell without it is not read
         if not 0 < len(joints) <= AXES:
             raise joints_differ("acl", len(joints), AXES)
         if arm.axes == "er5plus" and len(joints) < AXES:
@@ -61,7 +67,7 @@ class AclArm(Arm):
                 column="joints",
             )
         self._line = line
-        self._joints = tuple(joints)
+        self._robot, self._joints, self._axes = robot, joints, arm.axes
         self._talk = AclProtocol(line, self._joints)
         self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
         self._direction = np.array(arm.direction or [1.0] * len(joints))
@@ -76,8 +82,7 @@ class AclArm(Arm):
         self._per_count = radians_per_count(arm.axes, self._per_quarter)
         self._counts_per_rad = np.linalg.inv(self._per_count)
         self.step = np.linalg.norm(self._per_count, axis=1)
-        if arm.axes == "er5plus":
-            self._check_pitch()
+        self.read()
         self._talk.command("CON")
         self._talk.command(f"SPEED {SLOW_PERCENT}")
         for place in PLACES:  # which may be there already; if they are not, HERE is refused
@@ -94,11 +99,23 @@ class AclArm(Arm):
             ArmError: It cannot be opened, or the controller is not this robot's.
             DataError: The robot has more joints than the controller.
         """
-        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
+        return connect(lambda line: cls(line, cell.arm, cell.robot), cell.arm, clock)
 
     def read(self) -> Array:
-        """Where it is now, (j,)."""
-        return self._angles(self._counts("POSITION"))
+        """Where it is now, (j,).
+
+        Raises:
+            ArmError: The pitch that the controller says is that of another type of arm.
+        """
+        for _ in range(SPOILT):
+            counts, pitch = self._talk.ask("LISTPV POSITION", self._counts_and_pitch)
+            if self._may_be_ours(counts, pitch):
+                return self._angles(counts)
+        raise ArmError(
+            f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which its"
+            f" encoders do not mean on an arm of axes '{self._axes}'. Check [arm] axes in cell.toml: this is another"
+            " arm, and its joint angles would be wrong."
+        )
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
@@ -181,29 +198,31 @@ class AclArm(Arm):
         """Encoder counts of the arm as it is, or of a position that is stored."""
         return self._talk.ask(f"LISTPV {place}", lambda answer: _listed(answer, len(self._joints)))
 
-    def _check_pitch(self) -> None:
-        """Whether the controller works out the hand's pitch from its encoders as we do.
+    def _counts_and_pitch(self, answer: str) -> tuple[Ints, float] | None:
+        """Counts, (j,), and the hand's pitch in the world [rad], NaN where there is none, in a listing."""
+        counts, pitch = _listed(answer, len(self._joints)), PITCH.search(answer)
+        return None if counts is None else (counts, np.deg2rad(int(pitch[1]) / 10) if pitch else np.nan)
 
-        Raises:
-            ArmError: It does not.
+    def _may_be_ours(self, counts: Ints, said: float) -> bool:
+        """Whether the pitch that the controller says [rad] is that of this type of arm at counts, (j,).
+
+        An ER V plus's pitch follows from its counts alone. Where `direction` is wrong, an ER VII's does not: so its is
+        doubted only where an ER V plus would have it.
         """
+        if len(counts) < AXES or np.isnan(said):
+            return self._axes == "er7"
 
-        def counts_and_pitch(answer: str) -> tuple[Ints, float] | None:
-            counts, pitch = _listed(answer, AXES), PITCH.search(answer)
-            return None if counts is None or pitch is None else (counts, np.deg2rad(int(pitch[1]) / 10))
+        def is_said(pitch: float) -> bool:
+            return bool(abs(abs(np.sin(pitch)) - abs(np.sin(said))) < PITCH_OFF)
 
-        counts, said = self._talk.ask("LISTPV POSITION", counts_and_pitch)
-        ours = pitch_in_world(self._per_quarter, counts - self._at_reference)
-        if abs(abs(np.sin(ours)) - abs(np.sin(said))) > PITCH_OFF:
-            raise ArmError(
-                f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(said):.1f}°, but as"
-                f" the encoders of an ER V plus count it is {np.rad2deg(ours):.1f}°. Check [arm] axes in cell.toml:"
-                " this is another arm, and its joint angles would be wrong."
-            )
+        is_er5plus = is_said(pitch_in_world(self._per_quarter, counts - self._at_reference))
+        if self._axes == "er5plus":
+            return is_er5plus
+        return not is_er5plus or is_said(pitch_by_joints(self._robot, self._reference, self._angles(counts)))
 
     def _parameter(self, number: int) -> int:
         """A parameter, as two answers in a row say: there is no check sum."""
-        pattern = re.compile(rf"PAR\s*{number}\s*=\s*(-?\d+)\s")
+        pattern = re.compile(rf"PAR\s*{number}\s*=\s*{NUMBER}\s")
 
         def value(answer: str) -> int | None:
             found = pattern.search(answer)

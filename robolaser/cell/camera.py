@@ -37,6 +37,16 @@ class Camera(ABC):
             CameraError: No image comes, they are all the same, or the image is of no use.
         """
 
+    def expose(self, exposure: float) -> None:
+        """Expose the next shot that waits for it to settle so long, in the driver's unit.
+
+        Raises:
+            CameraError: Its exposure cannot be changed.
+        """
+        raise CameraError(
+            f"The camera's exposure cannot be set to {exposure:g}. Take exposures out of [camera] in cell.toml."
+        )
+
     @abstractmethod
     def close(self) -> None:
         """Close it."""

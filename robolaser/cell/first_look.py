@@ -18,6 +18,11 @@ MISSES = 2
 
 
 @final
+class BoardCutOff(CameraError):
+    """A plan that goes to the wrong places: to go on with it is of no use."""
+
+
+@final
 class FirstLook:
     """Looks for the whole board in the images of the first poses."""
 
@@ -30,7 +35,7 @@ class FirstLook:
         """Look at the images of a pose, by column of poses.csv.
 
         Raises:
-            CameraError: Too many of the first poses do not show the whole board.
+            BoardCutOff: Too many of the first poses do not show the whole board.
         """
         if self._looked == LOOKS:
             return
@@ -39,7 +44,7 @@ class FirstLook:
         if not any(np.isfinite(grid).all() for grid in seen):
             self._missed.append(pose)
         if len(self._missed) == MISSES:
-            raise CameraError(
+            raise BoardCutOff(
                 f"The whole board is not visible from {' and '.join(self._missed)}, although the plan expects it."
                 " Measure again where it lies (target.x ... in dataset.toml), check light and focus, and record a new"
                 " plan with --force."

@@ -39,6 +39,9 @@ class LiveCamera(Camera):
         self._same = 0
         self._same_s = 0.0
         self._end: RobolaserError | None = None
+        self._exposure: float | None = None
+        """What is to be set before the next image."""
+        self._refused = False
         self._reader = threading.Thread(target=self._read, name=f"camera {line.source}", daemon=True)
         self._reader.start()
         try:
@@ -55,6 +58,16 @@ class LiveCamera(Camera):
         image = self._wait_for(wanted, SILENT_S)
         check_image(self._source, image, self._size, self._warn)
         return image
+
+    def expose(self, exposure: float) -> None:
+        """Let the thread that reads set it, before its next image."""
+        with self._news:
+            self._exposure = exposure
+            if not self._news.wait_for(lambda: self._exposure is None or self._end is not None, SILENT_S):
+                raise no_more_images(self._source, f"none came for {SILENT_S:.0f} s")
+            refused = self._refused
+        if refused:
+            super().expose(exposure)
 
     def close(self) -> None:
         """Close it."""
@@ -84,6 +97,9 @@ class LiveCamera(Camera):
         """Keep the newest image until there is no more."""
         end: RobolaserError | None = None
         while not self._closing and end is None:
+            if self._exposure is not None:
+                self._refused = not self._capture.set(cv2.CAP_PROP_EXPOSURE, self._exposure)
+                self._exposure = None
             try:
                 there, frame = self._capture.read()
                 image = grey(self._source, frame, self._channel) if there else None
@@ -121,7 +137,7 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
             raise cannot_open(line.source, "there is no camera")
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])  # the first image shows whether it could
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
-    if line.exposure is not None:
+    if line.exposure is not None or line.exposures:
         capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL)
     for name, what, value in (
         ("exposure", cv2.CAP_PROP_EXPOSURE, line.exposure),

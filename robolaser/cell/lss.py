@@ -1,24 +1,21 @@
 """Arms of Lynxmotion's smart servos, several on one line, each with an address."""
 
 import re
-from collections.abc import Sequence
 from contextlib import suppress
-from typing import ClassVar, Self, final
+from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
-from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, no_outputs, unclear
+from robolaser.cell.bus_arm import BusArm
+from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
 from robolaser.cell.motion_time import PEAK
-from robolaser.cell.serial_line import SerialLine, connect
-from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.cell.serial_line import SerialLine
+from robolaser.data.cell_config import ArmLine
 from robolaser.errors import LineLost
+from robolaser.geometry.kinematics import Robot
 
 EVERYBODY = 254
-STEP = np.deg2rad(0.1)
-"""Servos count in tenths of a degree, and speed in tenths of a degree a second."""
 QUIET_S = 0.6
 TRIES = 3
 STARTS = 5
@@ -34,39 +31,23 @@ ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 
 
 @final
-class LssArm(Arm):
-    """Servos with absolute encoders: there is no home to search."""
+class LssArm(BusArm):
+    """Servos that count in tenths of a degree, and speed in tenths of a degree a second."""
 
-    outputs: ClassVar[int | None] = 0
     synchronous_read: ClassVar[bool] = False
-    absolute_encoders: ClassVar[bool] = True
+    counted_rad: ClassVar[float] = float(np.deg2rad(0.1))
+    most: ClassVar[int] = EVERYBODY - 1
 
-    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
-        if not joints:
-            raise joints_differ("lss", 0, EVERYBODY - 1)
-        self._line = line
-        self._ids = arm.ids or tuple(range(1, len(joints) + 1))
-        self._servos = tuple(zip(self._ids, joints, strict=True))
-        self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
-        self._direction = np.array(arm.direction or [1.0] * len(joints))
-        self.step = np.full(len(joints), STEP)
+    def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
+        super().__init__(line, arm, robot)
+        self._servos = tuple(zip(self._ids, self._joints, strict=True))
         line.discard()
         line.send("\r")  # ends a command that was left incomplete
         self.read()
 
-    @classmethod
-    def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and see that every servo answers.
-
-        Raises:
-            ArmError: It cannot be opened.
-        """
-        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
-
     def read(self) -> Array:
         """Where it is now, (j,)."""
-        angles: Array = self._reference + self._direction * self._all("QD") * STEP
-        return angles
+        return self._angles(self._all("QD"))
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
@@ -81,7 +62,7 @@ class LssArm(Arm):
         The time that a motion is to take cannot be read back. So each servo is first given the speed that its way
         needs as its highest, and says that it heard; and all are halted, and told again, where one misheard its goal.
         """
-        goal = np.rint(self._direction * (q - self._reference) / STEP).astype(np.int64)
+        goal = self._counts(q)
         heard = goal
         for _ in range(STARTS):
             way = np.abs(goal - self._halted())
@@ -99,21 +80,6 @@ class LssArm(Arm):
     def stop(self) -> None:
         """Stop where it is."""
         self._line.send(f"\r#{EVERYBODY}H\r" * AT_ONCE)
-
-    def home(self) -> None:
-        """Nothing: their encoders are absolute."""
-
-    def laser_on(self, output: int) -> None:
-        """Switch an output on."""
-        raise no_outputs(self._line.port, output)
-
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        raise no_outputs(self._line.port, output)
-
-    def close(self) -> None:
-        """Close it."""
-        self._line.close()
 
     def _halted(self) -> Ints:
         """Halt, and say where all stand, (j,) [tenths of a degree]."""
@@ -153,7 +119,7 @@ class LssArm(Arm):
 
     def _ask(self, servo: int, joint: str, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> int:
         heard = ""
-        pattern = re.compile(rf"\*{servo}{what}(-?\d+)\r")
+        pattern = re.compile(rf"\*{servo}{what}(-?\d{{1,9}})\r")
         for _ in range(tries):
             self._line.discard()
             self._line.send(f"#{servo}{what}\r")

@@ -9,9 +9,9 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, not_settled
 from robolaser.cell.joint_text import joint_text
-from robolaser.cell.motion_time import seconds_for, time_to_show
+from robolaser.cell.motion_time import seconds_for, time_to_show, way_in
 from robolaser.data.cell_config import UNATTENDED_S
-from robolaser.errors import ArmError, RobolaserError
+from robolaser.errors import ArmError, PlanError, RobolaserError
 from robolaser.geometry.kinematics import Robot
 
 POLL_S = 0.05
@@ -45,6 +45,16 @@ class Mover:
         self._clock = clock
         self._unattended_s = np.inf if arm.stops_alone else unattended_s
         self.near = np.maximum(STEPS * arm.step, NEAR)
+        unsure = float((self.near + arm.step).max())
+        self._piece = way_in(self._unattended_s, speed) - unsure
+        """Way of a joint from stop to stop: from wherever it is taken to be at one, it is at the next in time."""
+        if self._piece < unsure:
+            slowest = np.ceil(1e3 * 2 * unsure * speed / way_in(self._unattended_s, speed)) / 1e3
+            raise PlanError(
+                f"cell.toml, [limits] speed_rad_s: {speed:g} is too slow for this arm's encoders: in pieces of"
+                f" {self._unattended_s:g} s it would not be seen to move. State {slowest:g} or more, or a longer"
+                " unattended_s in [arm]."
+            )
 
     def resting(self, when: str, patience_s: float = STILL_S) -> Array:
         """Where the arm stands, as two readings in a row say, (j,).
@@ -68,7 +78,8 @@ class Mover:
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
         """Go straight, joint by joint, to a goal, and wait until the arm rests there.
 
-        It goes by stops so near to each other that it comes to rest soon at one of them, should nobody send it on.
+        It goes by stops so near to each other that it comes to rest soon at one of them, should nobody send it on. Each
+        piece is timed from where the arm really is, so that no joint exceeds the speed.
 
         Args:
             goal: (j,).
@@ -81,12 +92,14 @@ class Mover:
         Raises:
             ArmError: It rests elsewhere, does not come to rest, or is on another path than the straight one.
         """
-        seconds = seconds_for(goal - start, self._speed)
-        legs = max(1, int(np.ceil(seconds / self._unattended_s)))
+        legs = max(1, int(np.ceil(np.abs(goal - start).max(initial=0.0) / self._piece)))
         stops = np.linspace(start, goal, legs + 1)
+        at = start
         for leg in range(legs):
             then = stops[leg + 2] if leg + 2 <= legs else None
-            at = self._leg(stops[leg], stops[leg + 1], then, seconds / legs, place)
+            way = np.abs(stops[leg + 1] - at) + self._arm.step  # readings and goals are rounded
+            seconds = min(seconds_for(way, self._speed), self._unattended_s)
+            at = self._leg(stops[leg], stops[leg + 1], then, seconds, place)
         return at
 
     def _leg(self, start: Array, goal: Array, then: Array | None, seconds: float, place: str) -> Array:

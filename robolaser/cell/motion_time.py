@@ -19,6 +19,11 @@ def seconds_for(way: Array, speed: float) -> float:
     return max(LEAST_S, PEAK * float(np.abs(way).max(initial=0.0)) / speed)
 
 
+def way_in(seconds: float, speed: float) -> float:
+    """How far a joint goes at most in a motion so that it never exceeds a speed [rad or m]."""
+    return seconds * speed / PEAK
+
+
 def time_to_show(share: Array) -> Array:
     """Share of a motion's time that goes by, at most, until a share of its way has been gone.
 

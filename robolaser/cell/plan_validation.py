@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.cell_collisions import Collision, collision_model, collisions, tool_points
+from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.joint_text import joint_text
 from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import PlanError
@@ -29,20 +29,18 @@ class Violation:
     Attributes:
         place: Name of the pose.
         on_the_way: Whether it is broken on the way there rather than at the pose itself.
-        what: The joint, or what is too low or too far.
-        value: With its unit.
-        limit: With its unit.
+        what: The joint, what is too low or too far, or both bodies that are too near to each other.
+        how: How far it is broken.
     """
 
     place: str
     on_the_way: bool
     what: str
-    value: str
-    limit: str
+    how: str
 
     def __str__(self) -> str:
         way = "on the way to " if self.on_the_way else ""
-        return f"{way}{self.place}: {self.what} at {self.value}, limit {self.limit}"
+        return f"{way}{self.place}: {self.what} {self.how}"
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
@@ -77,7 +75,7 @@ def violations(
     names: Sequence[str],
     q: Array,
     bodies: CollisionModel | None = None,
-) -> list[Violation | Collision]:
+) -> list[Violation]:
     """All that a route would break, pose by pose.
 
     Args:
@@ -90,7 +88,7 @@ def violations(
         q: Joint values in the order of the route, (n, j).
     """
     before = q[0] if start is None else start
-    found: list[Violation | Collision] = []
+    found: list[Violation] = []
     for name, goal in zip(names, q, strict=True):
         steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
         line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
@@ -100,7 +98,21 @@ def violations(
     return found
 
 
-def unsafe(broken: Sequence[Violation | Collision], *, run_up: bool, most: int = 12) -> PlanError:
+def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) -> list[Violation]:
+    """Pairs of bodies nearer than a margin [m] on a straight way whose last posture is the pose itself, (s, j)."""
+    gaps = model.gaps(line)
+    nearest: dict[str, tuple[float, Violation]] = {}
+    for k, pair in enumerate(model.pairs):
+        name, gap = model.name(pair), float(gaps[:, k].min())
+        if gap >= margin_m or gap >= nearest.get(name, (np.inf,))[0]:  # a link may be several bodies
+            continue
+        how = f"are {1e3 * gap:.1f} mm apart, limit {1e3 * margin_m:g} mm (margin_m)"
+        how = f"overlap by {-1e3 * gap:.1f} mm" if gap < 0 else how
+        nearest[name] = gap, Violation(place, bool(gaps[-1, k] >= margin_m), name, how)
+    return [violation for _, violation in nearest.values()]
+
+
+def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> PlanError:
     """The error of a route that breaks the cell's limits.
 
     Args:
@@ -117,7 +129,7 @@ def unsafe(broken: Sequence[Violation | Collision], *, run_up: bool, most: int =
     )
 
 
-def cell_violations(cell: Cell, start: Array | None, names: Sequence[str], q: Array) -> list[Violation | Collision]:
+def cell_violations(cell: Cell, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
     """All that a route in a cell would break, as `violations` says."""
     bodies = collision_model(cell.description, cell.limits, cell.boxes)
     return violations(cell.robot, cell.limits, tool_points(cell.description), start, names, q, bodies)
@@ -152,7 +164,7 @@ def _broken(robot: Robot, limits: Limits, tools: Array, name: str, line: Array) 
 
     def note(excess: Array, what: str, value: str, limit: str) -> None:
         if excess.max() > 0:
-            found.append(Violation(name, bool(excess[-1] <= 0), what, value, limit))
+            found.append(Violation(name, bool(excess[-1] <= 0), what, f"at {value}, limit {limit}"))
 
     for i, joint in enumerate(robot.joints):
         lower, upper = float(robot.lower[i]), float(robot.upper[i])

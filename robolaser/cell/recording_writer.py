@@ -86,10 +86,10 @@ class RecordingWriter:
             force: Throw away a recording that is there.
 
         Raises:
-            OutputError: There is one, or what is there is a cell.
+            OutputError: There is one, or what is there is a cell, or lies in this one.
         """
-        if (folder / CELL).exists():
-            raise OutputError(f"{folder} is a cell: a recording there would overwrite it. Choose another --output.")
+        if (folder / CELL).exists() or folder.resolve().is_relative_to(cell.folder.resolve()):
+            raise OutputError(f"{folder} is a cell or lies in one, and is not changed. Choose another --output.")
         writer = cls(cell, robot, folder, waypoints, shots)
         there = [file for file in writer._files() if file.exists()]
         if there and not force:

@@ -2,23 +2,22 @@
 
 import re
 from collections.abc import Sequence
-from typing import ClassVar, Self, final
+from contextlib import suppress
+from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
-from robolaser.cell.failures import alarm, joints_differ, line_lost, no_outputs, unclear
-from robolaser.cell.serial_line import LETTERS, SerialLine, connect
+from robolaser.cell.bus_arm import BusArm
+from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
+from robolaser.cell.serial_line import LETTERS, SerialLine
 from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL
 from robolaser.cell.servo_registers import SERVOS
-from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
+from robolaser.geometry.kinematics import Robot
 
-STEP = 2 * np.pi / 4096
 MIDDLE = 2048
-MOST = 252
 QUIET_S = 0.25
 TRIES = 4
 SAGGED = 20
@@ -33,43 +32,26 @@ ADVICE = "Free the arm, let it cool down, check its supply, and switch its power
 
 
 @final
-class ServoArm(Arm):
+class ServoArm(BusArm):
     """Servos with absolute encoders; their torque stays off until the first motion, so that they may be led by hand.
 
     angle = reference_rad + direction (position - 2048) 2 pi / 4096.
     """
 
-    outputs: ClassVar[int | None] = 0
     synchronous_read: ClassVar[bool] = True
-    absolute_encoders: ClassVar[bool] = True
+    counted_rad: ClassVar[float] = 2 * np.pi / 4096
+    most: ClassVar[int] = 252
 
-    def __init__(self, line: SerialLine, arm: ArmLine, joints: Sequence[str]) -> None:
-        if not joints:
-            raise joints_differ(arm.kind, 0, MOST)
-        self._line = line
+    def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
+        super().__init__(line, arm, robot)
         self._at = SERVOS[arm.kind]
-        self._ids = arm.ids or tuple(range(1, len(joints) + 1))
-        self._joints = tuple(joints)
-        self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
-        self._direction = np.array(arm.direction or [1.0] * len(joints))
-        self.step = np.full(len(joints), STEP)
         if self._at.drive_mode is not None:
             self._state_times(self._at.drive_mode)
         self.read()
 
-    @classmethod
-    def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and see that every servo answers.
-
-        Raises:
-            ArmError: It cannot be opened.
-        """
-        return connect(lambda line: cls(line, cell.arm, cell.robot.joints), cell.arm, clock)
-
     def read(self) -> Array:
         """Where it is now, (j,)."""
-        angles: Array = self._reference + self._direction * (self._positions(self._at.present) - MIDDLE) * STEP
-        return angles
+        return self._angles(self._positions(self._at.present) - MIDDLE)
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
@@ -80,7 +62,7 @@ class ServoArm(Arm):
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), of all servos at once."""
-        goal = np.rint(MIDDLE + self._direction * (q - self._reference) / STEP).astype(np.int64)
+        goal = MIDDLE + self._counts(q)
         start = self._positions(self._at.present)
         if not all(self._numbers(self._at.torque)):
             # a motor that begins to hold goes to the goal that it has
@@ -89,24 +71,20 @@ class ServoArm(Arm):
         self._send_checked(start, goal, seconds)
 
     def stop(self) -> None:
-        """Stop where it is: these servos know no other command than to go where they are."""
-        at = self._positions(self._at.present)
-        self._send_on(at, at, 0.0)
+        """Stop where it is: these servos know no other command than to go where they are.
 
-    def home(self) -> None:
-        """Nothing: their encoders are absolute."""
-
-    def laser_on(self, output: int) -> None:
-        """Switch an output on."""
-        raise no_outputs(self._line.port, output)
-
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        raise no_outputs(self._line.port, output)
-
-    def close(self) -> None:
-        """Close it."""
-        self._line.close()
+        Raises:
+            AnswerUnclear: They do not say that they heard it.
+        """
+        if not any(self._numbers(self._at.torque)):
+            return
+        for _ in range(TRIES):
+            at = self._positions(self._at.present)
+            self._send_on(at, at, 0.0)
+            heard = self._positions(self._at.goal)
+            if (heard == at).all():
+                return
+        raise unclear(self._line.port, f"stop at {at.tolist()}", str(heard.tolist()), TRIES)
 
     def _state_times(self, drive_mode: tuple[int, int]) -> None:
         """Let Dynamixels take times for their motions, which they keep when switched off."""
@@ -132,7 +110,8 @@ class ServoArm(Arm):
             heard = self._positions(self._at.goal)
             if (np.abs(heard - goal) <= slack).all():
                 return
-        self.stop()
+        with suppress(AnswerUnclear):
+            self.stop()
         self.poll_faults()
         raise unclear(self._line.port, f"goal {goal.tolist()}", str(heard.tolist()), TRIES)
 

@@ -11,7 +11,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Image, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
-from robolaser.cell.first_look import FirstLook
+from robolaser.cell.first_look import BoardCutOff, FirstLook
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import cell_violations, unsafe
@@ -135,17 +135,27 @@ class Session:
             at = self._at = self._mover.move_and_wait(waypoint.approach, waypoint.approach_name, at)
             samples.append(Sample(waypoint.approach_name, self._now(), at))
         at = self._at = self._mover.move_and_wait(waypoint.q, waypoint.name, at)
-        images = {"image": self._camera.shot(self._cell.camera.settle_s)}
+        images = {"image": self._lit_shot(0)}
         time_s = self._now()
-        for k in range(2, self._writer.shots + 1):
-            images[f"image_{k}"] = self._camera.shot(0.0)
+        images |= {f"image_{k + 1}": self._lit_shot(k) for k in range(1, self._writer.shots)}
         if self._cell.laser_output is not None:
             self._arm.laser_off(self._cell.laser_output)
+            self._expose(0)
             images[IMAGE_OFF] = self._camera.shot(self._cell.camera.settle_s)
             self._arm.laser_on(self._cell.laser_output)
             self._check_laser(waypoint, images["image"], images[IMAGE_OFF])
         self._check_rest(waypoint, at)
         return [*samples, Sample(waypoint.name, time_s, at, images)]
+
+    def _lit_shot(self, number: int) -> Image:
+        """A repeat, or one of an exposure series."""
+        self._expose(number)
+        new = number == 0 or self._cell.camera.exposures
+        return self._camera.shot(self._cell.camera.settle_s if new else 0.0)
+
+    def _expose(self, number: int) -> None:
+        if self._cell.camera.exposures:
+            self._camera.expose(self._cell.camera.exposures[number])
 
     def _check_laser(self, waypoint: Waypoint, on: Image, off: Image) -> None:
         if int((on.astype(np.int16) - off).max()) < LIGHT_GREY:
@@ -203,10 +213,8 @@ class Session:
             return error
         kept = "Nothing was recorded yet."
         if self._writer.begun:
-            kept = (
-                f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
-                " Continue with the next pose by --resume."
-            )
+            kept = f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
+            kept += "" if isinstance(error, BoardCutOff) else " Continue with the next pose by --resume."
         return Interrupted(f"{cause}\n{standing}\n{kept}")
 
     def _now(self) -> float:

@@ -1,7 +1,7 @@
 """Universal Robots' arms, by RTDE: the package ur-rtde."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, ClassVar, Self, final
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import alarm, joints_differ, line_lost
+from robolaser.cell.failures import alarm, joints_differ, line_lost, refused
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError
 
@@ -17,7 +17,7 @@ STEP = 1e-5
 """Readings of a joint at rest differ by less [rad]."""
 RAMP = 0.25
 """Share of a motion's time in which it gains speed."""
-SLOWEST, GENTLEST = 0.01, 0.05
+SLOWEST, GENTLEST = 0.001, 0.05
 """Least speed and acceleration that are asked for [rad/s, rad/s2]."""
 BRAKING = 2.0
 """When it is stopped [rad/s2]."""
@@ -46,19 +46,26 @@ class UrArm(Arm):
             raise ArmError(
                 f"The arm at {address} is of kind 'ur', which needs the package ur-rtde: pip install 'robolaser[ur]'."
             ) from None
-        try:
-            self._receive: Any = rtde_receive.RTDEReceiveInterface(address)
-            self._control: Any = rtde_control.RTDEControlInterface(address)
-            self._io: Any = rtde_io.RTDEIOInterface(address)
-        except RuntimeError as error:
-            raise ArmError(
-                f"Cannot open the arm at {address}: {error}. Check its address ([arm] port in cell.toml, or --port),"
-                " that it is switched on, and that its teach pendant is in remote control."
-            ) from None
         self._address, self._joints, self._clock = address, tuple(joints), clock
         self._stamp = -1.0
-        if len(self.read()) != len(joints):
-            raise joints_differ("ur", len(joints), len(self.read()))
+        with ExitStack() as ends:
+            try:
+                self._receive: Any = rtde_receive.RTDEReceiveInterface(address)
+                ends.callback(_end, self._receive.disconnect)
+                self._control: Any = rtde_control.RTDEControlInterface(address)
+                ends.callback(_end, self._control.disconnect)
+                ends.callback(_end, self._control.stopScript)
+                self._io: Any = rtde_io.RTDEIOInterface(address)
+                ends.callback(_end, self._io.disconnect)
+            except RuntimeError as error:
+                raise ArmError(
+                    f"Cannot open the arm at {address}: {error}. Check its address ([arm] port in cell.toml, or"
+                    " --port), that it is switched on, and that its teach pendant is in remote control."
+                ) from None
+            found = len(self.read())
+            if found != len(joints):
+                raise joints_differ("ur", len(joints), found)
+            self._ends = ends.pop_all()
         self.step = np.full(len(joints), STEP)
 
     @classmethod
@@ -78,7 +85,9 @@ class UrArm(Arm):
                 stamp = float(self._receive.getTimestamp())
                 if stamp != self._stamp and self._receive.isConnected():
                     self._stamp = stamp
-                    return np.array(self._receive.getActualQ(), dtype=np.float64)
+                    q = np.array(self._receive.getActualQ(), dtype=np.float64)
+                    if np.isfinite(q).all():
+                        return q
             if self._clock.now() - began > STALE_S:
                 raise line_lost(self._address, f"no reading for {STALE_S:.0f} s")
             self._clock.wait(POLL_S)
@@ -89,7 +98,7 @@ class UrArm(Arm):
             stopped = self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped()
             modes = self._receive.getJointMode() if stopped else ()
         if stopped:
-            guilty = [joint for joint, mode in zip(self._joints, modes, strict=True) if mode in (VIOLATION, FAULT)]
+            guilty = [joint for joint, mode in zip(self._joints, modes, strict=False) if mode in (VIOLATION, FAULT)]
             raise alarm(self._address, ", ".join(guilty) or "no joint is named", "protective or emergency stop", ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:
@@ -97,11 +106,17 @@ class UrArm(Arm):
         way = float(np.abs(q - self.read()).max())
         speed = max(SLOWEST, way / (seconds * (1 - RAMP)))
         with self._on_line():
-            self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True)
+            self._heard(
+                self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True),
+                "moveJ",
+            )
 
     def stop(self) -> None:
-        """Stop where it is."""
+        """Stop where it is; a connection that was lost is made anew, which ends the program that moves it."""
         with self._on_line():
+            for end in (self._receive, self._control):
+                if not end.isConnected() and not end.reconnect():
+                    raise line_lost(self._address, "it cannot be connected again")
             self._control.stopJ(BRAKING, asynchronous=True)
 
     def home(self) -> None:
@@ -109,19 +124,31 @@ class UrArm(Arm):
 
     def laser_on(self, output: int) -> None:
         """Switch an output on: digital output 0 is the first."""
-        with self._on_line():
-            self._io.setStandardDigitalOut(output - 1, True)  # noqa: FBT003 - its arguments have no names
+        self._switch(output, on=True)
 
     def laser_off(self, output: int) -> None:
         """Switch an output off."""
-        with self._on_line():
-            self._io.setStandardDigitalOut(output - 1, False)  # noqa: FBT003
+        self._switch(output, on=False)
 
     def close(self) -> None:
         """Disconnect; the program that moves it ends."""
-        for end in (self._control.stopScript, *(one.disconnect for one in (self._control, self._receive, self._io))):
-            with suppress(RuntimeError):  # what is no longer connected needs no end
-                end()
+        self._ends.close()
+
+    def _switch(self, output: int, *, on: bool) -> None:
+        """Switch an output, over a new connection where the old one is lost."""
+        with self._on_line():
+            if not self._io.setStandardDigitalOut(output - 1, on):
+                self._io.reconnect()
+                self._heard(self._io.setStandardDigitalOut(output - 1, on), "setStandardDigitalOut")
+
+    def _heard(self, done: object, command: str) -> None:
+        """Take note of what the package returns: False where the controller did not take a command.
+
+        Raises:
+            ArmRefused: It did not.
+        """
+        if not done:
+            raise refused(self._address, command, "False", "look at the teach pendant: is it in remote control?")
 
     @contextmanager
     def _on_line(self) -> Iterator[None]:
@@ -130,3 +157,9 @@ class UrArm(Arm):
             yield
         except RuntimeError as error:
             raise line_lost(self._address, str(error)) from None
+
+
+def _end(what: Callable[[], Any]) -> None:
+    """Call what ends something; what is no longer connected needs no end."""
+    with suppress(RuntimeError):
+        what()

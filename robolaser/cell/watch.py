@@ -24,6 +24,7 @@ def watch(
     count: int,
     laser_output: int | None,
     recorded: Callable[[str], None],
+    settle_s: float = 0.0,
 ) -> None:
     """Take images one after the other, and read the joints before and after each. Nothing is moved.
 
@@ -38,6 +39,7 @@ def watch(
         count: How many images.
         laser_output: The controller's output that is on meanwhile; None: none is.
         recorded: Is called with the name of each sample once it is on the disk.
+        settle_s: How long the laser takes to light up in the images [s].
 
     Raises:
         RobolaserError: Of arm, camera or disk; what was recorded up to then is whole.
@@ -45,9 +47,10 @@ def watch(
     began = clock.now()
     waiting: list[Sample] = []
     written_s = began
-    if laser_output is not None:
-        arm.laser_on(laser_output)
     try:
+        if laser_output is not None:
+            arm.laser_on(laser_output)
+            camera.shot(settle_s)  # the first one may have been exposed before
         for name in sample_names(count):
             arm.poll_faults()
             before_s, before = _reading(arm, clock)

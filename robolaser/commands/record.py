@@ -13,13 +13,12 @@ from cyclopts.validators import mutually_exclusive
 from robolaser.commands.options import Count, Positive, Seed
 from robolaser.commands.signals import ended_as_by_hand
 from robolaser.commands.terminal import TERMINAL, Terminal, say
-from robolaser.errors import UsageError
+from robolaser.errors import PlanError, UsageError
 
 if TYPE_CHECKING:
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import Waypoint
     from robolaser.data.cell_config import Cell
-    from robolaser.geometry.kinematics import Robot
 
 RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
 WHERE = Group("Poses, from exactly one of", sort_key=-3, validator=mutually_exclusive)
@@ -99,32 +98,32 @@ def record(
     _refuse_idle("--confirm-position", confirm_position, "--resume", resume)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
-    robot = described.robot
+    read = _inputs(described, poses, next_poses)
     for sentence in described.warnings:
         terminal.warn(sentence)
     arm_class(described)
+    repeats = _series(described, repeats, watch)
     if watch is not None:
-        from robolaser.cell.watch import sample_names
-
-        writer = RecordingWriter.begin(described, robot, output, (), 1, force=force)
-        files = [*writer.files, *(f"images/{name}.png" for name in sample_names(watch))]
-        with results_in(output, command="record", files=files, over=["extract"], force=force):
-            _watch(described, writer, watch, terminal)
+        _watch(described, output, watch, read, terminal, force=force)
         return
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
         waypoints = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
     elif named:
-        waypoints = from_table(poses, robot) if poses is not None else from_diagnosis(next_poses or Path(), robot)
+        waypoints = (
+            from_table(poses, described.robot)
+            if poses is not None
+            else from_diagnosis(next_poses or Path(), described.robot)
+        )
     if waypoints is not None and both_ways:
         waypoints = visited_twice(waypoints, approach_rad)
     if resume:
-        writer = RecordingWriter.resume(described, robot, output, waypoints, repeats)
+        writer = RecordingWriter.resume(described, described.robot, output, waypoints, repeats)
         remaining = writer.remaining
     else:
         remaining = waypoints or ()
-    _print_plan(described, robot, remaining, terminal)
+    _print_plan(described, remaining, terminal)
     if dry_run or not remaining:
         planned = {"recording": None, "poses": 0, "planned": len(remaining)}
         terminal.show(planned, lambda: None)
@@ -134,9 +133,9 @@ def record(
             "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
     if not resume:
-        writer = RecordingWriter.begin(described, robot, output, remaining, repeats or 1, force=force)
-    with results_in(output, command="record", files=writer.files, over=["extract"], force=force or resume):
-        _record(described, robot, writer, terminal, position_confirmed=confirm_position, look=plan is not None)
+        writer = RecordingWriter.begin(described, described.robot, output, remaining, repeats or 1, force=force)
+    with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
+        _record(described, writer, terminal, position_confirmed=confirm_position, look=plan is not None)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -164,6 +163,29 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
     return cell
 
 
+def _series(cell: "Cell", repeats: int | None, watch: int | None) -> int | None:
+    """How many images are taken with the laser on at each pose: repeats or exposures; None: not stated.
+
+    Raises:
+        UsageError: There is a series of exposures, and repeats or an arm that moves as well.
+    """
+    exposures = len(cell.camera.exposures)
+    if exposures and (watch is not None or repeats):
+        raise UsageError(
+            "cell.toml, [camera] exposures is a series of images at rest: leave --watch and --repeats out, or it."
+        )
+    return repeats or exposures or None
+
+
+def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
+    """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
+    folders = [cell.arm.port] if cell.arm.kind == "replay" else []
+    source = cell.camera.source
+    if isinstance(source, str) and not (cell.camera.kind or "://" in source or source.startswith("/dev/")):
+        folders.append(source)
+    return [cell.folder, *map(cell.beside, folders), *(file for file in read if file is not None)]
+
+
 def _planned(
     cell: "Cell", count: int, separate: tuple[str, ...], approach_rad: float, *, seed: int
 ) -> "tuple[Waypoint, ...]":
@@ -175,7 +197,7 @@ def _planned(
     return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
-def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
+def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there.
 
     Raises:
@@ -190,6 +212,7 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
     if not waypoints:
         terminal.print("No pose remains.")
         return
+    robot = cell.robot
     names, q = way(waypoints)
     heights = lowest(robot, q, tool_points(cell.description))
     seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
@@ -199,8 +222,15 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
         angles = " ".join(f"{joint_text(robot, i, float(value)):>10}" for i, value in enumerate(row))
         terminal.print(f"{name:<{width}} {angles}  {time_s:>7.1f}  {height:>10.3f}")
     terminal.print(f"{len(waypoints)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
-    for pair in collision_model(cell.description, cell.limits, cell.boxes).unchecked:
-        terminal.warn(f"{pair} overlap wherever the arm is, so they are not checked: correct [[box]] in cell.toml.")
+    bodies = collision_model(cell.description, cell.limits, cell.boxes)
+    boxes = {box.name for box in cell.boxes}
+    for pair in bodies.unchecked:
+        if boxes & {bodies.bodies[i].name for i in pair}:
+            raise PlanError(
+                f"Nothing was moved: {bodies.name(pair)} overlap wherever the arm is, so they cannot be kept apart."
+                " Correct [[box]] in cell.toml."
+            )
+        terminal.warn(f"{bodies.name(pair)} overlap wherever the arm is: they are not checked against each other.")
     broken = cell_violations(cell, None, names, q)
     if broken:
         run_up = any(waypoint.approach is not None for waypoint in waypoints)
@@ -208,17 +238,14 @@ def _print_plan(cell: "Cell", robot: "Robot", waypoints: "Sequence[Waypoint]", t
 
 
 def _record(
-    cell: "Cell", robot: "Robot", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
+    cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
 ) -> None:
-    import cv2
-
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a lost camera has a sentence of ours
     clock = WallClock()
     planned = len(writer.waypoints)
     with (
@@ -234,7 +261,7 @@ def _record(
         board = cell.description.board
         session = Session(
             cell,
-            robot,
+            cell.robot,
             arm,
             camera,
             writer,
@@ -244,23 +271,26 @@ def _record(
             first_look=FirstLook(board) if look and board is not None else None,
         )
         session.run(lambda waypoint: tell(waypoint.name), tell)
+    series = "; extract them with --exposures" if cell.camera.exposures else ""
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
     )
 
 
-def _watch(cell: "Cell", writer: "RecordingWriter", count: int, terminal: Terminal) -> None:
-    import cv2
-
+def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
-    from robolaser.cell.watch import watch
+    from robolaser.cell.recording_writer import RecordingWriter
+    from robolaser.cell.watch import sample_names, watch
+    from robolaser.data.result_folder import results_in
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     clock, names = WallClock(), list[str]()
+    writer = RecordingWriter.begin(cell, cell.robot, output, (), 1, force=force)
+    files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
+        results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
         ended_as_by_hand(),
         terminal.progress() as progress,
         open_camera(cell, clock, terminal.warn) as camera,
@@ -273,7 +303,7 @@ def _watch(cell: "Cell", writer: "RecordingWriter", count: int, terminal: Termin
 
         writer.state_quantization_noise(arm.step, terminal.warn)
         with suppress(KeyboardInterrupt):
-            watch(arm, camera, writer, clock, count, cell.laser_output, tell)
+            watch(arm, camera, writer, clock, count, cell.laser_output, tell, cell.camera.settle_s)
     terminal.show(
         {"recording": str(writer.folder), "poses": len(names), "planned": count},
         lambda: say(f"Wrote {len(names)} images of {count} to {writer.folder}"),

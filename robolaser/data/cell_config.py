@@ -23,7 +23,7 @@ Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 NotNegative = Annotated[float, Meta(ge=0)]
 USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
 Axes = Literal["er7", "er5plus"]
-UNATTENDED_S = 0.9
+UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -43,7 +43,7 @@ class ArmLine:
     home: bool = False  # whether it searches its home before it measures
     # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
-    axes: Axes = "er7"  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`
+    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`; stated for each of them
 
 
 @final
@@ -54,6 +54,7 @@ class CameraLine:
     # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
+    exposures: tuple[float, ...] = ()  # a series of them, one image each with the laser on; empty: none
     gain: float | None = None  # likewise
     # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
     channel: Literal["grey", "red", "green", "blue"] = "grey"
@@ -170,6 +171,9 @@ def load_cell(folder: str | Path) -> Cell:
             column="robot",
         )
     _check_arm(read.arm, len(description.robot.joints))
+    if len(read.camera.exposures) == 1 or (read.camera.exposures and read.camera.exposure is not None):
+        expected = "two or more, and no exposure beside them"
+        raise wrong(FILE, ("camera", "exposures"), list(read.camera.exposures), expected)
     _check_boxes(read.box, description.robot)
     return Cell(
         description=description,
@@ -178,13 +182,22 @@ def load_cell(folder: str | Path) -> Cell:
         laser_output=read.laser.output,
         limits=read.limits,
         boxes=read.box,
-        warnings=(*description.warnings, *_unlimited(read.limits)),
+        warnings=(*description.warnings, *_unlimited(read.limits), *_unattended(read.arm)),
     )
 
 
 def _unlimited(limits: Limits) -> list[str]:
     kept = {"floor_m": "no part of the arm is kept from the floor", "reach_m": "the arm may stretch as far as it goes"}
     return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if getattr(limits, key) is None]
+
+
+def _unattended(arm: ArmLine) -> list[str]:
+    if arm.unattended_s <= MOST_UNATTENDED_S:
+        return []
+    return [
+        f"{FILE}, [arm] unattended_s: should this computer die, the arm moves on for up to {arm.unattended_s:g} s. More"
+        f" than {MOST_UNATTENDED_S:g} s is for emulators in a hurry only."
+    ]
 
 
 def _check_arm(arm: ArmLine, joints: int) -> None:
@@ -194,6 +207,13 @@ def _check_arm(arm: ArmLine, joints: int) -> None:
             raise wrong(FILE, ("arm", name), list(values), f"a list of {joints}: one for each joint")
     if not set(arm.direction) <= {-1.0, 1.0}:
         raise wrong(FILE, ("arm", "direction"), list(arm.direction), "+1 or -1 for each joint")
+    if arm.kind == "acl" and arm.axes is None:
+        raise DataError(
+            f'{FILE}, [arm] axes is missing: a SCORBOT\'s counts mean other angles on other arms. State axes = "er7"'
+            ' if each encoder counts its joint, as on the ER VII, or axes = "er5plus" for the ER V plus.',
+            file=FILE,
+            column="axes",
+        )
     if len(set(arm.ids)) < len(arm.ids):
         raise wrong(FILE, ("arm", "ids"), list(arm.ids), "different whole numbers from 0 to 253")
 

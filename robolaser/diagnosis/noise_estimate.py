@@ -1,5 +1,6 @@
 """The noise of averaged rows: what is stated, what repeats say, and what the residuals say of the rest."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -15,17 +16,19 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import (
     FLOOR,
     Known,
+    NoiseLikelihood,
     NoiseModel,
     Origin,
-    estimated_noise,
     known_sizes,
-    likeliest_noise,
 )
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
 SEEN = 1e-2
 """Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone."""
+LEAST_SHOWN = 0.25
+"""Of the squared standard deviations that contradict stated noise, below which a score test's gain rules that out: for
+one variance it is at least half of what the likelihood gains, however far the variance grows."""
 
 
 @final
@@ -72,8 +75,8 @@ def row_noise(data: AveragedData, model: Model, x: Array, shots: Dataset) -> Noi
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     if any(source.level != "pose" and source.name not in known for source in sources):
-        noise = estimated_noise(data.dataset, sources, model.residuals(x[None])[0], jacobian_matrix(model, x), known)
-        return _without_pose_errors(noise)
+        left, J = model.residuals(x[None])[0], jacobian_matrix(model, x)
+        return _without_pose_errors(NoiseLikelihood(sources, data.dataset.points.pose, left, J).likeliest(known)[0])
     return NoiseModel(
         sources, {source.name: known[source.name][0] if source.name in known else 0.0 for source in sources}
     )
@@ -88,49 +91,36 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     sources = _sources(data, model, x)
     known = _known(sources, shots)
     residuals = model.residuals(x[None])[0]
-    likeliest, cost = likeliest_noise(data.dataset, sources, residuals, J, known)
-    noise = _within_reach(likeliest, data.dataset, residuals, J, known)
-    opened, still = _opened(sources, known)
+    likelihood = NoiseLikelihood(sources, data.dataset.points.pose, residuals, J)
+    likeliest, cost = likelihood.likeliest(known)
+    noise = _within_reach(likeliest, likelihood, known)
+    rows = {source.name for source in sources if source.level != "pose"}
+    least = {name: size for name, (size, origin) in known.items() if name in rows and origin == "stated" and size > 0.0}
     numbers = int(model.sensor.row_numbers.sum())
     is_above = row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above
-    if not is_above and (len(still) == len(known) or len(known) == len(sources)):
+    if not is_above and (
+        not least
+        or len(known) == len(sources)
+        or likelihood.gain_of_growth(likeliest, least) < LEAST_SHOWN * NOISE_CONTRADICTED_SIGMA**2
+    ):
         return noise
-    larger, less = likeliest_noise(data.dataset, opened, residuals, J, still)
-    if is_above or (_is_grown(larger, known, still) and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
-        return _within_reach(larger, data.dataset, residuals, J, still)
+    still = {name: size for name, size in known.items() if name not in least}
+    larger, less = likelihood.likeliest(still, least)
+    is_grown = any(larger.sigmas[name] > NOISE_CONTRADICTED * size for name, size in least.items())
+    if is_above or (is_grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
+        return _within_reach(larger, likelihood, still, least)
     return noise
 
 
-def _opened(sources: tuple[ErrorSource, ...], known: Known) -> tuple[tuple[ErrorSource, ...], Known]:
-    """The same sources where what is stated of rows is only the least that it can be, and what is known of the rest."""
-    stated = {name: size for name, (size, origin) in known.items() if origin == "stated"}
-    opened = tuple(
-        replace(source, least=stated[source.name]) if source.level != "pose" and source.name in stated else source
-        for source in sources
-    )
-    return opened, {source.name: known[source.name] for source in opened if source.name in known and not source.least}
-
-
-def _is_grown(larger: NoiseModel, known: Known, still: Known) -> bool:
-    """Whether what is stated of rows came out far larger than stated, though another source could take what it leaves.
-
-    Args:
-        larger: Noise in which what is stated of rows is only the least that it can be.
-        known: What is known where it holds as stated.
-        still: What is known in `larger`.
-    """
-    return any(
-        larger.sigmas[name] > NOISE_CONTRADICTED * size for name, (size, _) in known.items() if name not in still
-    )
-
-
-def _within_reach(noise: NoiseModel, dataset: Dataset, residuals: Array, J: Array, known: Known) -> NoiseModel:
+def _within_reach(
+    noise: NoiseModel, likelihood: NoiseLikelihood, known: Known, least: Mapping[str, float] | None = None
+) -> NoiseModel:
     """Estimated noise without scatter of whole poses beyond that of any arm: more is a cause that the model lacks.
 
     The other sources are estimated beside the scatter that is left. Where each pose has one row, the row's errors are
     the pose's.
     """
-    alone = np.bincount(dataset.points.pose).max() == 1
+    alone = np.bincount(likelihood.of_pose).max() == 1
     limited = {
         source.name: LARGEST_SCATTER[source.unit]
         for source in noise.sources
@@ -143,7 +133,7 @@ def _within_reach(noise: NoiseModel, dataset: Dataset, residuals: Array, J: Arra
         if not beyond:
             return noise
         known = {**known, **{name: (limited[name], "estimated") for name in beyond}}
-        noise = estimated_noise(dataset, noise.sources, residuals, J, known)
+        noise = likelihood.likeliest(known, least)[0]
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:

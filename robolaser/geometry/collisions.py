@@ -64,7 +64,7 @@ class CollisionModel:
         always: Bools = np.all(self.gaps(random_configurations(robot, TRIED, np.random.default_rng(0))) < 0, axis=0)
         self._look_at([pair for pair, near in zip(candidates, always, strict=True) if not near])
         self.unchecked = tuple(
-            self.name((i, j))
+            (i, j)
             for (i, j), near in zip(candidates, always, strict=True)
             if near and not (is_link[i] and is_link[j]) and carriers[i] + carriers[j] > 1
         )

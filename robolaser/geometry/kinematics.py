@@ -3,15 +3,15 @@
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Any, Self, final
+from functools import cached_property
+from typing import Self, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import inverse, pose
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
@@ -153,11 +153,10 @@ class Robot:
         Returns:
             Generalised gravity, (..., j) [Nm] or [N]; zeros for a URDF without masses.
         """
-        pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
-        torques, row = np.empty(q.shape), np.empty(model.nq)
-        for at in np.ndindex(q.shape[:-1]):
-            row[columns] = q[at]
-            torques[at] = pinocchio.computeGeneralizedGravity(model, data, row)[columns]
+        frames, masses, moments = self._loads(q.reshape(-1, q.shape[-1]))
+        axes = (frames[..., :3, :3] @ self.axes[..., None])[..., 0]
+        lever = np.where(self.prismatic[:, None], masses[:, None] * axes, np.cross(axes, moments))
+        torques: Array = -(lever @ np.array(self.gravity)).reshape(q.shape)
         return torques
 
     def carried(self, q: Array) -> tuple[Array, Array]:
@@ -169,28 +168,62 @@ class Robot:
         Returns:
             Masses (j,) [kg] and centres in the base frame (n, j, 3) [m]; where there is no mass, the joint's origin.
         """
-        pinocchio, model, data, columns = _weighing(self.urdf, self.joints, self.gravity)
-        centres, row = np.empty((*q.shape, 3)), np.empty(model.nq)
-        ids = [model.getJointId(f"joint_{i}") for i in range(len(self.joints))]
-        for centre, values in zip(centres, q, strict=True):
-            row[columns] = values
-            pinocchio.centerOfMass(model, data, row, True)  # noqa: FBT003 - the binding takes no keyword
-            centre[:] = [data.oMi[i].act(data.com[i]) if data.mass[i] else data.oMi[i].translation for i in ids]
-        return np.array([data.mass[i] for i in ids]), centres
+        frames, masses, moments = self._loads(q)
+        return masses, frames[..., :3, 3] + moments / np.where(masses > 0.0, masses, 1.0)[:, None]
+
+    def _loads(self, q: Array) -> tuple[Array, Array, Array]:
+        """What the listed joints carry at q (n, j).
+
+        Returns:
+            T_base_joint, each turned by its own value, (n, j, 4, 4); masses (j,) [kg]; and their first moments about
+            the joint's origin, along the axes of the base, (n, j, 3) [kg m].
+        """
+        before, masses, moments = self._bodies
+        frames = np.empty((*q.shape, 4, 4))
+        for i in before:
+            along = q[:, [i]] * self.axes[i]
+            motion = pose(np.eye(3), along) if self.prismatic[i] else pose(exp_so3(along), np.zeros(3))
+            base = np.eye(4) if before[i] is None else frames[:, before[i]]
+            frames[:, i] = base @ self.placements[i] @ motion
+        masses, moments = masses.copy(), (frames[..., :3, :3] @ moments[..., None])[..., 0]
+        for i in reversed(before):
+            if (carrier := before[i]) is not None:
+                moments[:, carrier] += moments[:, i] + masses[i] * (frames[:, i] - frames[:, carrier])[:, :3, 3]
+                masses[carrier] += masses[i]
+        return frames, masses, moments
+
+    @cached_property
+    def _tree(self) -> Tree:
+        return urdf.parse(self.urdf)
+
+    @cached_property
+    def _bodies(self) -> tuple[dict[int, int | None], Array, Array]:
+        """The listed joint before each, from the base on; and mass and first moment of what each alone carries.
+
+        Both as `_loads` has them, (j,) and (j, 3), but along the axes of the joint.
+        """
+        tree, index = self._tree, {name: i for i, name in enumerate(self.joints)}
+        masses, moments = np.zeros(len(index)), np.zeros((len(index), 3))
+        for link in tree.links.values():
+            path = tree.path(link.name)
+            if (last := _last(path, index)) >= 0:
+                T = _fold([joint.origin for joint in path[last + 1 :]])
+                masses[index[path[last].name]] += link.mass
+                moments[index[path[last].name]] += link.mass * (T[:3, :3] @ link.com + T[:3, 3])
+        before: dict[int, int | None] = {}
+        for path in sorted((tree.path(tree.joints[name].child) for name in index), key=len):
+            last = _last(path[:-1], index)
+            before[index[path[-1].name]] = None if last < 0 else index[path[last].name]
+        return before, masses, moments
 
     @cached_property
     def has_masses(self) -> bool:
         """Whether any link that a listed joint moves has a mass."""
-        tree = urdf.parse(self.urdf)
-        listed = set(self.joints)
-        return any(
-            link.mass > 0 and any(joint.name in listed for joint in tree.path(link.name))
-            for link in tree.links.values()
-        )
+        return bool(self._bodies[1].any())
 
     def urdf_with(self, placements: Array) -> str:
         """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
-        tree = urdf.parse(self.urdf)
+        tree = self._tree
         shift = inverse(self.placements) @ placements
         return urdf.with_placements(
             self.urdf,
@@ -261,15 +294,3 @@ def _fold(origins: list[Array]) -> Array:
     for origin in origins:
         T = T @ origin
     return T
-
-
-@lru_cache(maxsize=8)
-def _weighing(text: str, joints: tuple[str, ...], gravity: tuple[float, float, float]) -> tuple[Any, Any, Any, Ints]:
-    import pinocchio  # noqa: PLC0415 - takes most of a second to load
-
-    tree = urdf.parse(text)
-    renamed = {name: f"joint_{i}" for i, name in enumerate(joints)}
-    model = pinocchio.buildModelFromXML(urdf.minimal(tree, renamed))
-    model.gravity.linear = np.array(gravity)
-    columns = np.array([model.joints[model.getJointId(new)].idx_q for new in renamed.values()])
-    return pinocchio, model, model.createData(), columns

@@ -184,10 +184,8 @@ def test_a_run_reports_its_lowest_cost_of_feasible_candidates_or_its_lowest_viol
 @pytest.mark.parametrize(
     ("given", "match"),
     [
-        ("pymoo:zdt1", "has 2 objectives"),
         ("pymoo:g1-5", "cannot be made"),
         ("pymoo:g1:colour=red", "cannot be made"),
-        (f"{__name__}:Disc:n_obj=2", "has 2 objectives"),
         (lambda: Disc(xl=None), "a lower and an upper bound"),
         (f"{__name__}:Square", "has no 'Square'"),
         (f"{__name__}:np.pi", "expected a pymoo problem"),

@@ -192,7 +192,7 @@ def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
             bench.plugged_in(patch)
             return UrArm.open(cell, bench.clock)
     line = SerialLine(bench, "bench", bench.clock)
-    arm: Arm = pkgutil.resolve_name(ARMS[cell.arm.kind])(line, cell.arm, cell.robot.joints)
+    arm: Arm = pkgutil.resolve_name(ARMS[cell.arm.kind])(line, cell.arm, cell.robot)
     return arm
 
 

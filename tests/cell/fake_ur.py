@@ -12,6 +12,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.emulator.faults import ARM, read_fault
 from robolaser.emulator.joints import Axis, angles
 
+COMMANDS = ("moveJ", "stopJ", "setStandardDigitalOut")
 DEAF = ("silent", "cut", "lost", "late")
 
 
@@ -25,6 +26,10 @@ class UrRig:
         self._axes = [Axis(0.0) for _ in cell.robot.joints]
         self._faults = [read_fault(text) for text in faults]
         self._on: set[int] = set()
+        self.open: set[str] = set()
+        """Interfaces that are connected."""
+        self.refuses: set[str] = set()
+        """Interfaces that cannot be connected."""
 
     def motor(self, now_s: float | None = None) -> Array:
         self._strike()
@@ -37,15 +42,20 @@ class UrRig:
         """Let the driver find this arm."""
         for name in ("control", "receive", "io"):
             module: Any = ModuleType(f"rtde_{name}")
-            setattr(module, f"RTDE{'IO' if name == 'io' else name.title()}Interface", lambda address: self)
+            setattr(
+                module, f"RTDE{'IO' if name == 'io' else name.title()}Interface", lambda _, end=name: self._end(end)
+            )
             patch.setitem(sys.modules, f"rtde_{name}", module)
+
+    def _end(self, name: str) -> "UrEnd":
+        if name in self.refuses:
+            raise RuntimeError("connection refused")
+        self.open.add(name)
+        return UrEnd(self, name)
 
     def getTimestamp(self) -> float:  # noqa: N802
         deaf = [fault for fault in self._faults if fault.kind in DEAF and fault.is_active(self.clock.now(), 0)]
         return min([self.clock.now(), *(fault.seconds[0] for fault in deaf)])
-
-    def isConnected(self) -> bool:  # noqa: N802
-        return True
 
     def getActualQ(self) -> list[float]:  # noqa: N802
         self.clock.wait(0.002)
@@ -81,9 +91,6 @@ class UrRig:
     def stopScript(self) -> None:  # noqa: N802
         """Nothing."""
 
-    def disconnect(self) -> None:
-        """Nothing."""
-
     def _struck(self) -> set[int]:
         now = self.clock.now()
         return {int(f.amount) for f in self._faults if f.kind in ARM and f.is_active(now, 0)}
@@ -91,3 +98,26 @@ class UrRig:
     def _strike(self) -> None:
         if self._struck():
             self.stopJ(0.0, asynchronous=True)
+
+
+class UrEnd:
+    """One of the three interfaces: without its connection, commands return False, and values stay as they were."""
+
+    def __init__(self, rig: UrRig, name: str) -> None:
+        self._rig, self._name = rig, name
+
+    def isConnected(self) -> bool:  # noqa: N802
+        return self._name in self._rig.open
+
+    def reconnect(self) -> bool:
+        if self._name not in self._rig.refuses:
+            self._rig.open.add(self._name)
+        return self.isConnected()
+
+    def disconnect(self) -> None:
+        self._rig.open.discard(self._name)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in COMMANDS and not self.isConnected():
+            return lambda *_, **__: False
+        return getattr(self._rig, name)

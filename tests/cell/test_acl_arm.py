@@ -14,6 +14,7 @@ from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError, DataError, LineLost
+from robolaser.geometry.robots import find_robot
 
 NOTICED_S = 2.0
 
@@ -257,7 +258,7 @@ def test_a_controller_without_echo_is_asked_for_it(cell: Cell) -> None:
 def test_a_robot_with_more_joints_than_axes_is_refused(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     with pytest.raises(DataError, match="up to 5"):
-        AclArm(SerialLine(rig, "bench", rig.clock), cell.arm, ["a", "b", "c", "d", "e", "f"])
+        AclArm(SerialLine(rig, "bench", rig.clock), cell.arm, find_robot("ur10"))
 
 
 def test_a_parameter_without_sense_is_named(cell: Cell) -> None:

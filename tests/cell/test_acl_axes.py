@@ -5,10 +5,13 @@ from pathlib import Path
 import bench
 import numpy as np
 import pytest
+from emulated_cell import cell_folder
 
 from robolaser.cell.acl_axes import radians_per_count
 from robolaser.cell.failures import AnswerUnclear, ArmRefused, ArmRestarted
-from robolaser.errors import ArmError
+from robolaser.cell.motion import Mover
+from robolaser.data.cell_config import load_cell
+from robolaser.errors import ArmError, DataError
 
 A_DEGREE = 100.0
 
@@ -36,13 +39,39 @@ def test_an_er_vii_counts_its_joints_one_by_one() -> None:
     np.testing.assert_array_equal(radians_per_count("er7", per_quarter), np.diag(np.pi / 2 / per_quarter))
 
 
-def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("true", "stated"), [("acl", "er5plus"), ("er5plus", "acl")])
+def test_an_arm_that_is_taken_for_another_type_is_not_opened(tmp_path: Path, true: str, stated: str) -> None:
     """The controller itself says the hand's pitch."""
-    rig = bench.bench_for(bench.cell(tmp_path))
-    rig.controller.receive(b"DEFP P\rHERE P\rSETPV P 2 4000\rMOVE P\r", 0.0)
-    rig.clock.wait(60.0)
+    rig = bench.bench_for(bench.cell(tmp_path, true))
     with pytest.raises(ArmError, match=r"pitch is .* Check \[arm\] axes"):
-        bench.arm_on(rig, bench.cell(tmp_path, "er5plus"))
+        bench.arm_on(rig, bench.cell(tmp_path, stated))
+
+
+@pytest.mark.parametrize(("true", "stated"), [("acl", "er5plus"), ("er5plus", "acl")])
+def test_where_both_types_say_the_same_pitch_the_first_motion_shows_the_difference(
+    tmp_path: Path, true: str, stated: str
+) -> None:
+    """At the reference posture all encoders of both mean a level hand."""
+    rig, cell = bench.bench_for(bench.cell(tmp_path, true)), bench.cell(tmp_path, stated)
+    par = [int(rig.controller.receive(b"SHOW PAR %d\r" % (52 + i), 0.0).split(b"=")[1].split()[0]) for i in range(5)]
+    stored = "".join(f"SETPV P {i} {count}\r" for i, count in enumerate(par, 1))
+    rig.controller.receive(f"DEFP P\rHERE P\r{stored}MOVE P\r".encode(), 0.0)
+    rig.clock.wait(60.0)
+    at = rig.motor()
+    arm = bench.arm_on(rig, cell)
+    moving = Mover(arm, cell.robot, 0.3, rig.clock)
+    begin = moving.resting("Before")
+    with pytest.raises(ArmError, match=r"Check \[arm\] axes"):
+        moving.move_and_wait(begin + np.array([0.0, 0.5, -0.1, 0.6, 0.0]), "p", begin)
+    assert np.abs(rig.motor() - at).max() < 0.45  # of 0.8 that joint_4 would have gone
+
+
+def test_the_type_of_a_scorbot_must_be_stated(tmp_path: Path) -> None:
+    folder = cell_folder(tmp_path)
+    text = (folder / "cell.toml").read_text()
+    (folder / "cell.toml").write_text(text.replace('axes = "er7"\n', ""))
+    with pytest.raises(DataError, match=r"\[arm\] axes is missing"):
+        load_cell(folder)
 
 
 @pytest.mark.parametrize("lines", ["SYSTEM READY !", "----ROM TEST COMPLETE.", "INSTALLING DEFAULT SETUP."])

@@ -251,6 +251,12 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: 
             camera.shot(0.2)
 
 
+@pytest.mark.parametrize("source", ["file:///etc/hostname", "concat://a|b", "TEE://x", "subfile://y"])
+def test_streams_that_read_other_files_are_refused(tmp_path: Path, source: str) -> None:
+    with pytest.raises(CameraError, match="is not allowed"):
+        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), WallClock(), print)
+
+
 def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     (tmp_path / "shots").mkdir()
@@ -287,3 +293,37 @@ def test_pictures_that_pass_for_a_camera_keep_the_channel_that_was_asked_for(tmp
     line = CameraLine(str(tmp_path / "pictures"), channel="red")
     with open_camera(replace(cell, camera=line), WallClock(), print) as camera:
         assert (camera.shot(0.0) == 200).all()
+
+
+class Exposed(Capture):
+    """Shows the exposure that it was set to."""
+
+    level = 50
+
+    def read(self) -> tuple[bool, Image | None]:
+        time.sleep(FRAME_S)
+        self.number += 1
+        return True, noisy(self.number, self.level)
+
+    def set(self, what: int, value: float) -> bool:
+        if what == cv2.CAP_PROP_EXPOSURE:
+            self.level = int(value)
+        return self._allows
+
+
+def test_each_shot_of_a_series_has_its_own_exposure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *_: Exposed(noisy))
+    with LiveCamera(CameraLine(0, exposures=(60.0, 150.0)), SIZE, WallClock(), pytest.fail) as camera:
+        for level in (60, 150, 60, 200):
+            camera.expose(level)
+            image = camera.shot(FRAME_S)
+            assert level <= image.min() <= image.max() < level + 6
+
+
+def test_a_driver_that_refuses_an_exposure_of_a_series_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *_: Exposed(noisy, allows=False))
+    with (
+        LiveCamera(CameraLine(0, exposures=(60.0, 150.0)), SIZE, WallClock(), pytest.fail) as camera,
+        pytest.raises(CameraError, match=r"cannot be set to 150\. Take exposures out"),
+    ):
+        camera.expose(150.0)

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused
-from robolaser.cell.lss import STEP, LssArm
+from robolaser.cell.lss import LssArm
 from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError, LineLost
+from robolaser.geometry.robots import find_robot
+
+STEP = np.deg2rad(0.1)
 
 
 @pytest.fixture
@@ -33,11 +36,10 @@ def test_angles_are_the_motors_to_half_a_step(cell: Cell) -> None:
 
 def test_a_servo_that_is_not_there_is_named_within_two_seconds(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    ghosts = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6"]
     arm = cell.arm.__class__(kind="lss", port="bench")
     began = rig.clock.now()
-    with pytest.raises(LineLost, match=r"servo 6 \(joint_6\)"):
-        LssArm(SerialLine(rig, "bench", rig.clock), arm, ghosts)
+    with pytest.raises(LineLost, match=r"servo 6 \(wrist_3"):
+        LssArm(SerialLine(rig, "bench", rig.clock), arm, find_robot("ur10"))
     assert rig.clock.now() - began < 2.5
 
 

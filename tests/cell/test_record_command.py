@@ -124,7 +124,7 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
     with emulated(acl) as port:
         asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
         cell = acl.folder / "cell.toml"
-        cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.001"))
+        cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))
         process = subprocess.Popen(
             [sys.executable, "-c", script, *map(str, asked)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )

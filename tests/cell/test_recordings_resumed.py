@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.cell.acl import AclArm
+from robolaser.cell.failures import AnswerUnclear
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import numbered, read_route, route_text
 from robolaser.data.cell_config import Cell, load_cell
@@ -38,7 +40,7 @@ def files(folder: Path) -> dict[Path, bytes]:
 
 def test_a_cell_is_never_written_over(cell: Cell) -> None:
     before = files(cell.folder)
-    for folder in (cell.folder, cell.folder / ".." / cell.folder.name):
+    for folder in (cell.folder, cell.folder / ".." / cell.folder.name, cell.folder / "recording"):
         with pytest.raises(OutputError, match="is a cell"):
             RecordingWriter.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
     assert files(cell.folder) == before
@@ -200,3 +202,22 @@ def test_it_is_said_what_comes_next(cell: Cell, tmp_path: Path) -> None:
     going = bench.session(there, rig, bench.begun(there, tmp_path / "out", bench.poses(cell, 2)))
     going.run(lambda waypoint: said.append(f"done {waypoint.name}"), said.append)
     assert said == ["homing", "p001", "done p001", "p002", "done p002"]
+
+
+def test_the_laser_goes_off_though_no_stop_is_heard(
+    cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = bench.bench_for(cell)
+    running = bench.session(cell, rig, bench.begun(cell, tmp_path / "new", bench.poses(cell, 2)))
+
+    def unheard(_: AclArm) -> None:
+        raise AnswerUnclear("The stop was not heard.")
+
+    def by_hand(_: object) -> None:
+        assert rig.controller.outputs(rig.clock.now())
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(AclArm, "stop", unheard)
+    with pytest.raises(Interrupted, match=r"could not be seen to stop\. The stop was not heard"):
+        running.run(by_hand)
+    assert not rig.controller.outputs(rig.clock.now())

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bench
+import cv2
 import numpy as np
 import pytest
 from terminal import Rig, emulated
@@ -34,7 +35,7 @@ def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array
     began = rig.clock.now()
     arm.start_move(rig.motor() + np.array([0.5, -0.3, 0.2, 0.1, -0.4]), 8.0)
     watch(arm, camera, bench.begun(cell, tmp_path / "out", ()), rig.clock, COUNT, cell.laser_output, lambda name: None)
-    times, q = zip(*camera.came, strict=True)
+    times, q = zip(*camera.came[-COUNT:], strict=True)
     return robolaser.load(tmp_path / "out"), np.array(times) - began, np.array(q)
 
 
@@ -50,6 +51,24 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path: Path
     np.testing.assert_allclose(poses.q, q, atol=4e-3)
     np.testing.assert_allclose(poses.qd, np.gradient(q, time_s, axis=0), atol=0.03)
     assert np.abs(poses.qd).max() > 0.05
+
+
+def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    rig = bench.bench_for(cell)
+    arm = bench.arm_on(rig, cell)
+    assert cell.description.image_px is not None
+    camera, late = Remembering(rig, cell.description.image_px), []
+    shot = camera.shot
+
+    def one_late(settle_s: float) -> Image:
+        late.append(shot(settle_s))
+        return late[-2] if len(late) > 1 else np.zeros_like(late[0])  # exposed when the one before it came
+
+    camera.shot = one_late  # type: ignore[method-assign]
+    watch(arm, camera, bench.begun(cell, tmp_path / "out", ()), rig.clock, 3, cell.laser_output, lambda _: None, 0.3)
+    images = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in sorted((tmp_path / "out/images").iterdir())]
+    assert [int(image[3].min()) for image in images] == [200] * 3
 
 
 def test_the_laser_goes_off_when_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

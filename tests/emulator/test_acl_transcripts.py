@@ -1,6 +1,7 @@
 """What real controllers and the guide print, replayed on the emulated one; and what others' programs read of it."""
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,23 @@ def test_another_program_reads_counts_and_encoders(acl: AclController) -> None:
 def test_a_third_program_takes_the_words_between_echo_and_prompt(acl: AclController) -> None:
     words = typed(acl, "LISTPV INIT ").replace(": ", ":").split()[2:-1]
     assert [int(value) for _, value in (word.split(":") for word in words)][:5] == list(LAB)
+
+
+def test_a_fourth_program_waits_for_the_echo_of_each_key_and_joins_what_blanks_part(acl: AclController) -> None:
+    """As github.com/alu0100825893/ScorbotSimulator does (SerialController.cs): a key is the sign before a colon."""
+    for key in b"listpv init":
+        assert acl.receive(bytes([key]), 0.0) == bytes([key])
+    answer = acl.receive(b"\r", 0.0).decode().partition(">")[0]
+    joined = "".join("".join(line.split()) for line in answer.split("\r")[1:])
+    keys = [found.start() - 1 for found in re.finditer(":", joined)]
+    assert "".join(joined[at] for at in keys) == "12345XYZPR"
+    assert [int(joined[at + 2 : end]) for at, end in pairwise(keys[:6])] == list(LAB)
+
+
+def test_a_fifth_program_finds_the_place_in_the_second_line_after_the_echo(acl: AclController) -> None:
+    """As github.com/AcaAac/ScorbotERVII-Ackerman-Control does (LAB1/VF.py), with at most one blank after a colon."""
+    place = typed(acl, "LISTPV INIT").split("\n")[2]
+    assert len(re.findall(r"[XYZPR]: ?(-?\d+)", place)) == 5
 
 
 def test_shift_moves_one_axis_of_a_position(acl: AclController) -> None:

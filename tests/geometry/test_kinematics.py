@@ -224,8 +224,11 @@ def test_a_robot_travels_to_another_process(robot, rng):
     assert np.array_equal(again.gravity_torques(q), expected[1])
 
 
-def test_kinematics_do_not_wait_for_pinocchio():
-    code = "import sys, robolaser.geometry.kinematics, robolaser.geometry.robots; sys.exit('pinocchio' in sys.modules)"
+def test_kinematics_and_weights_do_not_wait_for_pinocchio():
+    code = (
+        "import sys, numpy, robolaser; robot = robolaser.find_robot('ur5');"
+        "robot.gravity_torques(numpy.zeros((1, 6))); sys.exit('pinocchio' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -7,6 +7,7 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 from robolaser.data.dataset import Noise
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
+from robolaser.model.noise.covariance import NoiseLikelihood
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.pixel_moves import pixel_moves
@@ -215,9 +216,36 @@ def test_likelihood_slopes_are_those_of_finite_differences(repeated):
 def test_sources_that_are_all_on_their_bounds_stay_there():
     rng = np.random.default_rng(18)
     unit = [np.einsum("nij,nkj->nik", A, A) for A in rng.normal(size=(2, 4, 6, 3))]
-    known, e, J = np.tile(np.eye(6), (4, 1, 1)), 1e-9 * rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
+    known, e, Q = np.tile(np.eye(6), (4, 1, 1)), 1e-9 * rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
     least = np.array([1e-3, 2e-3])
-    np.testing.assert_allclose(estimate(known, unit, e, J, least)[0], least)
+    np.testing.assert_allclose(estimate(known, unit, e, Q, least)[0], least)
+
+
+def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():
+    rng = np.random.default_rng(21)
+    A, C = rng.normal(size=(12, 6, 2)), rng.normal(size=(12, 6, 9))
+    unit, known = A @ A.swapaxes(1, 2), C @ C.swapaxes(1, 2)
+    e = (C @ rng.normal(size=(12, 9, 1)) + 0.7 * A @ rng.normal(size=(12, 2, 1)))[..., 0]
+    Q = rng.normal(size=(12, 6, 5))
+    (found,), value = estimate(known, [unit], e, Q, np.zeros(1))
+    there, expected, moved, _ = restricted(np.log([found]), known, [unit], e, Q)
+    assert value == pytest.approx(there, rel=1e-9)
+    assert expected == pytest.approx(moved, rel=1e-3)
+
+
+@pytest.mark.parametrize("grown", [1.0, 1.5, 6.0])
+def test_the_score_test_promises_at_least_half_of_what_stated_noise_gains_by_growing(grown):
+    cell = stripe_cell(np.random.default_rng(9), poses=30, points=8, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(10), pixel=0.1 * grown, target=3e-5, joint=2e-4)
+    model, x = shaken.model(), cell.truth(cell.model())
+    left = model.residuals(x[None])[0]
+    likelihood = NoiseLikelihood(error_sources(model, x), shaken.dataset.points.pose, left, jacobian_matrix(model, x))
+    stated = {"target": (3e-5, "stated")}
+    noise, cost = likelihood.likeliest({**stated, "pixel": (0.1, "stated")})
+    promised = likelihood.gain_of_growth(noise, ["pixel"])
+    gain = cost - likelihood.likeliest(stated, {"pixel": 0.1})[1]
+    assert promised > 0.5 * gain - 1e-3
+    assert (promised > 4.0) == (grown > 1.0)
 
 
 def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar, final
 
 from robolaser.benchmark.engines.engine import Engine, EngineLost, Payload, digest
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import ClientProcess
+from robolaser.benchmark.engines.job import B, Job, P, R
+from robolaser.benchmark.engines.worker_pool import WorkerPool
+from robolaser.benchmark.engines.worker_process import ClientProcess
 from robolaser.errors import BenchmarkError, DependencyMissing
 
 ANSWER_S = 3.0
@@ -87,15 +86,15 @@ class DaskCluster(Engine):
             content = self._client.submit(_identity, payload, key=f"problem-{name}-{self._program.name}")
         return Payload(name, content)
 
-    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
-        """Have a run made."""
-        outer: Future[BenchmarkRun] = Future()
+    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+        """Have a job done."""
+        outer: Future[R] = Future()
         outer.set_running_or_notify_cancel()
         if self._client.status != "running":  # a lost scheduler would never answer
             outer.set_exception(_lost(self.label))
             return outer
-        inner = self._executor.submit(_on_worker, task, payload.digest, payload.content, self._program, self._versions)
-        inner.add_done_callback(lambda inner: self._completed(task, inner, outer))
+        inner = self._executor.submit(_on_worker, job, payload.digest, payload.content, self._program, self._versions)
+        inner.add_done_callback(lambda inner: self._completed(job, inner, outer))
         return outer
 
     def close(self) -> None:
@@ -109,24 +108,24 @@ class DaskCluster(Engine):
         with suppress(RuntimeError):  # distributed may reschedule a timeout that a lost scheduler has let expire
             self._client.close(timeout=CLOSE_S)
 
-    def _completed(self, task: Task, inner: Future[BenchmarkRun | _Foreign], outer: Future[BenchmarkRun]) -> None:
+    def _completed(self, job: Job[R, P, B], inner: Future[R | _Foreign], outer: Future[R]) -> None:
         from distributed import KilledWorker  # noqa: PLC0415
 
         error = CancelledError() if inner.cancelled() else inner.exception()
         if error is None:
             made = inner.result()
-            if isinstance(made, BenchmarkRun):
-                outer.set_result(made)
-            else:
+            if isinstance(made, _Foreign):
                 outer.set_exception(_different(self.label, self._versions, {made.who: made.versions}))
+            else:
+                outer.set_result(made)
         elif self._closed:
             outer.set_exception(CancelledError())
         elif isinstance(error, KilledWorker):
-            outer.set_result(task.failed(f"{error.allowed_failures + 1} workers died while they had it"))
+            outer.set_result(job.failed(f"{error.allowed_failures + 1} workers died while they had it"))
         elif isinstance(error, CancelledError):
             outer.set_exception(_lost(self.label))
         else:  # robolaser or the problem is broken there
-            outer.set_result(task.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
+            outer.set_result(job.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
 
     def _count(self) -> int:
         if time.monotonic() - self._counted > FRESH_S:
@@ -187,17 +186,15 @@ def _versions(info: Mapping[str, Any]) -> Versions:
     return {"python": python} | {package: packages.get(package) for package in PACKAGES}
 
 
-def _on_worker(
-    task: Task, name: str, payload: bytes, program: ClientProcess, wanted: Versions
-) -> BenchmarkRun | _Foreign:
-    """Make a run, unless this Dask worker, which may have joined later, has other versions."""
+def _on_worker(job: Job[R, P, B], name: str, payload: bytes, program: ClientProcess, wanted: Versions) -> R | _Foreign:
+    """Do a job, unless this Dask worker, which may have joined later, has other versions."""
     from distributed import get_worker  # noqa: PLC0415
     from distributed.versions import get_versions  # noqa: PLC0415
 
     worker, ours = get_worker(), _versions(get_versions(packages=PACKAGES))
     if ours != wanted:
         return _Foreign(f"worker {worker.address}", ours)
-    return _pool(worker, program).run(task, name, lambda: payload)
+    return _pool(worker, program).do(job, name, lambda: payload)
 
 
 def _pool(worker: Any, program: ClientProcess) -> WorkerPool:

@@ -7,8 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.bounds import within
-from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, Solver
 from robolaser.errors import AlgorithmError
 
 IDLE_ROUNDS = 1000
@@ -32,6 +33,13 @@ class PymooAlgorithm(Solver):
     def __init__(self, name: str, title: str, make: Callable[[], Any]) -> None:
         self.name, self.title, self._make = name, title, make
 
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
+        """Those of pymoo's algorithms that know one objective only say so."""
+        if problem.front is None:
+            return None
+        single = any(kind.__module__.startswith("pymoo.algorithms.soo.") for kind in type(self._make()).__mro__)
+        return ONE_OBJECTIVE if single else None
+
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run.
 
@@ -42,10 +50,11 @@ class PymooAlgorithm(Solver):
         from robolaser.problems.bounded import Bounded  # noqa: PLC0415
 
         problem, rng, idle = evaluator.problem, np.random.default_rng(seed), 0
+        n_obj = 1 if problem.front is None else len(problem.front.ideal)
         with seeded(seed):
             while idle < IDLE_ROUNDS:
                 costs = _Costs(evaluator)
-                algorithm, bounded = self._make(), Bounded(costs, problem.lower, problem.upper)
+                algorithm, bounded = self._make(), Bounded(costs, problem.lower, problem.upper, n_obj=n_obj)
                 algorithm.setup(bounded, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
                 idle += 1  # it may end before it begins
                 while algorithm.has_next() and not costs.collapsed and idle < IDLE_ROUNDS:
@@ -63,7 +72,7 @@ def idle_error(iterations: int) -> AlgorithmError:
 
 @final
 class _Costs:
-    """Costs of candidates; notices when candidates no longer differ."""
+    """Objectives of candidates; notices when candidates no longer differ."""
 
     def __init__(self, evaluator: BudgetedEvaluator) -> None:
         self._evaluator = evaluator
@@ -78,7 +87,7 @@ class _Costs:
             self._equal += len(x)
         else:
             self._equal, self._last = 0, x[-1].copy()
-        return self._evaluator.cost(within(x, self._evaluator.problem))
+        return self._evaluator.objectives(within(x, self._evaluator.problem))
 
     @property
     def collapsed(self) -> bool:

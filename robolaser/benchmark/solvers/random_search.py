@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.algorithms.settings import Setting
 from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver
 
 BATCH = 100
@@ -22,8 +23,12 @@ class RandomSearch(Solver):
     def __init__(self, name: str = called) -> None:
         self.name = name
 
+    def refuses(self, problem: BenchmarkProblem) -> str | None:
+        """It does not mind several objectives."""
+        return None
+
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run."""
         rng = np.random.default_rng(seed)
         while True:
-            evaluator.cost(evaluator.problem.sample_uniform(rng, BATCH))
+            evaluator.objectives(evaluator.problem.sample_uniform(rng, BATCH))

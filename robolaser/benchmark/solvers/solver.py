@@ -5,6 +5,8 @@ from abc import ABC, abstractmethod
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 
+ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
+
 
 class Solver(ABC):
     """A search method with all its settings.
@@ -29,5 +31,5 @@ class Solver(ABC):
         """
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
-        """Why the solver does not apply to a problem; None if it does."""
-        return None
+        """Why the solver does not apply to a problem; None if it does. By default it takes one objective only."""
+        return None if problem.front is None else ONE_OBJECTIVE

@@ -1,6 +1,6 @@
 """How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, final
@@ -194,7 +194,8 @@ def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     inside = (x > model.parameters.lower) & (x < model.parameters.upper)
     J = jacobian_matrix(some, x)[:, inside]
     sources = error_sources(some, x)
-    return estimated_noise(some.dataset, sources, some.residuals(x[None])[0], J, known_sizes(sources, model.dataset))
+    likelihood = NoiseLikelihood(sources, some.dataset.points.pose, some.residuals(x[None])[0], J)
+    return likelihood.likeliest(known_sizes(sources, model.dataset))[0]
 
 
 def _telling(model: Model, kept: Bools | None) -> Model:
@@ -230,7 +231,8 @@ def noise_from(dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Ar
         residuals: What the fit left over, (m, k) [row's unit].
         J: The residuals by the parameters that were fitted, (m k, d).
     """
-    return estimated_noise(dataset, sources, residuals, J, known_sizes(sources, dataset))
+    likelihood = NoiseLikelihood(sources, dataset.points.pose, residuals, J)
+    return likelihood.likeliest(known_sizes(sources, dataset))[0]
 
 
 def known_sizes(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[float, Origin]]:
@@ -252,47 +254,78 @@ def known_sizes(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, t
     return known
 
 
-def estimated_noise(
-    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
-) -> NoiseModel:
-    """As `noise_from`, with the sizes that are known (see `known_sizes`) given."""
-    return likeliest_noise(dataset, sources, residuals, J, known)[0]
+@final
+@dataclass(frozen=True, eq=False)
+class NoiseLikelihood:
+    """How likely sizes of the sources make the residuals that a fit left over."""
 
+    sources: tuple[ErrorSource, ...]  # what may shake the rows
+    of_pose: Ints  # pose of each row, (m,)
+    residuals: Array  # what the fit left over, (m, k) [row's unit]
+    J: Array  # the residuals by the parameters that were fitted, (m k, d)
 
-def likeliest_noise(
-    dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array, known: Known
-) -> tuple[NoiseModel, float]:
-    """The same, with the negative log of the restricted likelihood, up to a constant of the rows."""
-    sigmas = {name: size for name, (size, _) in known.items()}
-    found, cost = _from_residuals(dataset.points.pose, sources, sigmas, residuals, J)
-    sigmas |= found
-    names = [source.name for source in sources]
-    origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
-    return NoiseModel(sources, {name: sigmas[name] for name in names}, origin), cost
+    def likeliest(self, known: Known, least: Mapping[str, float] | None = None) -> tuple[NoiseModel, float]:
+        """The noise with the sizes that are known (see `known_sizes`), and with the likeliest of the others.
 
+        Args:
+            known: By name.
+            least: What others cannot be below, by name; what their source says when absent.
 
-def _from_residuals(
-    of_pose: Ints, sources: tuple[ErrorSource, ...], known: Mapping[str, float], residuals: Array, J: Array
-) -> tuple[dict[str, float], float]:
-    if len(known) == len(sources):
-        return {}, 0.0
-    table = some_of_each(of_pose, _most_of_a_pose(len(np.unique(of_pose))))
-    k = residuals.shape[-1]
-    there = np.repeat(table >= 0, k, axis=1)
-    columns = (k * table[:, :, None] + np.arange(k)).reshape(len(table), -1)
-    e = np.where(there, residuals.reshape(-1)[columns], 0.0)
-    slopes = np.where(there[..., None], J[columns], 0.0)
-    base = np.eye(columns.shape[1]) * np.where(there, FLOOR**2, 1.0)[:, None]
-    unit = {}
-    for source in sources:
-        C = reml.blocks(source.effect, source.group, table)
-        if source.name in known:
-            base = base + known[source.name] ** 2 * C
-        else:
-            unit[source.name] = C
-    least = np.array([source.least for source in sources if source.name in unit])
-    found, cost = reml.estimate(base, list(unit.values()), e, slopes, least)
-    return dict(zip(unit, found.tolist(), strict=True)), cost
+        Returns:
+            The noise, and the negative log of the restricted likelihood, up to a constant of the rows.
+        """
+        sigmas, cost = {name: size for name, (size, _) in known.items()}, 0.0
+        if unknown := [source for source in self.sources if source.name not in known]:
+            low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
+            unit = [self._unit[source.name] for source in unknown]
+            found, cost = reml.estimate(self._covariance(sigmas), unit, *self._rows, low)
+            sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
+        names = [source.name for source in self.sources]
+        origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
+        return NoiseModel(self.sources, {name: sigmas[name] for name in names}, origin), cost
+
+    def gain_of_growth(self, noise: NoiseModel, names: Collection[str]) -> float:
+        """By how much the likelihood's logarithm would rise if the sizes of some sources grew, by a score test.
+
+        Args:
+            noise: The likeliest with these sizes.
+            names: Of these sources.
+        """
+        shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
+        unit, log_sigma = [self._unit[name] for name in shaking], np.log(list(shaking.values()))
+        _, expected, there, curvature = reml.restricted(log_sigma, self._covariance({}), unit, *self._rows)
+        tried = np.isin(list(shaking), list(names))
+        slope = np.where(tried, there - expected, 0.0)
+        free = ~tried | (slope > 0.0)
+        return 0.5 * float(slope[free] @ np.linalg.lstsq(curvature[np.ix_(free, free)], slope[free])[0])
+
+    @cached_property
+    def _table(self) -> Ints:
+        """Rows of each pose that count, (n, r); -1 where a pose has fewer."""
+        return some_of_each(self.of_pose, _most_of_a_pose(len(np.unique(self.of_pose))))
+
+    @cached_property
+    def _is_row(self) -> Bools:
+        """Whether a pose has this number, (n, s)."""
+        return np.repeat(self._table >= 0, self.residuals.shape[-1], axis=1)
+
+    @cached_property
+    def _unit(self) -> dict[str, Array]:
+        """Covariance that a unit of each source causes within each pose, (n, s, s)."""
+        return {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """The residuals of each pose (n, s), and a basis of what the fitted numbers can do to them (n, s, d)."""
+        k = self.residuals.shape[-1]
+        columns = (k * self._table[:, :, None] + np.arange(k)).reshape(self._is_row.shape)
+        e = np.where(self._is_row, self.residuals.reshape(-1)[columns], 0.0)
+        return e, reml.basis(np.where(self._is_row[..., None], self.J[columns], 0.0))
+
+    def _covariance(self, sigmas: Mapping[str, float]) -> Array:
+        """Of the numbers of each pose by sources of some sizes, regular, (n, s, s)."""
+        floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
+        return np.asarray(sum((size**2 * self._unit[name] for name, size in sigmas.items()), floor))
 
 
 def _most_of_a_pose(poses: int) -> int:

@@ -24,6 +24,7 @@ CONVERGED = 1e-3  # share of what cannot be noticed, below which a step's gain e
 ENOUGH = 1e-6
 """Of the likelihood's logarithm for each row and axis, and of its slope: what thousands of rows cannot notice."""
 RANK = 1e-9  # singular values of the Jacobian below this share of the largest belong to null directions
+UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
 
 
 def blocks(effect: Array, group: Ints, table: Ints) -> Array:
@@ -71,7 +72,7 @@ def restricted(
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
     value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
-    P = S_inv - (B @ np.linalg.inv(H)) @ np.swapaxes(B, -1, -2)
+    P = S_inv - (B.reshape(e.size, d) @ np.linalg.inv(H)).reshape(B.shape) @ np.swapaxes(B, -1, -2)
     expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
     moved = np.stack([v * (C @ z[..., None])[..., 0] for v, C in zip(variance, unit, strict=True)], axis=-1)
     there = np.einsum("ni,nik->k", z, moved)
@@ -81,30 +82,37 @@ def restricted(
     return float(value), np.array(expected), there, information
 
 
-def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Array) -> tuple[Array, float]:
+def basis(J: Array) -> Array:
+    """Of what fitted numbers can do to residuals, by their derivatives (n, s, d); null directions are welcome."""
+    n, s, d = J.shape
+    flat = J.reshape(n * s, d)
+    flat = flat[:, flat.any(axis=0)]
+    length = np.linalg.norm(flat, axis=0)
+    U, sv, _ = np.linalg.svd(flat / np.where(length > 0, length, 1.0), full_matrices=False)
+    return np.asarray(U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1))
+
+
+def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest.
 
     Args:
         known: Covariance of each pose from what is known, regular, (n, s, s) [m²].
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s); zero for absent rows.
         e: Residuals, (n, s) [m].
-        J: Their derivatives by the fitted numbers, (n, s, d); null directions are welcome.
+        Q: A basis of what the fitted numbers can do to them, (n, s, d).
         least: What no source can be below, (k,).
 
     Returns:
         (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the
         negative log of the restricted likelihood, up to a constant.
     """
-    n, s, d = J.shape
-    flat = J.reshape(n * s, d)
-    flat = flat[:, flat.any(axis=0)]
-    length = np.linalg.norm(flat, axis=0)
-    U, sv, _ = np.linalg.svd(flat / np.where(length > 0, length, 1.0), full_matrices=False)
-    Q = U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1)
     total = float((e**2).sum())
     alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
     if total == 0.0:
         return least, 0.0
+    lacking = 0.0
+    if len(unit) == 1:
+        known, unit, e, Q, lacking = _independent(known, unit[0], e, Q)
 
     def objective(log_sigma: Array) -> tuple[float, Array, Array]:
         value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
@@ -124,7 +132,28 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, J: Array, least: Arr
             begun.append(log_sigma)
     found = [_descended(objective, start, lowest, highest) for start in begun]
     best, value = min(found, key=lambda end: end[1])
-    return np.exp(best), value * e.size
+    return np.exp(best), value * e.size + lacking
+
+
+def _independent(known: Array, unit: Array, e: Array, Q: Array) -> tuple[Array, list[Array], Array, Array, float]:
+    """The likelihood of one source in coordinates in which all errors are independent: as if each were a pose.
+
+    With known = L Lᵀ and L⁻¹ C L⁻ᵀ = V λ Vᵀ these are Vᵀ L⁻¹ e. Of those that the source does not move, λ = 0, an
+    orthogonal transformation leaves as many as there are fitted numbers.
+
+    Returns:
+        The arguments of `restricted`, and what its value lacks.
+    """
+    L_inv = np.linalg.inv(np.linalg.cholesky(known))
+    moved, V = np.linalg.eigh(L_inv @ unit @ np.swapaxes(L_inv, 1, 2))
+    rows = np.swapaxes(V, 1, 2) @ (L_inv @ np.concatenate([Q, e[..., None]], axis=2))
+    rows, moved = rows.reshape(e.size, -1), moved.reshape(-1)
+    shaken = moved > UNMOVED * moved.max()
+    rows = np.concatenate([rows[shaken], np.linalg.qr(rows[~shaken], mode="r")])
+    variance = np.zeros((len(rows), 1, 1))
+    variance[: np.count_nonzero(shaken), 0, 0] = moved[shaken]
+    lacking = -float(np.linalg.slogdet(L_inv)[1].sum())
+    return np.ones_like(variance), [variance], rows[:, -1:], rows[:, None, :-1], lacking
 
 
 def _descended(

@@ -6,8 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.cell_collisions import Collision, collisions
-from robolaser.cell.plan_validation import Violation
+from robolaser.cell.plan_validation import Violation, collisions
 from robolaser.geometry.collision_bodies import Body
 from robolaser.geometry.collisions import CollisionModel
 from robolaser.report.viewer.shapes import Colour, Mesh, Shape, box, merged, sphere, tube
@@ -31,7 +30,7 @@ class CollisionScene:
 
     model: CollisionModel
     margin_m: float
-    route: tuple[Violation | Collision, ...]
+    route: tuple[Violation, ...]
 
     @property
     def route_note(self) -> str:
