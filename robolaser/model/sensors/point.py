@@ -42,11 +42,6 @@ class Point(Sensor):
         self._tool = dataset.points.number
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """T_world_base and the tool points."""
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")

@@ -63,11 +63,6 @@ class Pose(Sensor):
         self._body = dataset.points.number
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """T_world_base and T_flange_body of each body."""
         places = ("base", *(f"tool.{name}" for name in self._bodies))

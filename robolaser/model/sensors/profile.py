@@ -74,11 +74,6 @@ class Profile(Sensor):
         return cls.stages - {Stage.MOUNT} if stands else cls.stages
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """The sensor's place on the flange or in the cell, and the balls at the other end."""
         return (*HAND_EYE, *(f"ball.{name}.{part}" for name in self._balls for part in "xyz"))
