@@ -302,11 +302,7 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
 
 
 def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
-    """One end of a parameter's range; of a fixed one the nominal value.
-
-    Raises:
-        DataError: It is missing, or the parameter is fixed and has one.
-    """
+    """One end of a parameter's range; of a fixed one the nominal value."""
     value: float | None = getattr(entry, end)
     key = f"[{at[0]}] {at[1]}.{end}"
     if entry.fixed:

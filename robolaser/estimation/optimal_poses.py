@@ -55,9 +55,6 @@ def _candidates(view: BoardView, wanted: int, allowed: Allowed, rng: np.random.G
     """Postures from which the whole board is seen, (≥ wanted, j).
 
     Of these, only such as keep the board in the image wherever it lies within `UNSURE_M`, if there are enough.
-
-    Raises:
-        PlanError: There are not enough.
     """
     enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
     found, tried, seeing, roomy = np.empty((0, len(view.robot.joints))), 0, 0, np.empty(0, dtype=np.bool_)

@@ -76,11 +76,7 @@ def _looking_down(T: Array, within: float) -> Bools:
 
 
 def _place(robot: Robot, T_flange_carried: Array, rng: np.random.Generator) -> Array:
-    """The point that most configurations look down on, clear of the base, (3,) [m].
-
-    Raises:
-        RobotError: None look down.
-    """
+    """The point that most configurations look down on, clear of the base, (3,) [m]."""
     T = _carried(robot, random_configurations(robot, 5 * BATCH, rng), T_flange_carried)
     foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
     reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())

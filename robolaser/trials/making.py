@@ -133,11 +133,7 @@ def _locations(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
 
 
 def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Generator) -> list[str]:
-    """Faults of a kind, of those that have a place in this cell.
-
-    Raises:
-        TrialError: None has.
-    """
+    """Faults of a kind, of those that have a place in this cell."""
     possible = [name for name in asked.among if _locations(built, name)]
     number = int(rng.integers(asked.number[0], asked.number[1] + 1))
     if number and not possible:

@@ -86,12 +86,7 @@ def _without(table: Table, column: str) -> Table:
 
 
 def _files(table: Table, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
-    """The image of each row, and what it is read from.
-
-    Raises:
-        UsageError: Nothing says which image belongs to which row.
-        DataError: An image is not there, or there are not as many as rows.
-    """
+    """The image of each row, and what it is read from."""
     images = _images(folder)
     if column is None:
         if options.further.get(ORDER) != "sorted":

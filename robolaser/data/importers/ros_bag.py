@@ -156,12 +156,7 @@ def _images(bag: Bag, options: ImportOptions) -> Imported:
 
 
 def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> MatchedReadings:
-    """The arm at times, from joint states where there is a robot, else from tf.
-
-    Raises:
-        DataError: It is not known at any of them.
-        UsageError: A frame or a topic is not stated.
-    """
+    """The arm at times, from joint states where there is a robot, else from tf."""
     qd = T = q = None
     left_out: list[str] = []
     if options.robot is not None:
@@ -195,11 +190,7 @@ def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
 
 
 def _thinned(times: Array, options: ImportOptions) -> Ints:
-    """Numbers of the times that are at least `every_s` apart.
-
-    Raises:
-        UsageError: `every_s` is no number of seconds.
-    """
+    """Numbers of the times that are at least `every_s` apart."""
     step = finite(options.further.get(EVERY, "0"))
     if not step >= 0:
         raise UsageError(f"--set {EVERY}={options.further[EVERY]}: expected seconds.")

@@ -83,11 +83,7 @@ class Tables(Importer):
 
 
 def _each_once(table: Table, chosen: Chosen) -> Table:
-    """The first row of each pose, where several rows are points of one pose.
-
-    Raises:
-        DataError: Two rows state different readings of a pose.
-    """
+    """The first row of each pose, where several rows are points of one pose."""
     names = table.texts("pose")
     first: dict[str, int] = {}
     for row, name in enumerate(names):

@@ -153,7 +153,7 @@ class Sensor(ABC):
         """What may shake rows one by one, at one candidate; errors of whole poses are added to it for every sensor."""
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """What residuals (c, m, k) mean at the point, (c, m, j) [m]; linear, as pixels times depth over focal length."""
+        """What residuals (c, m, k) mean at the point, (c, m, j) [m]; linear, as pixels by depth over focal length."""
         return residuals
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
