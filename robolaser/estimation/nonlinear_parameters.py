@@ -11,6 +11,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.estimation.fisher_information import lengths
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -90,6 +91,5 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
 
 def _basis(columns: Array) -> Array:
     """Orthonormal basis of what columns (K, d) reach, (K, n)."""
-    length = np.linalg.norm(columns, axis=0)
-    U, s, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
+    U, s, _ = np.linalg.svd(columns / lengths(columns), full_matrices=False)
     return U[:, s > NULL * s.max(initial=0.0)]

@@ -11,7 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rotation_to_axis
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
@@ -237,7 +237,7 @@ class Robot:
     @cached_property
     def _to_axis(self) -> Array:
         """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
-        return pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
+        return pose(np.array([rotation_to_axis(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
 
     @cached_property
     def _from_axis(self) -> Array:
@@ -259,15 +259,6 @@ def _poses(T: Array, onward: Array) -> Array:
     out[..., :3, :] = np.moveaxis(_times(T, onward[None, None]), 3, 1).swapaxes(-1, -2)
     out[..., 3, 3] = 1.0
     return out
-
-
-def _z_along(axis: Array) -> Array:
-    """Some rotation whose third column is `axis`; exact for the axes of coordinates."""
-    if axis[2] == 1.0:
-        return np.eye(3)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
 
 
 def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:

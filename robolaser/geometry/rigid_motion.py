@@ -49,6 +49,15 @@ def exp_so3(turn: Array) -> Array:
     return R
 
 
+def rotation_to_axis(axis: Array) -> Array:
+    """Some rotation whose third column is a unit vector (3,); exact for the axes of coordinates."""
+    if axis[2] == 1.0:
+        return np.eye(3)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
 def log_so3(R: Array) -> Array:
     """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`."""
     q = _along_quaternion(R)

@@ -7,12 +7,11 @@ from typing import Final, final
 from robolaser.data.csv_tables import Table
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
-from robolaser.data.sensor_format import XYZ, SensorFormat
+from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 
 POSES: Final = "poses"
 POINTS: Final = "points"
-QUATERNION = ("qx", "qy", "qz", "qw")
 EULER = ("euler_1", "euler_2", "euler_3")
 ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
 ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the flange is turned, any one of them
