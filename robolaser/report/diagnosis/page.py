@@ -82,11 +82,13 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
     ]
+    origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
-        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest)
+        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest,
+               f"noise {origins}" if kind == "noise" and origins else "")
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or i != 1
-    ]
+    ]  # fmt: skip
 
 
 def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
