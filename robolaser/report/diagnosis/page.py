@@ -117,7 +117,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     )
     return [
         Section(lies, [cell, sites] if sites.rows else [cell]),
-        Section("How the gap shrinks", charts([make(diagnosis) for make in STEPS])),
+        Section("Step by step", charts([make(diagnosis) for make in STEPS])),
         Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([make(diagnosis) for make in ERRORS])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)] if diagnosis.validation else []),
