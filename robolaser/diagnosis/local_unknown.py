@@ -15,7 +15,7 @@ from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
 from robolaser.diagnosis.localization import likelihood_ratio
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
@@ -38,7 +38,7 @@ def local_unknown_chi2(fit: Fit, joint: str) -> float:
         fit: The model.
         joint: A joint that moves.
     """
-    by_joint = StageDerivatives(fit).joint(joint)
+    by_joint = stage_derivatives(fit).joint(joint)
     columns = (by_joint * basis[fit.pose_of_number] for basis in _coordinates(fit, joint))
     return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
 
