@@ -44,9 +44,10 @@ test: lint .venv/developing
 matrix: .venv/developing
 	.venv/bin/python .ci/matrix.py
 
-# Generated input for the parsers, thousands of examples each, other ones each time. Takes an hour; stop it at any time.
+# Generated input for parsers and arms, thousands of examples each, other ones each time, and a thousand bad days of
+# arms. Takes an hour and more; stop it at any time.
 fuzz: .venv/developing
-	GENERATED=long .venv/bin/pytest tests/data/test_generated_input.py
+	GENERATED=long .venv/bin/pytest $$(find tests -name 'test_generated_*.py') tests/cell/test_soak.py
 
 .venv/documenting: .venv/developing
 	$(PIP) install --quiet --requirement requirements-docs.txt

@@ -123,12 +123,13 @@ def _run(tokens: Sequence[str]) -> None:
 
 
 def _speak_plainly() -> None:
-    """Let a terminal or file that lacks a letter show "?" instead, and one that was closed swallow everything."""
+    """Let a terminal or file that lacks a letter show "?" instead, a closed one swallow all, and OpenCV be silent."""
     sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - open as long as the process
     sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")  # a damaged image or a lost camera has a sentence of ours
 
 
 def _write_nowhere() -> None:

@@ -2,9 +2,8 @@
 
 import io
 import json
-import struct
 import time
-import zipfile
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,27 +16,13 @@ from pymoo.util.sliding_window import SlidingWindow
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.rcga import RCGA
 from robolaser.bounded_reading import ARRAY_BYTES, opened
+from robolaser.data.array_damage import DAMAGE
 from robolaser.data.atomic_write import write_bytes
 from robolaser.errors import AlgorithmError, DataError
 
 FORMAT = "robolaser-checkpoint/2"
 
 _STORED = ("X", "F", "G", "H")
-
-_DAMAGE = (
-    OSError,
-    EOFError,
-    ValueError,
-    KeyError,
-    TypeError,
-    AttributeError,
-    OverflowError,
-    MemoryError,
-    NotImplementedError,
-    struct.error,
-    zipfile.BadZipFile,
-)
-"""What NumPy and zipfile raise for a damaged file."""
 
 _STATE = ("perc", "force_termination", "best", "since", "data", "counter", "history")
 """State of terminations between generations, robolaser's and pymoo's."""
@@ -226,13 +211,17 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Any]:
         AlgorithmError: The file is missing, damaged, without one of them, or becomes larger than any search's state.
     """
     try:
-        with opened(path, ARRAY_BYTES) as stream, np.load(stream, allow_pickle=False) as file:
+        with (
+            warnings.catch_warnings(action="ignore"),  # of headers that an old Python wrote
+            opened(path, ARRAY_BYTES) as stream,
+            np.load(stream, allow_pickle=False) as file,
+        ):
             if sum(entry.file_size for entry in file.zip.infolist()) > ARRAY_BYTES:
                 raise _unreadable(path, f"it would become more than {ARRAY_BYTES} bytes")
             return {name: file[name] for name in names}
     except DataError as error:
         raise _unreadable(path, str(error).rstrip(".")) from None
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise _unreadable(path, f"it is truncated or damaged ({error})") from None
 
 
@@ -241,7 +230,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     try:
         header = json.loads(str(arrays.pop("header")))
         found = header["format"]
-    except (*_DAMAGE, RecursionError) as error:
+    except DAMAGE as error:
         raise _unreadable(path, f"it is not a checkpoint ({error})") from None
     if found != FORMAT:
         raise _unreadable(path, f"its format is {found!r}, this program reads {FORMAT!r}")

@@ -124,17 +124,21 @@ class PopulationArrays:
 
         Args:
             offspring: Of the same problem, made since.
-            kept: Rows of both, one after the other.
+            kept: Rows of both, one after the other; these come first.
         """
         if self.columns.keys() != offspring.columns.keys():
             both = [one.individual(row) for one in (self, offspring) for row in range(len(one))]
             return PopulationArrays.of([both[row] for row in kept])
-        current = offspring.columns
-        columns = {name: np.concatenate((column, current[name])).take(kept, 0) for name, column in self.columns.items()}
+        current, n = offspring.columns, len(self)
+        old, young = kept[kept < n], kept[kept >= n] - n
+        columns = {
+            name: np.concatenate((column.take(old, 0), current[name].take(young, 0)))
+            for name, column in self.columns.items()
+        }
         arrays = PopulationArrays(columns, offspring.evaluated)
         if self.made:
             arrays.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
-        offspring._home = arrays, kept - len(self)
+        offspring._home = arrays, kept - n
         return arrays
 
     def individual(self, row: int) -> Individual:

@@ -12,11 +12,12 @@ from typing import final
 
 import cloudpickle
 
-from robolaser.benchmark.engines import Engine, Task, ThisMachine
+from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.single_run import BenchmarkRun, Key
 from robolaser.benchmark.table import RunTable
+from robolaser.benchmark.task import Task
 
 AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""

@@ -13,6 +13,9 @@ from robolaser.plugins import announced
 GROUP = "robolaser.cameras"
 """Entry points of installed packages that announce cameras; the entry point's name is the kind."""
 
+STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
+"""Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
+
 
 def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
     """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://) runs by itself, all else is files.
@@ -37,6 +40,9 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
     source, size = cell.camera.source, cell.description.image_px
     if size is None:
         raise cannot_open(source, "dataset.toml has no [image] that states the size of its images")
+    scheme, separator, _ = str(source).partition("://")
+    if separator and scheme.lower() not in STREAMS:
+        raise cannot_open(source, f"{scheme}:// is not allowed, only {', '.join(STREAMS)}")
     if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
         return LiveCamera(cell.camera, size, clock, warn)
     return RecordedImages(cell.beside(source), size, warn, cell.camera.channel)

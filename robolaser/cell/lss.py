@@ -119,7 +119,7 @@ class LssArm(BusArm):
 
     def _ask(self, servo: int, joint: str, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> int:
         heard = ""
-        pattern = re.compile(rf"\*{servo}{what}(-?\d+)\r")
+        pattern = re.compile(rf"\*{servo}{what}(-?\d{{1,9}})\r")
         for _ in range(tries):
             self._line.discard()
             self._line.send(f"#{servo}{what}\r")

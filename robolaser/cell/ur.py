@@ -85,7 +85,9 @@ class UrArm(Arm):
                 stamp = float(self._receive.getTimestamp())
                 if stamp != self._stamp and self._receive.isConnected():
                     self._stamp = stamp
-                    return np.array(self._receive.getActualQ(), dtype=np.float64)
+                    q = np.array(self._receive.getActualQ(), dtype=np.float64)
+                    if np.isfinite(q).all():
+                        return q
             if self._clock.now() - began > STALE_S:
                 raise line_lost(self._address, f"no reading for {STALE_S:.0f} s")
             self._clock.wait(POLL_S)
@@ -96,7 +98,7 @@ class UrArm(Arm):
             stopped = self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped()
             modes = self._receive.getJointMode() if stopped else ()
         if stopped:
-            guilty = [joint for joint, mode in zip(self._joints, modes, strict=True) if mode in (VIOLATION, FAULT)]
+            guilty = [joint for joint, mode in zip(self._joints, modes, strict=False) if mode in (VIOLATION, FAULT)]
             raise alarm(self._address, ", ".join(guilty) or "no joint is named", "protective or emergency stop", ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:

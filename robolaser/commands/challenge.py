@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -126,7 +127,8 @@ def score(
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
-    jobs: Count = 1,
+    jobs: Count | None = None,
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     key: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -141,19 +143,26 @@ def score(
         folder: Folder of the trial.
         output: Folder for score.json. Default: FOLDER.
         seed: Seed of the diagnoses that have yet to be made.
-        jobs: Number of diagnoses at a time.
+        jobs: Number of diagnoses at a time. Default: 1.
+        scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         key: The key of the trial. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier score.
     """
+    from robolaser.benchmark.engines import DaskCluster, ThisMachine
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import score as score_trial
 
+    if scheduler and jobs:
+        raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     file = (output or folder) / "score.json"
-    with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim:
+    with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
         secret = key or key_beside(folder)
-        with terminal.progress() as tell:
-            scored = score_trial(folder, file.parent, seed=seed, jobs=jobs, key=secret, claim=claim, tell=tell)
+        engine = None
+        if scheduler or (jobs or 1) > 1:
+            engine = stack.enter_context(DaskCluster(scheduler) if scheduler else ThisMachine(jobs))
+        tell = stack.enter_context(terminal.progress())
+        scored = score_trial(folder, file.parent, seed=seed, engine=engine, key=secret, claim=claim, tell=tell)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))

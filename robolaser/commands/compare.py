@@ -104,7 +104,7 @@ def compare(
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
-        DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
+        DaskCluster(scheduler, plan.packages) if scheduler else ThisMachine(jobs) as engine,
         results_in(
             output,
             command="compare",

@@ -240,15 +240,12 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
 def _record(
     cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
 ) -> None:
-    import cv2
-
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a lost camera has a sentence of ours
     clock = WallClock()
     planned = len(writer.waypoints)
     with (
@@ -282,8 +279,6 @@ def _record(
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    import cv2
-
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
@@ -291,7 +286,6 @@ def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", termi
     from robolaser.cell.watch import sample_names, watch
     from robolaser.data.result_folder import results_in
 
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     clock, names = WallClock(), list[str]()
     writer = RecordingWriter.begin(cell, cell.robot, output, (), 1, force=force)
     files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]

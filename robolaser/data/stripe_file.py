@@ -5,6 +5,7 @@ along the stripe.
 """
 
 import io
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, Any
@@ -14,6 +15,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from robolaser.bounded_reading import CLOUD_BYTES, opened
+from robolaser.data.array_damage import DAMAGE
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DataError, unreadable
 
@@ -34,10 +36,11 @@ def open_stripes(path: Path) -> Stripes:
     """
     try:
         with opened(path, CLOUD_BYTES) as file:
-            shape, dtype = _header(file)
+            with warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
+                shape, dtype = _header(file)
             start = file.tell()
-    except ValueError as error:
-        raise unreadable(path, str(error)) from None
+    except DAMAGE as error:
+        raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
     if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
         raise DataError(
             f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it again with `robolaser extract --force`.",

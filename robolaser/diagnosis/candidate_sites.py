@@ -154,9 +154,10 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
     tilt = fit.model.run.tilt
     if np.ptp(tilt) > 0:
         yield Site("laser", "tilt of the surface", seen[:, [1 - along]], smooth(tilt[:, None]), rows)
+    moved = np.hstack([plane, derivatives.turned_laser_plane() / LEVER_M])
     for coordinate, basis in coordinates.run():
         drift = np.concatenate([basis, basis * _centred(pixel[:, along], dataset.points.pose, len(basis))], axis=1)
-        yield Site("laser", coordinate, plane, drift, fit.pose_of_number)
+        yield Site("laser", coordinate, moved, drift, fit.pose_of_number)
 
 
 def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:

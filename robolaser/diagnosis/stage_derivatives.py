@@ -152,6 +152,10 @@ class StageDerivatives:
         """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
         return self.by_motion(Stage.LASER_PLANE)[:, 3:]
 
+    def turned_laser_plane(self) -> Array:
+        """By its distance from where it should be, in proportion to the depth: it turns, (K, 1)."""
+        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]), TURN_RAD)
+
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""
         return self.by_motion(Stage.TARGET)

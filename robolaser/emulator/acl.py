@@ -176,7 +176,7 @@ class AclController(Controller):
         return VERSION
 
     def _let(self, rest: list[str], now_s: float) -> list[str]:
-        said = re.fullmatch(r"PAR(\d+)=(-?\d+)", "".join(rest))
+        said = re.fullmatch(r"PAR(\d{1,9})=(-?\d{1,9})", "".join(rest))
         if said is None:
             return UNKNOWN
         self._encoders.par[int(said[1])] = int(said[2])
@@ -244,7 +244,7 @@ class AclController(Controller):
         return [f"*** ERROR 304: AXIS DISABLED {min(self._disabled)}" if self._disabled else "*** HOMING IN PROGRESS"]
 
     def _set(self, rest: list[str], now_s: float) -> list[str]:
-        said = re.fullmatch(r"OUT\[(\d+)\]=([01])", "".join(rest))
+        said = re.fullmatch(r"OUT\[(\d{1,9})\]=([01])", "".join(rest))
         if said is None:
             return UNKNOWN
         output = int(said[1])

@@ -21,7 +21,7 @@ ALL = 254
 BOOT_S = 1.25
 LONGEST_LINE = 64
 _COMMAND = re.compile(r"#(\d{1,3})([A-Z]+)(-?\d{1,6})?((?:[A-Z]+-?\d{1,6})*)")
-_MODIFIER = re.compile(r"([A-Z]+)(-?\d+)")
+_MODIFIER = re.compile(r"([A-Z]+)(-?\d{1,6})")
 
 
 class Status(IntEnum):

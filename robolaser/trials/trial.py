@@ -1,26 +1,22 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
 import hashlib
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager
-from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from robolaser.arrays import Progress
+from robolaser.benchmark.engines import Engine
 from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
-from robolaser.data.loading import load
-from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER, texts_of
-from robolaser.diagnosis import diagnose
 from robolaser.errors import DataError, TrialError
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.building import Ranges
+from robolaser.trials.diagnosing import diagnose_all
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
 from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
@@ -114,7 +110,7 @@ def score(
     output: Path,
     *,
     seed: int,
-    jobs: int,
+    engine: Engine | None = None,
     key: Path,
     claim: Callable[[Iterable[str]], None],
     tell: Progress = _nothing,
@@ -127,7 +123,7 @@ def score(
         folder: Of the trial.
         output: Where diagnoses are written; the trial's folder may be it.
         seed: Of the diagnoses that are still to be made.
-        jobs: How many of them at a time.
+        engine: Where they are made; None: in this process, one after another.
         key: The trial's key.
         claim: Is told the names of all files that will be written to the output.
         tell: Progress.
@@ -136,21 +132,15 @@ def score(
         What score.json holds.
 
     Raises:
-        TrialError: The truth is not there, or was touched; or a file is no diagnosis.
+        TrialError: The truth is not there, or was touched; a file is no diagnosis, or one cannot be made.
     """
     truths = unseal(folder, key)
     paths = {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in truths}
     missing = [name for name, path in paths.items() if not path.exists()]
     claim(f"{name}/{DIAGNOSIS}" for name in missing)
-    worlds, made = [folder / name for name in missing], [paths[name] for name in missing]
-    if jobs == 1:
-        for i, (world, path) in enumerate(zip(worlds, made, strict=True)):
-            tell("diagnosing", i / len(missing))
-            _diagnose(world, path, seed)
-    else:
-        with ProcessPoolExecutor(jobs) as pool:
-            for i, _ in enumerate(pool.map(_diagnose, worlds, made, repeat(seed))):
-                tell("diagnosing", i / len(missing))
+    worlds = {folder / name: paths[name] for name in missing}
+    for done in diagnose_all(worlds, seed=seed, engine=engine):
+        tell("diagnosing", done / len(missing))
     outcomes, hashes = {}, {}
     for name, truth in truths.items():
         path = paths[name]
@@ -160,17 +150,6 @@ def score(
             raise _no_diagnosis(path, f"{type(error).__name__}: {error}") from None
         hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(read_bytes(path)).hexdigest()}
     return compile_score(outcomes) | {"sha256": hashes}
-
-
-def _diagnose(world: Path, path: Path, seed: int) -> None:
-    found = diagnosed(load(world), seed=seed)
-    write_results(path.parent, {path.name: json.dumps(found, indent=1) + "\n"})
-
-
-def diagnosed(dataset: Dataset, *, seed: int) -> dict[str, Any]:
-    """The diagnosis of a data set, as diagnosis.json has it."""
-    found: dict[str, Any] = diagnose(dataset, seed=seed)
-    return found
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:

@@ -1,4 +1,5 @@
 import http.server
+import json
 import os
 import pickle
 import signal
@@ -7,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,16 +16,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from distributed import KilledWorker
-from rogues import Bowl
+from rogues import spec
 
 from robolaser.benchmark import load
-from robolaser.benchmark.engines import DaskCluster, Engine, EngineLost, Task, ThisMachine
+from robolaser.benchmark.engines import DaskCluster, Engine, EngineLost, ThisMachine
 from robolaser.benchmark.engines import dask_cluster as cluster_module
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
+from robolaser.benchmark.task import Task
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, DependencyMissing
 
-PAYLOAD = pickle.dumps(Bowl())
+PAYLOAD = pickle.dumps(spec())
 FAIRLY = [
     Task("bowl", f"rogues:{name}", seed, 200, 5.0, 400_000_000) for seed in (1, 2, 3) for name in ("walks", "dawdles")
 ]
@@ -59,7 +61,7 @@ def _below(pid: int) -> dict[int, str]:
 
 
 def _children(pid: int) -> set[int]:
-    return {one for one, command in _below(pid).items() if "robolaser.benchmark.worker" in command}
+    return {one for one, command in _below(pid).items() if "robolaser.benchmark.engines.worker" in command}
 
 
 def _eventually(holds: Callable[[], object], within_s: float = 10.0) -> bool:
@@ -139,7 +141,7 @@ def test_a_killed_worker_of_this_machine_costs_no_run(machine: ThisMachine) -> N
     futures = [machine.submit(task, payload) for task in tasks]
     futures[2].result(SOON_S)
     os.kill(
-        next(pid for pid, command in _below(os.getpid()).items() if "robolaser.benchmark.worker" in command),
+        next(pid for pid, command in _below(os.getpid()).items() if "robolaser.benchmark.engines.worker" in command),
         signal.SIGKILL,
     )
     assert [_known(future.result(SOON_S)) for future in futures] == expected
@@ -257,8 +259,8 @@ def test_an_address_that_makes_no_sense_is_refused(address: str) -> None:
 def test_other_versions_are_refused_and_named(running: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = cluster_module._fetch_versions
 
-    async def altered(address: str) -> object:
-        said = dict(await asked(address))
+    async def altered(address: str, packages: Sequence[str]) -> object:
+        said = dict(await asked(address, packages))
         worker = next(who for who in said if who.startswith("worker"))
         return said | {worker: {**said[worker], "numpy": "1.0", "robolaser": None}}
 
@@ -267,11 +269,26 @@ def test_other_versions_are_refused_and_named(running: Cluster, monkeypatch: pyt
         DaskCluster(running.address)
 
 
+def test_the_version_of_a_package_that_is_not_used_does_not_matter(
+    running: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = cluster_module._fetch_versions
+
+    async def without_numba(address: str, packages: Sequence[str]) -> object:
+        return {who: {**said, **({"numba": None} if "numba" in packages else {})}
+                for who, said in (await asked(address, packages)).items()}  # fmt: skip
+
+    monkeypatch.setattr(cluster_module, "_fetch_versions", without_numba)
+    DaskCluster(running.address, ("robolaser", "numpy")).close()
+    with pytest.raises(BenchmarkError, match=r"numba .* here, missing on"):
+        DaskCluster(running.address)
+
+
 def test_a_worker_with_other_versions_that_comes_later_is_refused(
     running: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compared = cluster_module._compared
-    monkeypatch.setattr(cluster_module, "_compared", lambda address: {**compared(address), "python": "3.99"})
+    monkeypatch.setattr(cluster_module, "_compared", lambda *asked: {**compared(*asked), "python": "3.99"})
     with DaskCluster(running.address) as cluster, pytest.raises(BenchmarkError, match=r"python 3.99 here"):
         cluster.submit(WAITS, cluster.share(PAYLOAD)).result(SOON_S)
 
@@ -318,6 +335,56 @@ def test_the_command_gives_on_a_cluster_what_it_gives_here(running: Cluster, tmp
     here, there = ({run.key: _known(run) for run in load(tmp_path / name).runs} for name in ("here", "there"))
     assert len(here) == 6
     assert here == there
+
+
+MINE = """
+import sys
+from pymoo.core.problem import Problem
+from robolaser import RunPlan, compare
+from robolaser.benchmark.engines import DaskCluster, ThisMachine
+
+
+class Bowl(Problem):
+    def __init__(self, n_obj=1):
+        super().__init__(n_var=3, n_obj=n_obj, xl=-5, xu=5)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = ((x[:, None] - offsets[: self.n_obj, None]) ** 2).sum(axis=2)
+
+
+import numpy as np
+
+offsets = np.array([0.0, 1.0])
+two = Bowl(n_obj=2)
+plan = RunPlan.of([Bowl, lambda: two, "__main__:Bowl"], ["random", "NSGA2"], seeds=2, budget=300)
+for engine in (ThisMachine(2), DaskCluster(sys.argv[1])):
+    result = compare(plan, engine)
+    assert len(result.runs) == 12 and not result.failures, result.failures
+    print(sorted((*run.key, run.trace.final) for run in result.runs))
+"""
+
+
+def test_problems_of_a_script_run_in_processes_and_on_a_cluster_alike(running: Cluster) -> None:
+    done = subprocess.run([sys.executable, "-c", MINE, running.address], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    here, there = done.stdout.splitlines()
+    assert here == there
+
+
+def test_a_blind_trial_is_diagnosed_in_processes_and_on_a_cluster_as_it_is_here(
+    running: Cluster, tmp_path: Path
+) -> None:
+    few = ["--kinds", "none", "--count", "2", "--poses", "8", "--points", "3", "--seed", "1"]
+    assert main(["challenge", "new", str(tmp_path / "trial"), *few]) == 0
+    said = []
+    for where in ([], ["--jobs", "2"], ["--scheduler", running.address]):
+        out = tmp_path / f"scored-{len(said)}"
+        assert main(["challenge", "score", str(tmp_path / "trial"), "--output", str(out), *where]) == 0
+        found = [json.loads(path.read_text()) for path in sorted(out.rglob("diagnosis.json"))]
+        said.append([{name: value for name, value in one.items() if name != "seconds"} for one in found])
+    assert len(said[0]) == 2
+    assert said[0] == said[1] == said[2]
+    assert main(["challenge", "score", str(tmp_path / "trial"), "--jobs", "2", "--scheduler", "tcp://x:1"]) == 2
 
 
 def test_a_comparison_without_a_scheduler_ends_with_a_sentence_and_touches_nothing(

@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 from made_up import made_up_run
 
-from robolaser.benchmark.engines import Engine, Payload, Task
+from robolaser.benchmark.engines import Engine, Payload
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.run_loop import AHEAD, compare, run_all
 from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.benchmark.table import RunTable
+from robolaser.benchmark.task import Task
 
 
 class Recorded(Engine):

@@ -11,15 +11,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from rogues import Bowl
+from rogues import spec
 
-from robolaser.benchmark import worker_process
+from robolaser.benchmark.engines import worker_process
+from robolaser.benchmark.engines.worker_pool import WorkerPool
+from robolaser.benchmark.engines.worker_process import ClientProcess
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import ClientProcess
 
-PAYLOAD = pickle.dumps(Bowl())
+PAYLOAD = pickle.dumps(spec())
 Make = Callable[..., BenchmarkRun]
 
 
@@ -34,7 +34,7 @@ def pool() -> Iterator[WorkerPool]:
 def made(pool: WorkerPool) -> Make:
     def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> BenchmarkRun:
         task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
-        return pool.run(task, str(hash(payload)), lambda: payload)
+        return pool.do(task, str(hash(payload)), lambda: payload)
 
     return make
 
@@ -81,7 +81,7 @@ def test_a_problem_is_sent_only_once(pool: WorkerPool) -> None:
         return PAYLOAD
 
     for seed in (1, 2):
-        pool.run(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload)
+        pool.do(Task("bowl", "rogues:walks", seed, 50, 1.0, 400_000_000), "once", payload)
     assert len(sent) == 1
 
 
@@ -106,7 +106,7 @@ def test_a_solver_that_fails_fails_with_the_reason(made: Make, name: str, reason
 
 
 def test_a_problem_that_cannot_be_built_fails_its_runs(made: Make) -> None:
-    run = made("walks", payload=pickle.dumps(Bowl("cracked", broken=True)))
+    run = made("walks", payload=pickle.dumps(spec(broken=True)))
     assert "no such bowl" in run.reason
 
 
@@ -153,7 +153,7 @@ def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatc
     pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
-    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
+    thread = threading.Thread(target=lambda: runs.append(pool.do(task, "x", lambda: PAYLOAD)))
     thread.start()
     killed: set[int] = set()
     while thread.is_alive():
@@ -174,14 +174,14 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
     program = f"""
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
-        from rogues import Bowl
+        from rogues import spec
         from robolaser.benchmark.task import Task
-        from robolaser.benchmark.worker_pool import WorkerPool
-        from robolaser.benchmark.worker_process import ClientProcess
+        from robolaser.benchmark.engines.worker_pool import WorkerPool
+        from robolaser.benchmark.engines.worker_process import ClientProcess
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
-        payload = pickle.dumps(Bowl())
+        payload = pickle.dumps(spec())
         pool = WorkerPool(ClientProcess.here())
-        threading.Thread(target=pool.run, args=(task, "x", lambda: payload), daemon=True).start()
+        threading.Thread(target=pool.do, args=(task, "x", lambda: payload), daemon=True).start()
         while not pool.workers:
             pass
         print(*(worker.pid for worker in pool.workers), flush=True)
@@ -203,7 +203,7 @@ def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
     pool = WorkerPool(ClientProcess.here())
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
-    thread = threading.Thread(target=lambda: runs.append(pool.run(task, "x", lambda: PAYLOAD)))
+    thread = threading.Thread(target=lambda: runs.append(pool.do(task, "x", lambda: PAYLOAD)))
     thread.start()
     while not (pids := _processes(pool)):
         time.sleep(0.02)
@@ -212,7 +212,7 @@ def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
     assert runs[0].state == FAILED
     assert all(_gone(pid) for pid in pids)
     assert not pool.workers
-    assert pool.run(task, "x", lambda: PAYLOAD).reason == "stopped"
+    assert pool.do(task, "x", lambda: PAYLOAD).reason == "stopped"
 
 
 def test_runs_at_the_same_time_have_a_worker_each(pool: WorkerPool, made: Make) -> None:

@@ -251,6 +251,12 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path, monkeypatch: 
             camera.shot(0.2)
 
 
+@pytest.mark.parametrize("source", ["file:///etc/hostname", "concat://a|b", "TEE://x", "subfile://y"])
+def test_streams_that_read_other_files_are_refused(tmp_path: Path, source: str) -> None:
+    with pytest.raises(CameraError, match="is not allowed"):
+        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), WallClock(), print)
+
+
 def test_numbered_images_come_one_by_one(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     (tmp_path / "shots").mkdir()

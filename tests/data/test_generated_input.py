@@ -5,48 +5,55 @@ import csv
 import io
 import json
 
+import cv2
+import numpy as np
 import pytest
+from damage import damaged, damaged_bytes
+from emulated_cell import cell_folder, world_file
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec
+from robolaser.algorithms.checkpoint import read_arrays, write_arrays
 from robolaser.bounded_reading import parse_toml, pixels_of
-from robolaser.cell.route import from_diagnosis
+from robolaser.cell.recording_writer import RecordingWriter, Sample
+from robolaser.cell.route import from_diagnosis, numbered
 from robolaser.cli import main
+from robolaser.commands.scan import region_of
 from robolaser.data.atomic_write import JOURNAL, finish_writing
+from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.importers.opencv_storage import read_storage
 from robolaser.data.importers.yaml_file import read_yaml
 from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
-from robolaser.data.stripe_file import open_stripes
+from robolaser.data.stripe_file import STRIPE, open_stripes
+from robolaser.emulator.faults import read_fault
+from robolaser.emulator.world.reading import load_world
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.geometry.robots import find_robot
 from robolaser.geometry.urdf import parse
+from robolaser.geometry.urdf.dh_table import DHStatement, read_dh_table
 from robolaser.scan import read_calibration
-from robolaser.scan.ply import map_ply
+from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of
 from robolaser.trials.outcome import outcome
+from robolaser.trials.sealed_truth import unseal
 from robolaser.trials.trial import read_diagnosis
+from robolaser.vision.images import read_grey
 
 ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 """Each example writes its file anew."""
+MJCF = """<mujoco><worldbody><body name="link"><joint name="j" axis="0 0 1" range="-90 90"/><geom size="0.1"/>
+<body name="flange" pos="0 0 0.3"><geom size="0.1"/></body></body></worldbody></mujoco>"""
+XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="reach" value="0.3"/>
+<link name="base"/><link name="flange"/><joint name="j" type="revolute"><parent link="base"/><child link="flange"/>
+<origin xyz="0 0 ${reach * 2}"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=8,
 )
-SIGNS = st.sampled_from([*"\"'\n,.-e[]{}=<>\x00\x1bé", "9" * 400])
-
-
-@st.composite
-def damaged(draw, text):
-    """A text with some of it cut out, doubled or replaced."""
-    for _ in range(draw(st.integers(1, 4))):
-        start = draw(st.integers(0, len(text)))
-        end = min(len(text), start + draw(st.integers(0, 12)))
-        text = text[:start] + draw(SIGNS | st.text(max_size=4) | st.just(text[start:end] * 2)) + text[end:]
-    return text
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +63,41 @@ def made(tmp_path_factory):
     typed = ["simulate", "--robot", "scorbot_er7", "--poses", "6", "--points", "3", "--quiet", "--output"]
     assert main([*typed, str(folder / "cell")]) == 0
     assert main(["calibrate", str(folder / "cell"), "--output", str(folder / "result"), "--quiet"]) == 0
+    few = ["--kinds", "none", "--count", "1", "--poses", "6", "--points", "3", "--quiet"]
+    assert main(["challenge", "new", str(folder / "trial"), *few]) == 0
+    (folder / "diagnosis.json").write_text(
+        '{"format": "robolaser-diagnosis/1", "verdict": "no_gap", "gap_mm": {"after": 0.1}, "where": [], "effects": []}'
+    )
+    cell_folder(folder)
+    world_file(folder)
+    begun(folder).add([Sample("start", 0.0, np.zeros(5))])
+    (folder / "arm_dh.csv").write_text("a_mm,alpha_deg,d_mm,theta_deg,kind\n25,90,363,0,revolute\n280,0,0,0,revolute\n")
+    (folder / "arm_dh.toml").write_text(
+        "convention = 'standard'\nunits = ['mm', 'deg']\n" + "[[joint]]\na = 25\nalpha = 90\nd = 363\ntheta = 0\n" * 2
+    )
+    (folder / "arm.xml").write_text(MJCF)
+    (folder / "arm.urdf.xacro").write_text(XACRO)
+    grey = np.tile(np.arange(40, dtype=np.uint8), (30, 1))
+    for ending in ("png", "jpg", "tiff"):
+        cv2.imwrite(str(folder / f"i.{ending}"), grey)
+    np.save(folder / "stripes.npy", np.zeros(3, STRIPE))
+    write_ply(folder / "cloud.ply", [np.zeros(5, VERTEX)], ["made"])
+    write_arrays(folder / "search.npz", {"header": "{}", "x": np.arange(6.0)})
     return folder
+
+
+def begun(folder):
+    cell = load_cell(folder / "cell-acl")
+    return RecordingWriter.begin(cell, cell.robot, folder / "recording", numbered(np.zeros((2, 5))), 1, force=True)
+
+
+def resumed(folder):
+    cell = load_cell(folder / "cell-acl")
+    return RecordingWriter.resume(cell, cell.robot, folder / "recording", None, None)
+
+
+def as_bytes(text):
+    return text.encode(errors="replace")
 
 
 def read(reader, *allowed):
@@ -71,17 +112,46 @@ def test_any_text_is_toml_or_is_not(text):
         parse_toml(text)
 
 
-@pytest.mark.parametrize("file", ["dataset.toml", "poses.csv", "points.csv", "robot.urdf"])
+FILES = {
+    "cell/dataset.toml": lambda path: load(path.parent),
+    "cell/poses.csv": lambda path: load(path.parent),
+    "cell/points.csv": lambda path: load(path.parent),
+    "cell/robot.urdf": lambda path: load(path.parent),
+    "cell-acl/cell.toml": lambda path: load_cell(path.parent),
+    "world.toml": lambda path: load_world(path, load_cell(path.parent / "cell-acl").description),
+    "recording/plan.csv": lambda path: resumed(path.parents[1]),
+    "recording/poses.csv": lambda path: resumed(path.parents[1]),
+    "arm_dh.csv": lambda path: read_dh_table(path, DHStatement("standard")),
+    "arm_dh.toml": lambda path: read_dh_table(path, DHStatement()),
+    "arm.xml": lambda path: find_robot(str(path)),
+    "arm.urdf.xacro": lambda path: find_robot(str(path)),
+    "diagnosis.json": read_diagnosis,
+    "trial/world-000/seal.txt": lambda path: unseal(path.parents[1], path.parents[2] / "trial.key"),
+    "trial/truth.sealed": lambda path: unseal(path.parent, path.parents[1] / "trial.key"),
+    "trial.key": lambda path: unseal(path.parent / "trial", path),
+    "i.png": lambda path: read_grey(path, 40, 30),
+    "i.jpg": lambda path: read_grey(path, 40, 30),
+    "i.tiff": lambda path: read_grey(path, 40, 30),
+    "stripes.npy": open_stripes,
+    "cloud.ply": map_ply,
+    "search.npz": lambda path: read_arrays(path, ["header", "x"]),
+}
+BINARY = (".png", ".jpg", ".tiff", ".npy", ".ply", ".npz")
+"""Who reads each."""
+
+
+@pytest.mark.parametrize("file", FILES)
 @ONE_FOLDER
 @given(data=st.data())
-def test_a_damaged_data_set_is_read_or_named(made, file, data):
-    path = made / "cell" / file
-    whole = path.read_text()
+def test_a_damaged_file_is_read_or_named(made, file, data):
+    path = made / file
+    whole = path.read_bytes()
+    broken = damaged_bytes(whole) if path.suffix in BINARY else damaged(whole.decode()).map(as_bytes)
     try:
-        path.write_text(data.draw(damaged(whole)), encoding="utf-8", errors="replace")
-        read(lambda: load(made / "cell"))
+        path.write_bytes(data.draw(broken))
+        read(lambda: FILES[file](path))
     finally:
-        path.write_text(whole)
+        path.write_bytes(whole)
 
 
 @ONE_FOLDER
@@ -169,9 +239,10 @@ def test_no_manifest_or_journal_of_strangers_breaks_or_owns(tmp_path, said, owne
 
 @given(text=st.text(max_size=30))
 def test_what_is_typed_is_understood_or_wrong_usage(text):
-    for reader in (lambda: sizes_of([text]), lambda: AlgorithmSpec.of(text)):
+    for reader in (lambda: sizes_of([text]), lambda: AlgorithmSpec.of(text), lambda: region_of(text)):
         with contextlib.suppress(UsageError):
             reader()
+    read(lambda: read_fault(text))
 
 
 @given(said=st.dictionaries(st.sampled_from(["verdict", "gap_mm", "where", "effects", "classes"]), VALUES, min_size=4))

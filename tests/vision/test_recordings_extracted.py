@@ -1,5 +1,7 @@
 """Recordings on disk: what `robolaser extract` makes of boards, scans, repeats and images without the laser."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from inspect import signature
 from typing import get_args
@@ -276,3 +278,12 @@ def test_images_smaller_than_any_board_show_none(shape):
         assert find_board(image.astype(np.uint8), columns=3, rows=3) is None
         for axis in ("u", "v"):
             assert len(trace(image.astype(np.uint8), axis)) >= 0
+
+
+def test_of_a_damaged_image_a_sentence_is_printed_and_nothing_else(tmp_path):
+    folder = scan(tmp_path / "scan", poses=1)
+    (folder / "a0.png").write_bytes((folder / "a0.png").read_bytes()[:200])
+    typed = [sys.executable, "-m", "robolaser", "extract", str(folder)]
+    said = subprocess.run(typed, capture_output=True, text=True, check=False).stderr
+    assert said.startswith("robolaser: ")
+    assert said.count("\n") == 1

@@ -5,17 +5,16 @@ import logging
 import threading
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar, final
 
 from robolaser.benchmark.engines.engine import Engine, EngineLost, Payload, digest
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import ClientProcess
+from robolaser.benchmark.engines.job import B, Job, P, R
+from robolaser.benchmark.engines.worker_pool import WorkerPool
+from robolaser.benchmark.engines.worker_process import ClientProcess
 from robolaser.errors import BenchmarkError, DependencyMissing
 
 ANSWER_S = 3.0
@@ -24,12 +23,14 @@ CLOSE_S = 3.0
 """Time for workers to confirm that they have stopped."""
 FRESH_S = 1.0
 """Time for which a count of workers is valid."""
-PACKAGES = ("distributed", "dask", "robolaser", "numpy", "numba", "pymoo", "scipy")
-"""Packages whose versions must be the same everywhere, or the same run could give another result."""
+DASK = ("distributed", "dask")
+"""Packages whose versions must be the same everywhere for the cluster to work at all."""
+PACKAGES = ("robolaser", "numpy", "numba", "pymoo", "scipy")
+"""Packages whose other versions could give another result, unless the caller knows better."""
 
 T = TypeVar("T")
 Versions = Mapping[str, str | None]
-"""Versions of Python, without the last number, and of `PACKAGES`; None if one is missing."""
+"""Versions of Python, without the last number, and of packages; None if one is missing."""
 
 
 @final
@@ -47,19 +48,23 @@ class DaskCluster(Engine):
 
     The scheduler restarts runs that are lost with a worker elsewhere.
 
+    Args:
+        address: Of the scheduler.
+        packages: Those whose versions must be the same everywhere, besides Dask's.
+
     Raises:
         DependencyMissing: `distributed` is not installed.
         BenchmarkError: No scheduler answers at the address, or the cluster has other versions than we.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, packages: Sequence[str] = PACKAGES) -> None:
         try:
             from distributed import Client  # noqa: PLC0415 - an extra, and slow to import
         except ImportError:
             raise DependencyMissing("Dask's `distributed` is not installed: pip install 'robolaser[dask]'.") from None
         self.label = address
         self._program = ClientProcess.here()
-        self._versions = _compared(address)
+        self._versions = _compared(address, (*DASK, *packages))
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # our errors say it
         try:
             self._client = Client(address, timeout=ANSWER_S, set_as_default=False, name="robolaser")
@@ -87,15 +92,15 @@ class DaskCluster(Engine):
             content = self._client.submit(_identity, payload, key=f"problem-{name}-{self._program.name}")
         return Payload(name, content)
 
-    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
-        """Have a run made."""
-        outer: Future[BenchmarkRun] = Future()
+    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+        """Have a job done."""
+        outer: Future[R] = Future()
         outer.set_running_or_notify_cancel()
         if self._client.status != "running":  # a lost scheduler would never answer
             outer.set_exception(_lost(self.label))
             return outer
-        inner = self._executor.submit(_on_worker, task, payload.digest, payload.content, self._program, self._versions)
-        inner.add_done_callback(lambda inner: self._completed(task, inner, outer))
+        inner = self._executor.submit(_on_worker, job, payload.digest, payload.content, self._program, self._versions)
+        inner.add_done_callback(lambda inner: self._completed(job, inner, outer))
         return outer
 
     def close(self) -> None:
@@ -109,24 +114,24 @@ class DaskCluster(Engine):
         with suppress(RuntimeError):  # distributed may reschedule a timeout that a lost scheduler has let expire
             self._client.close(timeout=CLOSE_S)
 
-    def _completed(self, task: Task, inner: Future[BenchmarkRun | _Foreign], outer: Future[BenchmarkRun]) -> None:
+    def _completed(self, job: Job[R, P, B], inner: Future[R | _Foreign], outer: Future[R]) -> None:
         from distributed import KilledWorker  # noqa: PLC0415
 
         error = CancelledError() if inner.cancelled() else inner.exception()
         if error is None:
             made = inner.result()
-            if isinstance(made, BenchmarkRun):
-                outer.set_result(made)
-            else:
+            if isinstance(made, _Foreign):
                 outer.set_exception(_different(self.label, self._versions, {made.who: made.versions}))
+            else:
+                outer.set_result(made)
         elif self._closed:
             outer.set_exception(CancelledError())
         elif isinstance(error, KilledWorker):
-            outer.set_result(task.failed(f"{error.allowed_failures + 1} workers died while they had it"))
+            outer.set_result(job.failed(f"{error.allowed_failures + 1} workers died while they had it"))
         elif isinstance(error, CancelledError):
             outer.set_exception(_lost(self.label))
         else:  # robolaser or the problem is broken there
-            outer.set_result(task.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
+            outer.set_result(job.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
 
     def _count(self) -> int:
         if time.monotonic() - self._counted > FRESH_S:
@@ -138,7 +143,7 @@ class DaskCluster(Engine):
         return self._threads
 
 
-def _compared(address: str) -> Versions:
+def _compared(address: str, packages: Sequence[str]) -> Versions:
     """Our versions, which are the scheduler's and all workers' too.
 
     Raises:
@@ -147,7 +152,7 @@ def _compared(address: str) -> Versions:
     from distributed.versions import get_versions  # noqa: PLC0415
 
     try:
-        others = _in_thread(lambda: asyncio.run(_fetch_versions(address))).result(2 * ANSWER_S)
+        others = _in_thread(lambda: asyncio.run(_fetch_versions(address, packages))).result(2 * ANSWER_S)
     except TimeoutError:
         raise _unreachable(
             address, "it is not a Dask scheduler, or one of another version: it does not answer"
@@ -157,14 +162,14 @@ def _compared(address: str) -> Versions:
     except Exception as error:  # whatever the answer of another program breaks
         why = f"it is not a Dask scheduler, or one of another version ({type(error).__name__}: {error})"
         raise _unreachable(address, why) from error
-    ours = _versions(get_versions(packages=PACKAGES))
+    ours = _versions(get_versions(packages=packages), packages)
     different = {who: theirs for who, theirs in others.items() if theirs != ours}
     if different:
         raise _different(address, ours, different)
     return ours
 
 
-async def _fetch_versions(address: str) -> Mapping[str, Versions]:
+async def _fetch_versions(address: str, packages: Sequence[str]) -> Mapping[str, Versions]:
     """Versions of the scheduler and of all workers."""
     from distributed import Security  # noqa: PLC0415
     from distributed.core import rpc  # noqa: PLC0415
@@ -172,32 +177,30 @@ async def _fetch_versions(address: str) -> Mapping[str, Versions]:
     scheduler = rpc(address, timeout=0.8 * ANSWER_S, connection_args=Security().get_connection_args("client"))
     try:
         async with asyncio.timeout(ANSWER_S):
-            found = {"the scheduler": await scheduler.versions(packages=PACKAGES)}
+            found = {"the scheduler": await scheduler.versions(packages=packages)}
         async with asyncio.timeout(ANSWER_S):
-            of_workers = await scheduler.broadcast(msg={"op": "versions", "packages": PACKAGES}, on_error="ignore")
+            of_workers = await scheduler.broadcast(msg={"op": "versions", "packages": packages}, on_error="ignore")
     finally:
         await scheduler.close_rpc()
     found |= {f"worker {worker}": what for worker, what in of_workers.items() if what}
-    return {who: _versions(what) for who, what in found.items()}
+    return {who: _versions(what, packages) for who, what in found.items()}
 
 
-def _versions(info: Mapping[str, Any]) -> Versions:
-    packages = info["packages"]
-    python = ".".join(packages["python"].split(".")[:2])
-    return {"python": python} | {package: packages.get(package) for package in PACKAGES}
+def _versions(info: Mapping[str, Any], packages: Iterable[str]) -> Versions:
+    found = info["packages"]
+    return {"python": ".".join(found["python"].split(".")[:2])} | {package: found.get(package) for package in packages}
 
 
-def _on_worker(
-    task: Task, name: str, payload: bytes, program: ClientProcess, wanted: Versions
-) -> BenchmarkRun | _Foreign:
-    """Make a run, unless this Dask worker, which may have joined later, has other versions."""
+def _on_worker(job: Job[R, P, B], name: str, payload: bytes, program: ClientProcess, wanted: Versions) -> R | _Foreign:
+    """Do a job, unless this Dask worker, which may have joined later, has other versions."""
     from distributed import get_worker  # noqa: PLC0415
     from distributed.versions import get_versions  # noqa: PLC0415
 
-    worker, ours = get_worker(), _versions(get_versions(packages=PACKAGES))
+    packages = [package for package in wanted if package != "python"]
+    worker, ours = get_worker(), _versions(get_versions(packages=packages), packages)
     if ours != wanted:
         return _Foreign(f"worker {worker.address}", ours)
-    return _pool(worker, program).run(task, name, lambda: payload)
+    return _pool(worker, program).do(job, name, lambda: payload)
 
 
 def _pool(worker: Any, program: ClientProcess) -> WorkerPool:

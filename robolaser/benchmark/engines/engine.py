@@ -1,4 +1,4 @@
-"""The abstract engine, which makes runs."""
+"""The abstract engine, which has jobs done."""
 
 import hashlib
 from abc import ABC, abstractmethod
@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, final
 
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
+from robolaser.benchmark.engines.job import B, Job, P, R
 from robolaser.errors import BenchmarkError
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Payload:
-    """A pickled problem spec, already where the runs are made.
+    """What jobs have in common, pickled, already where they are done: a problem's spec.
 
     Attributes:
         digest: Identifies it.
@@ -31,7 +30,7 @@ class EngineLost(BenchmarkError):
 
 
 class Engine(ABC):
-    """Makes runs, several at a time, each in a process of its own; every engine makes the same runs.
+    """Has jobs done, several at a time, each in a process of its own; every engine gives the same results.
 
     Attributes:
         label: Its name in results.
@@ -42,23 +41,23 @@ class Engine(ABC):
     @property
     @abstractmethod
     def workers(self) -> int:
-        """Runs at a time, now; at least one."""
+        """Jobs at a time, now; at least one."""
 
     @property
     def empty(self) -> bool:
-        """Whether there are no workers yet: runs wait for the first."""
+        """Whether there are no workers yet: jobs wait for the first."""
         return False
 
     @abstractmethod
     def share(self, payload: bytes) -> Payload:
-        """Bring the pickled source of a problem to where runs are made, once for all of them."""
+        """Bring what jobs have in common to where they are done, once for all of them."""
 
     @abstractmethod
-    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
-        """Have a run made. A solver that fails in whatever way gives a failed run, not an exception.
+    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+        """Have a job done. Work that fails in whatever way gives the job's result of a failure, not an exception.
 
         Returns:
-            The run to come; cancelled if the engine is closed before, `EngineLost` if the engine fails.
+            The result to come; cancelled if the engine is closed before, `EngineLost` if the engine fails.
         """
 
     @abstractmethod

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import final
 
 from robolaser.benchmark.engines.engine import Engine, Payload, digest
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_pool import WorkerPool
-from robolaser.benchmark.worker_process import ClientProcess
+from robolaser.benchmark.engines.job import B, Job, P, R
+from robolaser.benchmark.engines.worker_pool import WorkerPool
+from robolaser.benchmark.engines.worker_process import ClientProcess
 
 CPU_LIMIT = Path("/sys/fs/cgroup/cpu.max")
 """Where Linux states how much processor time a container has: quota and period [µs]."""
@@ -40,20 +39,20 @@ class ThisMachine(Engine):
         """Keep it in memory: workers fetch it from this process."""
         return Payload(digest(payload), payload)
 
-    def submit(self, task: Task, payload: Payload) -> Future[BenchmarkRun]:
-        """Have a run made."""
-        return self._threads.submit(self._run, task, payload)
+    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+        """Have a job done."""
+        return self._threads.submit(self._do, job, payload)
 
     def close(self) -> None:
         """Kill whatever runs."""
         self._pool.close()
         self._threads.shutdown(cancel_futures=True)
 
-    def _run(self, task: Task, payload: Payload) -> BenchmarkRun:
-        run = self._pool.run(task, payload.digest, lambda: payload.content)
+    def _do(self, job: Job[R, P, B], payload: Payload) -> R:
+        made = self._pool.do(job, payload.digest, lambda: payload.content)
         if self._pool.closed:
             raise CancelledError
-        return run
+        return made
 
 
 def usable_cores() -> int:

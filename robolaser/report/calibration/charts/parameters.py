@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import LINES, Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.error_analysis import ErrorAnalysis
 
 MOST = 16  # lines that an eye can follow
 MOMENTS = 150  # generations that a line is drawn through

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, quantity, records
+from robolaser.report.error_analysis import ErrorAnalysis
 
 STRIPS = 80  # poses up to which each point is drawn too
 NAMED = 12  # poses up to which their names find room below the axis

@@ -1,5 +1,6 @@
 """How small the gap gets with how many effects."""
 
+from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import Diagnosis, ParetoPoint
 from robolaser.report.chart import FITTED, HELD_OUT, MUTED, NOISE, Chart, chart, hover, layer, quantity, records, rule
 
@@ -19,7 +20,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
     data = records(
         effects=counts,
         gap=gaps,
-        members=[", ".join(f"{one.effect.name} at {one.where}" for one in choice.effects) or "none"
+        members=[", ".join(named(one) for one in choice.effects) or "none"
                  for choice in choices],
         added=[_added(choices, i) if labelled[i] else "" for i in range(len(choices))],
     )  # fmt: skip
@@ -51,5 +52,5 @@ def front(diagnosis: Diagnosis) -> Chart | None:
 def _added(choices: list[ParetoPoint], i: int) -> str:
     """What a set has that the one before has not."""
     before = set(choices[i - 1].effects) if i else set()
-    new = [f"+ {one.effect.name} {one.where}" for one in choices[i].effects if one not in before]
+    new = [f"+ {named(one)}" for one in choices[i].effects if one not in before]
     return ", ".join(new)

@@ -1,4 +1,4 @@
-"""The process in which solvers run: what they do to it harms no other run. `worker_process` starts it."""
+"""The process in which jobs are done: what they do to it harms no other. `worker_process` starts it."""
 
 import os
 import pickle
@@ -7,14 +7,11 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
-from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.single_run import WARM_UP, BenchmarkRun, run
-from robolaser.benchmark.task import Task
+from robolaser.benchmark.engines.job import AnyJob
 
 try:
     import resource
@@ -24,64 +21,50 @@ except ImportError:  # pragma: no cover - Windows
 NEEDED, READY, BEGUN = "the problem is needed", "the problem is there", "the clock runs"
 """Messages of a worker before its answer."""
 IDLE_S = 600.0
-"""A worker without a task for so long exits."""
+"""A worker without a job for so long exits."""
 SWOLLEN = 0.5
 """A worker that has grown by more than this share of a run's memory limit is not reused."""
 
 
 @final
 class Runner:
-    """Makes runs, and keeps problems and compiled loops for the next."""
+    """Does jobs, and keeps what they need and what they compiled for the next."""
 
     def __init__(self, parent: Connection) -> None:
         self._parent = parent
-        self._problems: dict[str, BenchmarkProblem] = {}
+        self._prepared: dict[str, Any] = {}
         self._warm: set[tuple[str, str]] = set()
 
-    def answer(self, task: Task, digest: str, *, warm_up: bool) -> tuple[BenchmarkRun, bool]:
-        """Make a run; also return whether this process is fit for another."""
-        from robolaser.benchmark.solvers import find  # noqa: PLC0415 - with it come pymoo and SciPy
-
+    def answer(self, job: AnyJob, digest: str, *, warm_up: bool) -> tuple[Any, bool]:
+        """Do a job; also return whether this process is fit for another."""
         try:
-            problem = self._problem(digest)
-            solver = find(task.algorithm)
+            if digest not in self._prepared:
+                self._parent.send(NEEDED)
+                self._prepared[digest] = job.prepared(pickle.loads(self._parent.recv_bytes()))
+            prepared = self._prepared[digest]
             self._parent.send(READY)
             used = _address_space()
-            with _limited(used + task.memory_limit_b):
-                if warm_up and (digest, task.algorithm) not in self._warm:
-                    budget = min(WARM_UP, task.budget)
-                    run(
-                        problem,
-                        find(task.algorithm),
-                        seed=task.seed,
-                        budget=budget,
-                        time_limit_s=task.time_limit_s,
-                    )
-                    self._warm.add((digest, task.algorithm))
+            with _limited(used + job.memory_limit_b):
+                if warm_up and (digest, job.kind) not in self._warm:
+                    job.warm_up(prepared)
+                    self._warm.add((digest, job.kind))
                 self._parent.send(BEGUN)
-                made = run(problem, solver, seed=task.seed, budget=task.budget, time_limit_s=task.time_limit_s)
-            fit = _address_space() - used < SWOLLEN * task.memory_limit_b
-            return replace(made, problem=task.problem, algorithm=task.algorithm), fit
+                made = job.done(prepared)
+            return made, _address_space() - used < SWOLLEN * job.memory_limit_b
         except BaseException as error:  # sys.exit in a solver is its failure too
-            return task.failed(f"{type(error).__name__}: {error}".removesuffix(": ")), False
-
-    def _problem(self, digest: str) -> BenchmarkProblem:
-        if digest not in self._problems:
-            self._parent.send(NEEDED)
-            self._problems[digest] = pickle.loads(self._parent.recv_bytes()).problem()
-        return self._problems[digest]
+            return job.failed(f"{type(error).__name__}: {error}".removesuffix(": ")), False
 
 
 def main() -> None:
-    """Make runs until the parent sends no more tasks."""
+    """Do jobs until the parent sends no more."""
     talk, life = map(int, sys.argv[1:])
     _die_with(life)
     parent = Connection(talk)
     runner = Runner(parent)
     while parent.poll(IDLE_S):
-        task, digest, paths, warm_up = parent.recv()
+        digest, paths, warm_up, job = parent.recv()
         sys.path.extend(path for path in paths if path not in sys.path)
-        parent.send(runner.answer(task, digest, warm_up=warm_up))
+        parent.send(runner.answer(pickle.loads(job), digest, warm_up=warm_up))
 
 
 def _die_with(life: int) -> None:

@@ -1,6 +1,7 @@
 """A worker process, seen from the program that started it: it makes one run after another and cannot outlive us."""
 
 import os
+import pickle
 import signal
 import socket
 import subprocess
@@ -11,11 +12,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import final
+from typing import Any, final
 
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker import BEGUN, NEEDED, READY
+from robolaser.benchmark.engines.job import AnyJob
+from robolaser.benchmark.engines.worker import BEGUN, NEEDED, READY
 
 GRACE_S = 5.0
 """A run whose time is up is stopped at its next evaluation; one that has not returned this much later is killed."""
@@ -75,7 +75,7 @@ class WorkerProcess:
         with theirs:
             fds = theirs.fileno(), their_end
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "robolaser.benchmark.worker", *map(str, fds)],
+                [sys.executable, "-P", "-m", "robolaser.benchmark.engines.worker", *map(str, fds)],
                 pass_fds=fds,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -98,17 +98,17 @@ class WorkerProcess:
         """Whether it still runs."""
         return self._process.poll() is None
 
-    def run(
-        self, task: Task, digest: str, payload: Callable[[], bytes], program: ClientProcess, *, warm_up: bool
-    ) -> tuple[BenchmarkRun, bool]:
-        """Have it make a run; also return whether it is fit for another.
+    def do(
+        self, job: AnyJob, digest: str, payload: Callable[[], bytes], program: ClientProcess, *, warm_up: bool
+    ) -> tuple[Any, bool]:
+        """Have it do a job; also return whether it is fit for another.
 
         Raises:
             WorkerTimeout: It did not answer in time.
             EOFError, OSError: It died.
         """
         self.began, self.heard = None, False
-        self._connection.send((task, digest, program.paths, warm_up))
+        self._connection.send((digest, program.paths, warm_up, pickle.dumps(job)))
         allowed_s = STARTUP_S
         while self._connection.poll(min(allowed_s, _LONGEST_S)):
             message = self._connection.recv()
@@ -116,14 +116,14 @@ class WorkerProcess:
             if message == NEEDED:
                 self._connection.send_bytes(payload())
             elif message == READY:
-                allowed_s = task.time_limit_s + GRACE_S + WARM_UP_S
+                allowed_s = job.time_limit_s + GRACE_S + WARM_UP_S
             elif message == BEGUN:
                 self.began = time.monotonic()
-                allowed_s = task.time_limit_s + GRACE_S
+                allowed_s = job.time_limit_s + GRACE_S
             else:
-                run, fit = message
+                made, fit = message
                 self.used = True
-                return run, fit
+                return made, fit
         raise WorkerTimeout(allowed_s)
 
     def autopsy(self) -> str:

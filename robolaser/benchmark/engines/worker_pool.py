@@ -5,9 +5,8 @@ import time
 from collections.abc import Callable
 from typing import final
 
-from robolaser.benchmark.single_run import BenchmarkRun
-from robolaser.benchmark.task import Task
-from robolaser.benchmark.worker_process import ClientProcess, WorkerProcess, WorkerTimeout
+from robolaser.benchmark.engines.job import B, Job, P, R
+from robolaser.benchmark.engines.worker_process import ClientProcess, WorkerProcess, WorkerTimeout
 
 ATTEMPTS = 2
 """A worker that is killed from outside is not the run's fault; if the next one dies too, the run has failed."""
@@ -40,38 +39,39 @@ class WorkerPool:
         with self._lock:
             return (*self._idle, *self._busy)
 
-    def run(self, task: Task, digest: str, payload: Callable[[], bytes]) -> BenchmarkRun:
-        """Make a run, from any thread.
+    def do(self, job: Job[R, P, B], digest: str, payload: Callable[[], bytes]) -> R:
+        """Have a job done, from any thread.
 
         Args:
-            task: What is to be run.
-            digest: Identifies the problem.
-            payload: Returns the pickled problem spec; called only if the worker does not have the problem yet.
+            job: What is to be done.
+            digest: Identifies its payload.
+            payload: Returns the pickled payload; called only if the worker does not have it yet.
 
         Returns:
-            The run; a failed one if the worker did not return in time, or died and so did the next one.
+            Its result; that of a failure if the worker did not return in time, or died and so did the next one.
         """
         reason, seconds = "stopped", 0.0
         deaths = 0
         while deaths < ATTEMPTS and (worker := self._taken()) is not None:
             reusable, sent = False, time.monotonic()
-            warm_up = (digest, task.algorithm) not in self._slow_to_start
+            warm_up = (digest, job.kind) not in self._slow_to_start
             try:
-                run, reusable = worker.run(task, digest, payload, self._program, warm_up=warm_up)
-                return run
+                made, reusable = worker.do(job, digest, payload, self._program, warm_up=warm_up)
+                done: R = made
+                return done
             except WorkerTimeout as timeout:
                 if worker.began is None:
-                    self._slow_to_start.add((digest, task.algorithm))  # its other runs are not waited for that long
+                    self._slow_to_start.add((digest, job.kind))  # its other runs are not waited for that long
                 phase = "" if worker.began else " of its uncounted first evaluations"
                 reason = f"never came back within {timeout.allowed_s:g} s{phase}; killed"
-                return task.failed(reason, seconds=time.monotonic() - (worker.began or sent))
+                return job.failed(reason, seconds=time.monotonic() - (worker.began or sent))
             except (EOFError, OSError):
                 reason, seconds = worker.autopsy(), time.monotonic() - (worker.began or sent)
                 if worker.heard or not worker.used:  # else it may have died between two runs
                     deaths += 1
             finally:
                 self._returned(worker, reusable=reusable)
-        return task.failed(reason, seconds=seconds)
+        return job.failed(reason, seconds=seconds)
 
     def close(self) -> None:
         """Kill all workers at once, whatever they run, and start no others."""
