@@ -87,10 +87,7 @@ def _frames(calibration: Calibration) -> Sequence[tuple[str, Mapping[str, Array]
     values = model.parameters.values(calibration.x[None])
     perturb = model.perturb(values)
     base, flange = _links(calibration)
-    return [
-        (flange, model.sensor.flange_frames(values, perturb)),
-        (base, model.sensor.base_frames(values, perturb)),
-    ]
+    return [(flange, model.sensor.flange_frames(values, perturb)), (base, model.sensor.base_frames(values, perturb))]
 
 
 def _links(calibration: Calibration) -> tuple[str, str]:

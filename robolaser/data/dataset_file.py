@@ -150,8 +150,8 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(_kind(read))
     _check(read, declared)
-    said = {key: value for key, value in read.sensor.items() if key != "kind"}
-    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",))
+    own_keys = {key: value for key, value in read.sensor.items() if key != "kind"}
+    options: Any = typed(own_keys, declared.options or SensorTable, file=FILE, at=("sensor",))
     image = read.image if "image" in declared.tables else None
     return Dataset(
         name=read.name or folder.resolve().name,
@@ -302,11 +302,7 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
 
 
 def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
-    """One end of a parameter's range; of a fixed one the nominal value.
-
-    Raises:
-        DataError: It is missing, or the parameter is fixed and has one.
-    """
+    """One end of a parameter's range; of a fixed one the nominal value."""
     value: float | None = getattr(entry, end)
     key = f"[{at[0]}] {at[1]}.{end}"
     if entry.fixed:

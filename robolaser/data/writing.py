@@ -16,8 +16,7 @@ from robolaser.errors import output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
-FOLDER = (*FILES, "robot.urdf")
-"""All that a data set is written as."""
+FOLDER = (*FILES, "robot.urdf")  # all that a data set is written as
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:

@@ -6,8 +6,7 @@ import xml.etree.ElementTree as ET
 from robolaser.arrays import Array
 from robolaser.geometry.urdf.writing import origin_attributes
 
-FARTHEST_SLIDE_M = 1e5
-"""Limit of a sliding joint without limits: a URDF demands some."""
+FARTHEST_SLIDE_M = 1e5  # limit of a sliding joint without limits: a URDF demands some
 
 
 def add_link(robot: ET.Element, name: str, mass: float = 0.0, com: Array | None = None) -> None:

@@ -144,8 +144,8 @@ def _end(name: str, role: str, element: ET.Element, links: Mapping[str, Link], s
     end = element.find(role)
     link = None if end is None else end.get("link")
     if link is None or link not in links:
-        said = f"has no <{role} link=...>." if link is None else f"has the {role} link '{link}', which is not there."
-        raise RobotError(f"{source}: joint '{name}' {said}{near(link or '', links, MOST_LISTED)}")
+        problem = f"has no <{role} link=...>." if link is None else f"has the {role} link '{link}', which is not there."
+        raise RobotError(f"{source}: joint '{name}' {problem}{near(link or '', links, MOST_LISTED)}")
     return link
 
 
@@ -170,8 +170,8 @@ def _limits_missing(source: str, joint: str, fact: str) -> RobotError:
 
 def joint_kind(source: str, joint: str, kind: str | None, usable: Sequence[str]) -> RobotError:
     """The error of a joint of a kind that cannot be used there."""
-    said = "has no type" if kind is None else f"is of type '{kind[:60]}'"
-    return RobotError(f"{source}: joint '{joint}' {said}; usable here: {', '.join(usable)}.")
+    problem = "has no type" if kind is None else f"is of type '{kind[:60]}'"
+    return RobotError(f"{source}: joint '{joint}' {problem}; usable here: {', '.join(usable)}.")
 
 
 def _axis(element: ET.Element, where: str, source: str) -> Array:
@@ -214,9 +214,9 @@ def numbers(text: str | None, count: int, where: str, source: str, farthest: flo
 
 
 def _bad_numbers(source: str, where: str, text: str | None, expected: str) -> RobotError:
-    said = "is missing" if text is None else f"is '{text[:60]}'"
+    problem = "is missing" if text is None else f"is '{text[:60]}'"
     hint = " Expand the file with xacro first." if text and "${" in text else ""
-    return RobotError(f"{source}: {where} {said}; expected {expected}.{hint}")
+    return RobotError(f"{source}: {where} {problem}; expected {expected}.{hint}")
 
 
 def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:
