@@ -8,6 +8,7 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link
 MOST_LINKS = 2000
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 MOST_LETTERS = 200  # in a name or a number
+REMEMBERED = 8  # robots: each export asks for the same ones
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -40,8 +42,9 @@ def load_text(path: Path) -> str:
         raise unreadable(path, str(fault)) from None
 
 
+@lru_cache(maxsize=REMEMBERED)
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:
-    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over.
+    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over. The last ones are kept.
 
     Args:
         text: The URDF itself.

@@ -185,7 +185,7 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
         kept: Rows to judge by, (m,); all when absent.
     """
     sizes = sizes_of(model, x, kept)
-    return NoiseModel(error_sources(model, x), sizes.sigmas, sizes.origin)
+    return sizes if sizes._rows == len(model.dataset.points) else replace(sizes, sources=error_sources(model, x))
 
 
 def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
