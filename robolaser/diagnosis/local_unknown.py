@@ -15,7 +15,7 @@ from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
 from robolaser.diagnosis.localization import likelihood_ratio
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
@@ -42,7 +42,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         fit: The model.
         site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
     """
-    derivatives, joints = StageDerivatives(fit), moving_joints(fit.model.dataset.robot)
+    derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
     if site in joints:
         pairs = [(derivatives.joint(site), basis) for basis in _coordinates(fit, site)]
     else:
