@@ -13,8 +13,7 @@ from robolaser.algorithms.violation import violation_of
 from robolaser.arrays import Array, Ints
 
 _CONSTRAINTS = ("G", "H")
-_DERIVED = ("born", "feas")
-"""Columns that pymoo's individuals work out by themselves, or call otherwise."""
+_DERIVED = ("born", "feas")  # columns that pymoo's individuals work out by themselves, or call otherwise
 
 
 @final

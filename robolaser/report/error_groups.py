@@ -63,9 +63,9 @@ def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Block]
     found = groups(dataset, list(errors_m.values()))
     if not found:
         return []
-    columns = [Column("Of", width=30), Column("Kind"), Column("Points", "number")]
-    columns += [Column(f"RMS error, {name}", "number") for name in errors_m]
-    columns.append(Column("Times the median", "number"))
+    columns = [Column("Of", width=30), Column("Kind"), Column("Points")]
+    columns += [Column(f"RMS error, {name}") for name in errors_m]
+    columns.append(Column("Times the median"))
     rows: list[Sequence[Cell | str]] = [
         (
             Cell(one.name, note="odd" if one.is_odd else ""),

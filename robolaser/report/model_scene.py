@@ -229,7 +229,7 @@ def cell_scene(
     return Scene(
         title,
         f"Drag to turn, step through the poses. {said}{photo}{remark}".replace("  ", " "),
-        f"The cell in {len(frames)} poses, with {len(shown)} points and their errors. {remark}".strip(),
+        f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,
         start=int(np.argmin(np.abs(frames - _typical(model)))),

@@ -16,6 +16,7 @@ from markupsafe import Markup
 from robolaser.report.chart import CONFIG
 from robolaser.report.document import Block, Charts, Document
 from robolaser.report.printable import printable
+from robolaser.report.still_chart import still
 
 ASSETS: Final = "report/assets"
 FOR_CHARTS: Final = ("vega.min.js", "vega-lite.min.js", "vega-interpreter.js")
@@ -82,7 +83,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind}
+    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind, "still": still}
     return environment
 
 

@@ -88,7 +88,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table:
         Column("Alternative", "name", 24),
         Column("Value ± standard deviation", "number"),
         Column("Gap with it"),
-        Column("Instead of", "wide"),
+        Column("Instead of"),
         Column("How it compares", "wide", 28),
     ]
     rows = [

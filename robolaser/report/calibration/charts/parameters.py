@@ -35,7 +35,7 @@ def parameters(analysis: ErrorAnalysis) -> Chart | None:
         "labelExpr": "datum.value == 0 ? 'lower bound' : datum.value == 1 ? 'upper bound' : datum.label",
     }
     colour = colours(
-        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 7, "symbolType": "stroke"}
+        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 4, "symbolType": "stroke"}
     )
     dash = {
         "field": "series",

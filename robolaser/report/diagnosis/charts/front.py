@@ -22,7 +22,8 @@ def front(diagnosis: Diagnosis) -> Chart | None:
         gap=gaps,
         members=[", ".join(named(one) for one in choice.effects) or "none"
                  for choice in choices],
-        added=[_added(choices, i) if labelled[i] else "" for i in range(len(choices))],
+        added=[_added(choices, i) if labelled[i] and 2 * i < len(choices) else "" for i in range(len(choices))],
+        last=[_added(choices, i) if labelled[i] and 2 * i >= len(choices) else "" for i in range(len(choices))],
     )  # fmt: skip
     ring = [row for row, choice in zip(data, choices, strict=True) if frozenset(choice.effects) == chosen]
     floor = records(gap=1e3 * diagnosis.gap.noise_floor_m, said="noise alone")
@@ -45,6 +46,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
             layer({"type": "point", "filled": False, "size": 260, "color": HELD_OUT, "opacity": 1, "strokeWidth": 2},
                   ring, tooltip=tooltip, x=x, y=y),
             layer(note, data, x=x, y=y, text={"field": "added"}),
+            layer(note | {"align": "right", "dx": -12, "dy": 14}, data, x=x, y=y, text={"field": "last"}),
         ],
     )  # fmt: skip
 
