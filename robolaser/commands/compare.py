@@ -1,9 +1,10 @@
 """robolaser compare: algorithms side by side."""
 
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -14,7 +15,10 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
+    from robolaser.benchmark.plan import RunPlan
+    from robolaser.benchmark.result import BenchmarkResult
     from robolaser.benchmark.run_loop import RunProgress
+    from robolaser.benchmark.standings import Standings
 
 RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
@@ -37,6 +41,8 @@ def compare(
     seed: Count = 1,
     iohprofiler: Annotated[bool, Parameter(group=RESULT)] = False,
     parquet: Annotated[bool, Parameter(group=RESULT)] = False,
+    table: Annotated[Literal["latex", "markdown"] | None, Parameter(group=RESULT)] = None,
+    label: Annotated[tuple[str, ...], Parameter(metavar="NAME=LABEL", group=RESULT)] = (),
     resume: Resume = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -68,6 +74,8 @@ def compare(
         seed: First seed.
         iohprofiler: Also write the runs in IOHprofiler's format.
         parquet: Also write the tables of runs and of their improvements as Parquet files.
+        table: Also write tables for a paper, to tables.tex or tables.md.
+        label: What page, terminal and tables call an algorithm; may be given again.
         resume: Continue a comparison that was stopped.
         force: Overwrite an earlier result.
     """
@@ -100,6 +108,7 @@ def compare(
         time_limit_s=time_limit,
         memory_limit_b=round(memory_limit * GB),
     )
+    labels = _labels(label, plan)
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
@@ -116,32 +125,33 @@ def compare(
         if not resume:
             for name in FILES:
                 (output / name).unlink(missing_ok=True)
-        with RunTable(output / NAME) as table:
+        with RunTable(output / NAME) as runs:
 
             def conclude() -> None:
-                result = table.result(plan)
+                result = runs.result(plan)
                 ranked = tuple(standings(result, family) for family in result.families)
                 text = comparison_json(result, ranked)
-                exports = exported(result, iohprofiler=iohprofiler, parquet=parquet)
+                shown, judged = _labelled(result, ranked, labels)
+                exports = exported(result, iohprofiler=iohprofiler, parquet=parquet) | _tables(shown, judged, table)
                 claim(exports)
-                html = page(result, ranked, command=typed)
+                html = page(shown, judged, command=typed)
                 write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
-                terminal.show(text, lambda: print_comparison(result, ranked, output))
+                terminal.show(text, lambda: print_comparison(shown, judged, output))
                 for family in result.families if stock else ():
                     for line in effect_lines(effects(result, family)):
                         terminal.print(line)
 
             try:
                 with terminal.progress() as progress:
-                    fill(table, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
+                    fill(runs, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
             except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
                 with suppress(KeyboardInterrupt):  # the runs are there even without the report
-                    if table.begun:
+                    if runs.begun:
                         conclude()
                 why = str(stopped).rstrip(".") if isinstance(stopped, EngineLost) else "Stopped"
                 raise Interrupted(
-                    f"{why}, after {len(table.result(plan).runs)} of {len(plan.tasks)} runs. They are in"
+                    f"{why}, after {len(runs.result(plan).runs)} of {len(plan.tasks)} runs. They are in"
                     f" {output / NAME}: continue with --resume."
                 ) from None
             conclude()
@@ -169,6 +179,35 @@ def _algorithms(typed: str | None, stock: str | None, exchanges: tuple[str, ...]
         raise UsageError("--stock and --exchange belong together: name an algorithm, and what is exchanged in it.")
     named = [] if typed is None else [name.strip() for name in typed.split(",")]
     return named + (study(stock, exchanges, factorial=factorial) if stock else [])
+
+
+def _labels(typed: tuple[str, ...], plan: "RunPlan") -> Mapping[str, str]:
+    """What readers call the algorithms that take part."""
+    from robolaser.benchmark.labels import labels_of
+
+    return labels_of(typed, [solver.name for solver in plan.solvers])
+
+
+def _labelled(
+    result: "BenchmarkResult", ranked: tuple["Standings", ...], labels: Mapping[str, str]
+) -> tuple["BenchmarkResult", tuple["Standings", ...]]:
+    """Result and standings with the names that readers know."""
+    from robolaser.benchmark.labels import labelled
+    from robolaser.benchmark.standings import standings
+
+    if not labels:
+        return result, ranked
+    shown = labelled(result, labels)
+    return shown, tuple(standings(shown, family) for family in shown.families)
+
+
+def _tables(
+    result: "BenchmarkResult", judged: tuple["Standings", ...], form: Literal["latex", "markdown"] | None
+) -> dict[str, str]:
+    """The file of the tables for a paper, if it is wanted."""
+    from robolaser.report.comparison.paper_tables import FILES, paper_tables
+
+    return {} if form is None else {FILES[form]: paper_tables(result, judged, form)}
 
 
 def _words(state: "RunProgress") -> str:

@@ -34,7 +34,8 @@ def at_home():
 @pytest.fixture(scope="module")
 def result(at_home, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("compared") / "result"
-    assert main([*ASKED, "--output", str(folder), "--jobs", "2", "--iohprofiler", "--parquet"]) == 0
+    exports = ["--iohprofiler", "--parquet", "--table", "latex", "--label", "rcga=Ours"]
+    assert main([*ASKED, "--output", str(folder), "--jobs", "2", *exports]) == 0
     return folder
 
 
@@ -91,6 +92,12 @@ def test_who_has_nothing_to_say_on_a_problem_is_named_with_the_reason(result):
 
 def test_the_runs_are_written_for_iohprofiler_too(result):
     assert len(list((result / "iohprofiler").glob("*/*.json"))) == 9
+
+
+def test_readers_see_labels_and_programs_names(result):
+    for name in ("tables.tex", "report.html"):
+        assert "Ours" in (result / name).read_text()
+    assert {run["name"] for run in said(result)["algorithms"]} >= {"rcga"}
 
 
 def test_the_tables_are_written_as_parquet_too(result):
